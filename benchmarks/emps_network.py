@@ -29,7 +29,7 @@ def rows(air_path: Path, cut_path: Path) -> list[tuple[float, str, float]]:
     known, _ = pieces_with_forces([air], drives)
     box = train_grey_box(known, drives, rate_hz=air.rate_hz)
     tables, channels = box.tables(drives), channels_of(cut, drives)
-    told = {
+    loads = {
         "with asymmetry": -loads_of(tables, channels)["x"],
         "and the network": network_forces(box, tables, channels).force_N[:, 0],
     }
@@ -37,7 +37,7 @@ def rows(air_path: Path, cut_path: Path) -> list[tuple[float, str, float]]:
     found = []
     for hz in BANDWIDTHS_HZ:
         truth = signals.lowpass(added, rate_hz=cut.rate_hz, cutoff_hz=hz)
-        for name, force in told.items():
+        for name, force in loads.items():
             passed = signals.lowpass(force, rate_hz=cut.rate_hz, cutoff_hz=hz)
             found.append((hz, name, float(np.sqrt(np.mean((passed - truth)[inner] ** 2)))))
     return found

@@ -5,7 +5,7 @@ is 10 % over half of the loop's time. `days`: of 1, 10, 100 and 1000 virtual mac
 PostgreSQL server, two days of 20 new cuts each are refreshed by two workers and what they know
 together is learnt: time, processor time of clients and server, bytes that the second day adds, and
 peak memory of a process. A machine's first day is its first 20 cuts of a pair; forces are sensed
-already, because what feeling them costs is a recording's (see benchmarks.refreshing and soak).
+already, because what sensing them costs is a recording's (see benchmarks.refreshing and soak).
 """
 
 import os

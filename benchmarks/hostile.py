@@ -2,13 +2,13 @@
 
 Look-ups at a steady rate: quiet, beside eighteen connections of another process that mean ill, and
 beside a process that takes as much of the processors and connects to nothing, so that what the
-service lacks is told from what the computer lacks. The three take turns of four seconds, since
-others may use the computer too. The connections say a header line without an end, headers byte by
-byte, thousands of headers, a body in chunks of one byte that never ends, tokens that are guessed,
-what is no HTTP, a body that never comes, blank lines, nothing. Each connects again as soon as it is
-thrown out. Then REQUESTS (50 000) mixed requests, and the service's memory meanwhile: it may grow
-until every pair that is asked for is kept and every thread has a connection of its own, which a
-tenth of them does.
+service lacks is distinguished from what the computer lacks. The three take turns of four seconds,
+since others may use the computer too. The connections say a header line without an end, headers
+byte by byte, thousands of headers, a body in chunks of one byte that never ends, tokens that are
+guessed, what is no HTTP, a body that never comes, blank lines, nothing. Each connects again as soon
+as it is thrown out. Then REQUESTS (50 000) mixed requests, and the service's memory meanwhile: it
+may grow until every pair that is asked for is kept and every thread has a connection of its own,
+which a tenth of them does.
 """
 
 import asyncio
@@ -36,7 +36,7 @@ TIMES, GROWN_MB = 3.0, 8.0
 """Limits: how many times longer look-ups take at p99; what memory may grow by."""
 REQUESTS, ASKERS = 50_000, 16
 SEEN_AT = (0.02, 0.1, 0.2, 0.5, 1.0)
-"""Shares of the requests after which memory is looked at; it may not grow from the second on."""
+"""Shares of the requests after which memory is measured; it may not grow from the second on."""
 BUSY_S = 0.01
 Ill = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
 
@@ -212,7 +212,7 @@ def main() -> None:
     times, of_busy = found["hostile"] / found["quiet"], found["busy"] / found["quiet"]
     said = "passed" if times <= TIMES and grown_mb <= GROWN_MB else "missed"
     if times > TIMES and of_busy > TIMES and grown_mb <= GROWN_MB:
-        said = "not told, the computer lacks processors"
+        said = "not determined, the computer lacks processors"
     print(
         f"p99 {times:.2f} × quiet (limit {TIMES:g}), beside as busy a process {of_busy:.2f} ×; "
         f"memory grew by {grown_mb:.1f} MB (limit {GROWN_MB:g}): {said}"

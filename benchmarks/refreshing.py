@@ -4,7 +4,7 @@ The sample lathe learns its standard cuts and a week of the shop from an inbox, 
 then the stored rows are multiplied to 10², 10³, 10⁴ and 10⁵ cuts, as if ten had come each time:
 recordings, cuts, sensed forces, a version of the pair's parameters every ten cuts, and the last
 pass. The ten new ones lie in the inbox; timed is the pass that takes them, with import. What is
-multiplied are copies, so that the pair's numbers do not move; it is the cost that is looked at.
+multiplied are copies, so that the pair's numbers do not move; it is the cost that is measured.
 Beside it the same ten are imported without a refresh. Set OPENBLAS_NUM_THREADS=1.
 """
 

@@ -165,12 +165,12 @@ def deviations(found: FourSteps) -> dict[str, Array]:
     rest_mm = staged_axis.MIDDLE_MM - STEPPED.weight / STEPPED.stiffness
     speed = np.array(PROBED_MM_S)
     true = STEPPED.size(np.full(len(speed), staged_axis.MIDDLE_MM), speed)
-    told = [found.friction(speed, sense) for sense in (1, -1)]
+    sizes = [found.friction(speed, sense) for sense in (1, -1)]
     made = {
         "slope": np.array([(slope - STEPPED.stiffness) / slope_sd]),
         "rest": np.array([(rest - rest_mm) / rest_sd]),
         "nodes": (nodes - STEPPED.cogging * staged_axis.pole_shape(place)) / nodes_sd,
-        "friction": np.concatenate([(size - true) / sd for size, sd in told]),
+        "friction": np.concatenate([(size - true) / sd for size, sd in sizes]),
     }
     if found.inertia is not None:
         made["inertia"] = np.array([(found.inertia.value - STEPPED.inertia) / found.inertia.sd])

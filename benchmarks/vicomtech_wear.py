@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from autodb import records
 from autodb.assets import kit
 from autodb.explain.cuts.candidates.wear import wear_law
-from autodb.explain.cuts.fit import fit_cuts
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import fit_cuts
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ def fresh_edge(table: CutTable) -> dict[str, Array]:
     return made
 
 
-def looked_at(table: CutTable, simulation: dict[str, Array]) -> FoundInCuts:
+def searched(table: CutTable, simulation: dict[str, Array]) -> FoundInCuts:
     """Return what is found in a table against a simulation of shear alone."""
     return look_in_cuts(stack_of(table, simulation, ["shear"]), ["shear"])
 
@@ -101,8 +101,8 @@ def extrapolation(table: CutTable) -> Extrapolated:
     last = [rows[int(SEEN * len(rows)) :] for rows in rows_of(table)]
     kept, rest = np.concatenate(first), np.concatenate(last)
     kept.sort()
-    looked = looked_at(hidden(table, kept), {n: f[kept] for n, f in fresh.items()})
-    law = wear_law(looked, COMPONENTS.index("force.z"))
+    result = searched(hidden(table, kept), {n: f[kept] for n, f in fresh.items()})
+    law = wear_law(result, COMPONENTS.index("force.z"))
     time_s, force = whole["tool.cutting_time"], whole["force.z"]
     predicted = fresh["force.z"][rest] + law.force(
         depth_mm=np.ones(len(rest)), cutting_time_s=time_s[rest], edge=whole["tool.edge"][rest]
@@ -122,12 +122,12 @@ def extrapolation(table: CutTable) -> Extrapolated:
 def flank_wear(table: CutTable) -> FlankWear:
     """Infer the flank wear of each tool from all others', by a straight line."""
     simulation = fresh_edge(table)
-    looked = looked_at(hidden(table), simulation)
-    stack, choices = looked.stack, looked.found.choices
-    fitted = fit_cuts(stack, looked.own, choices)
+    result = searched(hidden(table), simulation)
+    stack, choices = result.stack, result.found.choices
+    fitted = fit_cuts(stack, result.own, choices)
     z = COMPONENTS.index("force.z")
     worn = np.zeros(len(table))
-    for part, choice in zip(fitted.parts[len(looked.own) :], choices, strict=True):
+    for part, choice in zip(fitted.parts[len(result.own) :], choices, strict=True):
         if choice.candidate.term == "tool_wear":
             worn += part[z]
     rise = table["force.z"] - simulation["force.z"]
@@ -153,25 +153,25 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def scores(looked: FoundInCuts) -> tuple[float, float]:
+def scores(result: FoundInCuts) -> tuple[float, float]:
     """Return the score of the set with wear, and of the best one with drift in its place."""
-    falls = looked.search.rivals(looked.found, "tool_wear")
+    falls = result.search.rivals(result.found, "tool_wear")
     drift = min(fall for key, fall in falls.items() if key.startswith("sensor_drift"))
-    return looked.found.score, looked.found.score - drift
+    return result.found.score, result.found.score - drift
 
 
-def terms(looked: FoundInCuts) -> list[str]:
+def terms(result: FoundInCuts) -> list[str]:
     """Return what was found, in the order of its evidence."""
-    pairs = zip(looked.found.evidence, looked.found.choices, strict=True)
+    pairs = zip(result.found.evidence, result.found.choices, strict=True)
     return [c.candidate.key for _, c in sorted(pairs, key=lambda pair: -pair[0])]
 
 
 def main(path: Path) -> None:
     """Print the figures."""
     table = read(path)
-    looked = looked_at(hidden(table), fresh_edge(table))
-    print(f"named: {', '.join(terms(looked))}")
-    wear, drift = scores(looked)
+    result = searched(hidden(table), fresh_edge(table))
+    print(f"named: {', '.join(terms(result))}")
+    wear, drift = scores(result)
     print(f"score with tool_wear {wear:.0f}, with sensor_drift in its place {drift:.0f}")
     found = extrapolation(table)
     print(
@@ -183,7 +183,7 @@ def main(path: Path) -> None:
         f"flank wear of a tool left out: clock {worn.clock_um:.0f} µm, rise of force.z "
         f"{worn.raw_rise_um:.0f} µm, force of wear {worn.wear_force_um:.0f} µm"
     )
-    mixed = looked_at(shuffled(hidden(table)), fresh_edge(table))
+    mixed = searched(shuffled(hidden(table)), fresh_edge(table))
     print(f"cutting times shuffled within tools: named {', '.join(terms(mixed)) or 'nothing'}")
 
 

@@ -28,7 +28,7 @@ Rule = tuple[Array, Array]
 TURN = 2.0 * np.pi
 SLICE_MM = 0.1
 MOMENTS = 512
-"""Moments that are looked at together: what they take stays near the processor."""
+"""Moments that are computed together: what they take stays near the processor."""
 NODES = 16
 """Nodes over the engaged arc, the corner and the flank: means are off by less than 0.1 %."""
 

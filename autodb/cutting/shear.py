@@ -154,7 +154,7 @@ class Zone:
     ``thick`` and ``fast``: logarithms of thickness and speed over those that the law's numbers are
     of; ``rake`` and ``inclination``: (sine, cosine) and (tangent, cosine). With η the angle of the
     chip's flow, p = tan φ, t = tan β_n, c = cos α + t sin α and s = t cos α - sin α the cosines of
-    β_n and φ cancel: ``tan_friction`` t, ``aside`` tan η t, ``along`` c, ``off`` s, ``straight``
+    β_n and φ cancel: ``tan_friction`` t, ``sideways`` tan η t, ``along`` c, ``off`` s, ``straight``
     1 - r sin α, ``tan_phi`` p, ``secant`` 1 + p², ``ahead`` c - p s and
 
         sin φ D = p √``square`` / (1 + p²)    square = (c - p s)² + (1 + p²) tan²η t²
@@ -167,7 +167,7 @@ class Zone:
     rake: tuple[Array, Array]
     inclination: tuple[Array, Array]
     tan_friction: Values
-    aside: Values
+    sideways: Values
     along: Values
     off: Values
     straight: Values
@@ -177,10 +177,12 @@ class Zone:
     square: Values
     strength: Values
 
-    def directed(self, along: Values, off: Values, aside: Values) -> tuple[Values, Values, Values]:
+    def directed(
+        self, along: Values, off: Values, sideways: Values
+    ) -> tuple[Values, Values, Values]:
         """Return what acts tangential, as thrust and along the edge, of such c, s and tan η t."""
         tan_i, cos_i = self.inclination
-        return along + tan_i * aside, off / cos_i, along * tan_i - aside
+        return along + tan_i * sideways, off / cos_i, along * tan_i - sideways
 
 
 def zone(theta: Values, edge: Edge) -> Zone:
@@ -190,7 +192,7 @@ def zone(theta: Values, edge: Edge) -> Zone:
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
     friction = np.exp(of_cut + theta[BETA_H] * thick)
     flow = theta[ETA] * edge.inclination_rad
-    tan_friction, aside = friction * np.cos(flow), friction * np.sin(flow)
+    tan_friction, sideways = friction * np.cos(flow), friction * np.sin(flow)
     sin, cos = np.sin(edge.rake_rad), np.cos(edge.rake_rad)
     along, off = cos + tan_friction * sin, tan_friction * cos - sin
 
@@ -199,14 +201,14 @@ def zone(theta: Values, edge: Edge) -> Zone:
     tan_phi = ratio * cos / straight
     secant = 1.0 + tan_phi * tan_phi
     ahead = along - tan_phi * off
-    square = ahead * ahead + secant * (aside * aside)
+    square = ahead * ahead + secant * (sideways * sideways)
     return Zone(
         thick=thick,
         fast=fast,
         rake=(sin, cos),
         inclination=(np.tan(edge.inclination_rad), np.cos(edge.inclination_rad)),
         tan_friction=tan_friction,
-        aside=aside,
+        sideways=sideways,
         along=along,
         off=off,
         straight=straight,
@@ -222,7 +224,7 @@ def chip_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values
     """Return K_tc, K_rc, K_ac, N/mm², of elements (m,) for the law's coordinates (p,)."""
     there = zone(theta, edge)
     strength = there.strength
-    return there.directed(strength * there.along, strength * there.off, strength * there.aside)
+    return there.directed(strength * there.along, strength * there.off, strength * there.sideways)
 
 
 def _relative(edge: Edge) -> tuple[Array, Array]:

@@ -67,13 +67,13 @@ OF_EDGE = (DrivenCoordinate(slice(4), AS_THEY_ARE),)
 def sheared(theta: Array, edge: Edge, area_mm2: Array) -> Steep:
     """Return what shears chips of some cross-section, N: by ln τ, ln tan β, ln r and η."""
     zone = shear.zone(theta, edge)
-    (sin, cos), t, a, p = zone.rake, zone.tan_friction, zone.aside, zone.tan_phi
+    (sin, cos), t, a, p = zone.rake, zone.tan_friction, zone.sideways, zone.tan_phi
 
     # What is in front of the directions: its logarithm
     less = sin - p * cos
-    aside, ahead = zone.secant * a, zone.ahead * less
-    by_friction = -(t * ahead + aside * a) / zone.square
-    by_lean = (a * ahead - aside * t) / zone.square
+    sideways, ahead = zone.secant * a, zone.ahead * less
+    by_friction = -(t * ahead + sideways * a) / zone.square
+    by_lean = (a * ahead - sideways * t) / zone.square
     turned = p * (zone.ahead * zone.off - p * (a * a)) / zone.square
     by_ratio = (1.0 - 2.0 / zone.secant + turned) / zone.straight
 

@@ -89,7 +89,7 @@ class JobCut(Section):
     Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
     at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
     ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
-    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` tell the state of the edge.
+    ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` give the state of the edge.
     """
 
     name: str = ""
@@ -116,10 +116,10 @@ class JobCut(Section):
         lacking = [name for name in keys.needs if name not in given]
         if lacking:
             raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
-        odd = [name for name in given if name not in keys.known]
-        if odd:
+        unknown = [name for name in given if name not in keys.known]
+        if unknown:
             raise ValueError(
-                f"operation '{self.operation}' has no {' or '.join(odd)}; it takes "
+                f"operation '{self.operation}' has no {' or '.join(unknown)}; it takes "
                 f"{', '.join((*keys.needs, *keys.may))}"
             )
         return self

@@ -30,7 +30,7 @@ class MeasuredSection(Section):
     """Diameters as measured less those wanted, at distances from the jaws, or from one centre.
 
     ``noise_mm``: standard deviation of one of them; ``setting_mm``: of what the radius is off by
-    everywhere, left out where nobody knows; ``largest_N``: the passive force lies within it.
+    everywhere, left out where it is unknown; ``largest_N``: the passive force lies within it.
     """
 
     place_mm: list[NotNegative]

@@ -23,7 +23,7 @@ LOGS = ("-wal", "-shm", "-journal")
 BUSY_S = 600.0
 """How long a writer waits for another of the same target. Chosen: a backup of gigabytes."""
 SOON_S = 0.5
-"""Waiting that nobody is told of."""
+"""Waiting, s, without a message."""
 TOKEN = r"[0-9a-f]{16}"
 Progress = Callable[[str], None]
 
@@ -69,7 +69,7 @@ def hidden(target: Path, progress: Progress | None = None) -> Iterator[Path]:
 
 
 def naming_file(error: BaseException, place: Path) -> None:
-    """Have an error that names no file name one: by a handle, nothing knows which it was."""
+    """Have an error that names no file name one: by a handle, nothing says which it was."""
     if getattr(error, "filename", None) is None:
         error.filename = str(place)  # type: ignore[attr-defined]
 
@@ -158,7 +158,7 @@ def one_writer(target: Path, progress: Progress | None) -> Iterator[None]:
 
 
 def _sweep(target: Path) -> None:
-    """Take away what killed writers left; a folder that one had put aside lies there again."""
+    """Take away what killed writers left; a folder that one had moved away lies there again."""
     ours = re.compile(rf"\.{TOKEN}\.(old|partial)\.{re.escape(target.name)}(?:{'|'.join(LOGS)})?")
     for path in target.parent.iterdir():
         if found := ours.fullmatch(path.name):

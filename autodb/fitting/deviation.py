@@ -86,7 +86,7 @@ class _Rows:
         return self.rows - self.columns
 
     def sizes(self, at: Array) -> Array:
-        """Return τ_g/σ (groups,) where the likelihood is looked at.
+        """Return τ_g/σ (groups,) where the likelihood is evaluated.
 
         τ_g/σ = sinh(at)/unit: as even as τ² near none, as slow as its logarithm where it is much.
         """
@@ -108,7 +108,7 @@ def least_squares_with_deviation(
     covariance is widened towards what the blocks show: the model misses something that differs
     between them. It is
     scaled so that ± 1.96 sd are 95 % of Student's t with G − 1 degrees of freedom: how noise and
-    deviation vary is not known better than the blocks tell.
+    deviation vary is not known better than the blocks show.
 
     Raises NotSettled where the variances' likelihood has no end to climb to.
     """

@@ -16,7 +16,7 @@ from autodb.fitting.optimum import optima
 Array = NDArray[np.float64]
 
 ROWS_A_GROUP = 2
-"""Mean number of rows from which on a group's share and a row's own are told apart."""
+"""Mean number of rows from which on a group's share and a row's own are separated."""
 STARTS = (0.3, 0.03, 1.0)
 """Sizes of the groups' effects, shares of the scatter, from which the likelihood is climbed."""
 OWN_START = 0.7
@@ -29,7 +29,7 @@ NORMAL_95 = 1.959963984540054
 @dataclass(frozen=True)
 class Components:
     """``own``: variance of a row's own error beyond the known. ``between`` (q, q): covariance of a
-    group's effects. ``effects`` (g, q): the groups' own, as far as the rows tell (BLUP), and
+    group's effects. ``effects`` (g, q): the groups' own, as far as the rows show (BLUP), and
     ``of`` (n,) the index of each row's.
     """
 
@@ -42,7 +42,7 @@ class Components:
     def widened(self) -> Array:
         """``between`` so that normal 95 % intervals of a new group hold as Student's would.
 
-        g groups tell a variance with g − 1 degrees of freedom.
+        g groups determine a variance with g − 1 degrees of freedom.
         """
         return self.between * small_sample(len(self.effects) - 1)
 
@@ -63,8 +63,8 @@ def components(
     """Return the components of values (n,): columns X (n, p), Z (n, q), group of each row (n,).
 
     ``known`` (n,): variance of each row that is known already. Fewer than ROWS_A_GROUP rows a group
-    on average tell none: all of it is the rows' own. Raises Undetermined where the columns do not
-    stand apart.
+    on average determine none: all of it is the rows' own. Raises Undetermined where the columns do
+    not stand apart.
     """
     names, of = np.unique(groups, return_inverse=True)
     g, q = len(names), shared.shape[1]
@@ -127,7 +127,7 @@ def _root(values: Array, q: int) -> Array:
 
 @dataclass(frozen=True)
 class _Point:
-    """Where the likelihood is looked at: −2 ln of it up to a constant, its gradient, and there a
+    """A point of the likelihood: −2 ln of it up to a constant, its gradient, and there a
     row's own variance, the root of B and the groups' effects (g, q), B Zᵀ V⁻¹ e.
     """
 

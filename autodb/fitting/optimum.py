@@ -27,7 +27,7 @@ COMPARED = 1e-3
 """Length of a step up to which it is taken whole: heights then differ by about its square, 1e-6,
 which their rounding may hide (1e-8 was seen); Newton's steps go by the gradient alone. Chosen."""
 WITHIN, FAR = 50.0, 1.0
-"""Where optima are looked for, and the longest step: parameters are shares and logarithms, of the
+"""Where optima are searched for, and the longest step: parameters are shares and logarithms, of the
 order of 1."""
 WIDTH = 1e-5
 """Half width of differences of the gradient."""

@@ -138,7 +138,7 @@ def _point(problem: ProjectionProblem, shape: Array) -> _Point | None:
 
 
 def _prior_rows(problem: ProjectionProblem) -> tuple[Array, Array]:
-    """Return rows (k, p + q) and right sides (k,) that say what is believed beforehand."""
+    """Return rows (k, p + q) and right sides (k,) of the prior."""
     assert problem.prior is not None
     values, vectors = np.linalg.eigh(problem.prior.covariance)
     rows = vectors.T * np.sqrt(problem.noise / values)[:, None]

@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 COLUMNS = {"x": 0, "y": 1, "z": 2}
 """Columns of a forecast that are forces, by component."""
 STEPS = 360
-"""Moments of a turn among which a milling cut's peaks are looked for."""
+"""Moments of a turn among which a milling cut's peaks are searched for."""
 PASSIVE_RAD = 0.2
-"""Standard deviation of the thrust's direction, which no sensed force tells where one of its
+"""Standard deviation of the thrust's direction, which no sensed force determines where one of its
 components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
 Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
 ALL = 0.999
@@ -61,8 +61,9 @@ class PredictedCut:
 
     Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
     forces, torque and power are means in time along it, speeds those at its largest diameter, and
-    ``peaks`` the largest. ``passive``: the component that no drive of the machine feels, known from
-    the law alone. ``state``: the process state that it is predicted in; None: the pair's usual one.
+    ``peaks`` the largest. ``passive``: the component that no drive of the machine senses, known
+    from the law alone. ``state``: the process state that it is predicted in; None: the pair's usual
+    one.
     """
 
     name: str

@@ -20,15 +20,7 @@ from autodb.files.channels import largest_of
 from autodb.files.checksums import checksum
 from autodb.files.job import LEAST, JobProgram
 from autodb.forward.along import ProgramLine
-from autodb.nc.reading import (
-    Arc,
-    CuttingSpeed,
-    Move,
-    PerRev,
-    Rapid,
-    program_text,
-    turning_program,
-)
+from autodb.nc.reading import Arc, CuttingSpeed, Move, PerRev, Rapid, program_text, turning_program
 from autodb.nc.reading.blocks import blocks
 from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, Conditions
 

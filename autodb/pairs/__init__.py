@@ -1,1 +1,1 @@
-"""What is believed of a work-tool pair: learnt from sensed forces, to predict any operation."""
+"""The posterior of a work-tool pair: learnt from sensed forces, to predict any operation."""

@@ -67,20 +67,11 @@ class KienzleCard:
         )
 
 
-@dataclass(frozen=True)
-class LinearCard:
-    """A material's K_tc, K_te, K_rc, K_re [N/mm², N/mm] by name, where they hold, their source."""
-
-    material: str
-    coefficients: dict[str, Bounded]
-    at: ViewRange
-    source: str
-
-
 def level_of_bounds(lower: Array, upper: Array) -> float:
     """Return the standard deviation, a share, that 95 % bounds (k,) of forces leave them all.
 
-    σ = mean ln(upper/lower) / (2 · 1.96): bounds of the logarithm, in which the law is believed.
+    σ = mean ln(upper/lower) / (2 · 1.96): bounds of the logarithm, in which the posterior is
+    normal.
     """
     return float(np.mean(np.log(upper / lower))) / (2.0 * NORMAL_95)
 
@@ -111,9 +102,9 @@ def kienzle_card(material: str, posterior: Gaussian, at: ViewRange, *, source: s
     return KienzleCard(material, numbers["k_c1.1"], m_c.value, bounds, at, source)
 
 
-def linear_card(material: str, posterior: Gaussian, at: ViewRange, *, source: str) -> LinearCard:
-    """Return the linear edge that a posterior about the law's coordinates makes."""
-    return LinearCard(material, _bounded(linear_edge(posterior, at)), at, source)
+def linear_coefficients(posterior: Gaussian, at: ViewRange) -> dict[str, Bounded]:
+    """Return K_tc, K_te, K_rc, K_re [N/mm², N/mm] that a posterior about the law makes."""
+    return _bounded(linear_edge(posterior, at))
 
 
 def _bounded(view: View) -> dict[str, Bounded]:

@@ -14,14 +14,13 @@ from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput, near
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
-from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard, LinearCard
+from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard
 from autodb.readers import Columns, csv
-from autodb.standard.writing import write_once
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
 MARK = "k_c1.1"
-"""The column that a file is told by."""
+"""The column that a file is recognised by."""
 LABELS = ("material", "k_c1.1_unit", "source")
 NEEDED = ("k_c1.1", "lower", "upper", "m_c", "rake_deg")
 OPTIONAL = ("m_c_lower", "m_c_upper", "speed_m_min", "thinnest_mm", "thickest_mm")
@@ -29,12 +28,6 @@ HOLDS = ("rake_deg", "speed_m_min", "thinnest_mm", "thickest_mm", "source")
 COLUMNS = (
     "material", "k_c1.1", "k_c1.1_unit", "lower", "upper", "m_c", "m_c_lower", "m_c_upper", *HOLDS,
 )  # fmt: skip
-LINEAR = (("K_tc", "N/mm²"), ("K_te", "N/mm"), ("K_rc", "N/mm²"), ("K_re", "N/mm"))
-LINEAR_COLUMNS = (
-    "material",
-    *(f"{name}{end}" for name, _ in LINEAR for end in ("", "_unit", "_lower", "_upper")),
-    *HOLDS,
-)
 
 
 def cards_as_csv(cards: Sequence[KienzleCard]) -> str:
@@ -42,32 +35,11 @@ def cards_as_csv(cards: Sequence[KienzleCard]) -> str:
     return csvtext.rows_as_csv([COLUMNS, *map(_kienzle_row, cards)])
 
 
-def linear_as_csv(cards: Sequence[LinearCard]) -> str:
-    """Return linear edges as a table: K_tc and K_rc in N/mm², K_te and K_re in N/mm."""
-    return csvtext.rows_as_csv([LINEAR_COLUMNS, *map(_linear_row, cards)])
-
-
-def write_cards(text: str, path: Path) -> bool:
-    """Write a table whole or not at all; False where it is there already.
-
-    Raises UnusableInput where the file is there and differs.
-    """
-    return write_once(text, path)
-
-
 def _kienzle_row(card: KienzleCard) -> list[str]:
     k, bounds = card.k_c11, card.m_c_bounds
     m_c = ("", "") if bounds is None else (_number(bounds[0]), _number(bounds[1]))
     size = (_number(k.value), UNIT, _number(k.lower), _number(k.upper))
     return [card.material, *size, _number(card.m_c), *m_c, *_holds(card.at), card.source]
-
-
-def _linear_row(card: LinearCard) -> list[str]:
-    cells = []
-    for name, unit in LINEAR:
-        one = card.coefficients[name]
-        cells += [_number(one.value), unit, _number(one.lower), _number(one.upper)]
-    return [card.material, *cells, *_holds(card.at), card.source]
 
 
 def _holds(at: ViewRange) -> list[str]:

@@ -2,9 +2,9 @@
 
 A number of the law is open where the cuts left more than OPEN of the standard deviation that it had
 before them. Two are tied where either is open and their errors go together: forces see only what
-both make. What would help is tried, not looked up: each measurement that a shop can make is added
-to the posterior as if it had been made, and named where it would take away a quarter of what is
-open.
+both make. What would help is computed, not read from a table: each measurement that a shop can make
+is added to the posterior as if it had been made, and named where it would take away a quarter of
+what is open.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.fitting import posterior_after
 from autodb.pairs.modelled import own_variance
@@ -67,13 +66,13 @@ def undetermined(
     size = np.where(after > 0, after, 1.0)
     together = posterior.law.covariance / np.outer(size, size)
     open_ = [k for k in np.argsort(-left) if left[k] > OPEN]
-    found, told = [], set[int]()
+    found, described = [], set[int]()
     for k in open_:
-        if k in told:
+        if k in described:
             continue
         others = [j for j in range(OWN) if j != k and abs(together[k, j]) > TIED]
         group = (int(k), *others)
-        told.update(group)
+        described.update(group)
         helps = tuple(one.called for one in trials if _left_after(posterior, one, k) < HELPS)
         found.append(UndeterminedNumbers(tuple(NAMES[j] for j in group), float(left[k]), helps))
     return tuple(found)
@@ -102,10 +101,3 @@ def chip_thickness(posterior: PairPosterior, cuts: PairCuts) -> PossibleMeasurem
     return PossibleMeasurement(
         "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
     )
-
-
-def repeated_trial(
-    called: str, sensed: Observed, changed: Elements, operation: str
-) -> PossibleMeasurement:
-    """Return the trial of making the cuts of readings again, otherwise."""
-    return PossibleMeasurement(called, replace(sensed, cuts=(PairCuts(operation, changed),)))

@@ -1,8 +1,8 @@
 """Which machine's pair is not what the others lead to expect, and whether its calibration or its
 cutting is the cause.
 
-What a pair's own cuts told (Λ, Λθ̂), its calibrations taken as they are, is compared with the
-posterior of the others, N(m, V), in the directions in which it tells something beside them:
+The information of a pair's own cuts (Λ, Λθ̂), its calibrations taken as they are, is compared with
+the posterior of the others, N(m, V), in the directions in which it has information beside them:
 
     z_k = b_k / √(l_k (1 + l_k)),   b = V^½ (Λθ̂ − Λm),   l eigenvalues of V^½ Λ V^½
 
@@ -34,16 +34,16 @@ from autodb.pairs.posterior import OWN
 
 Array = NDArray[np.float64]
 
-ODD = 0.01
+FALSE_ALARM = 0.01
 """Probability of naming any pair of a fleet where none disagrees. Chosen."""
-TELLS = 0.25
+INFORMATION = 0.25
 """Information, of that in the others' posterior, from which on a direction is compared. Chosen."""
 FAR = 0.3
 """Share by which a calibration or a pair's cutting is off where it is. Chosen."""
 SURE = 20.0
 """Odds from which on a cause is named. Chosen: what is usual for strong evidence."""
 SHARED_PAIRS = 3
-"""Pairs shared with others from which on a calibration is told from cutting."""
+"""Pairs shared with others from which on a calibration is distinguished from cutting."""
 THICKNESS_MM, SPEED_M_MIN = 0.1, 100.0
 """Chip at which a gain's effect on the law's numbers is worked out. Chosen: middling."""
 
@@ -76,7 +76,7 @@ class ComparedPair:
 class SensedStandardCut:
     """What a machine sensed of cuts whose force is known: the gain's errors (k,), their sd.
 
-    ``along`` (k, 2): which gain, of the force along or across the cutting speed, each tells.
+    ``along`` (k, 2): which gain, of the force along or across the cutting speed, each shows.
     """
 
     gain: Array
@@ -87,16 +87,17 @@ class SensedStandardCut:
 def compared(
     own: InformationOfCuts, *, as_stated: InformationOfCuts, others: Gaussian, rake_rad: float = 0.0
 ) -> ComparedPair:
-    """Compare what a pair's cuts told with the posterior about them from all others (OWN,).
+    """Compare the information of a pair's cuts with the posterior about them from all others
+    (OWN,).
 
     ``own``: with the machine's calibrations taken as they are; ``as_stated``: with their errors.
     """
     mean, variance = others.mean[ACTIVE], others.covariance[np.ix_(ACTIVE, ACTIVE)]
     values, vectors = np.linalg.eigh(variance)
     root = (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-    tells, turned = np.linalg.eigh(root @ own.precision @ root)
-    kept = tells > TELLS
-    size = np.sqrt(tells[kept] * (1.0 + tells[kept]))
+    information, turned = np.linalg.eigh(root @ own.precision @ root)
+    kept = information > INFORMATION
+    size = np.sqrt(information[kept] * (1.0 + information[kept]))
     into = (turned[:, kept] / size).T @ root
     gains = gain_directions(others.mean, rake_rad)[ACTIVE]
     return ComparedPair(
@@ -107,7 +108,7 @@ def compared(
 
 
 def _stated(own: InformationOfCuts, as_stated: InformationOfCuts, gains: Array) -> Array:
-    """Return the covariance (2, 2) by which errors of calibrations widen what is told of a gain."""
+    """Return the covariance (2, 2) by which errors of calibrations widen the estimate of a gain."""
     widths = [np.linalg.pinv(gains.T @ one.precision @ gains) for one in (as_stated, own)]
     values, vectors = np.linalg.eigh(widths[0] - widths[1])
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
@@ -151,7 +152,7 @@ class Disagrees:
     gain_sd: tuple[float, float]
     pair: int
     odds: float
-    told_by: str
+    determined_from: str
 
 
 def disagrees(
@@ -163,37 +164,37 @@ def disagrees(
     """Say whether a machine's pairs disagree with the others, and why; None: they do not.
 
     ``compared_in_all``: pairs and machines that are compared in the fleet, so that a fleet of
-    machines that agree names one with a probability of ODD.
+    machines that agree names one with a probability of FALSE_ALARM.
     """
     telling = [k for k, one in enumerate(pairs) if len(one.z)]
     if not telling:
         return None
-    least = ODD / max(compared_in_all, 1)
-    odd = tuple(k for k in telling if pairs[k].improbable() < least)
+    least = FALSE_ALARM / max(compared_in_all, 1)
+    outlying = tuple(k for k in telling if pairs[k].improbable() < least)
     every = _Machine([pairs[k] for k in telling], standard)
-    if not odd and every.gain_improbable() < least:
-        odd = tuple(telling)
-    if not odd:
+    if not outlying and every.gain_improbable() < least:
+        outlying = tuple(telling)
+    if not outlying:
         return None
     odds, likeliest = every.odds()
-    told_by, cause = [], DisagreementCause.EITHER
+    grounds, cause = [], DisagreementCause.EITHER
     if len(telling) >= SHARED_PAIRS:
-        told_by.append(f"{len(telling)} pairs shared with others")
+        grounds.append(f"{len(telling)} pairs shared with others")
     if standard is not None:
-        told_by.append("its cuts of known force")
-    if told_by and odds > SURE:
+        grounds.append("its cuts of known force")
+    if grounds and odds > SURE:
         cause = DisagreementCause.CALIBRATION
-    elif told_by and odds < 1.0 / SURE:
+    elif grounds and odds < 1.0 / SURE:
         cause = DisagreementCause.CUTTING
     gain, sd = every.gain()
     return Disagrees(
-        pairs=odd,
+        pairs=outlying,
         cause=cause,
         gain=(float(gain[0]), float(gain[1])),
         gain_sd=(float(sd[0]), float(sd[1])),
         pair=telling[likeliest],
         odds=odds,
-        told_by=" and ".join(told_by),
+        determined_from=" and ".join(grounds),
     )
 
 

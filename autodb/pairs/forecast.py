@@ -93,7 +93,7 @@ class Worn:
 
 
 def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
-    """Return what wear adds to cuts; nothing to fresh edges, or where none was told."""
+    """Return what wear adds to cuts; nothing to fresh edges, or where none was fitted."""
     count = cuts.elements.count
     if posterior.wear is None or cuts.worn_s is None:
         none = np.zeros((count, 5))

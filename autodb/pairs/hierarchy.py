@@ -1,16 +1,16 @@
-"""What several machines' cuts tell of one material: a mean, tools around it, machines around those.
+"""Several machines' posterior of one material: a mean, tools around it, machines around those.
 
     θ_{m,t} = μ + τ_t + ε_{m,t},   μ ~ start,  τ_t ~ N(0, a² T),  ε ~ N(0, b² E)
 
 θ coordinates of the law of machine m's pair with tool t; T and E how far any two metals are apart,
-but for an edge's own numbers, of which half of that is the tool's whatever a is. a and b are told
-by the pairs themselves: the mean of their posterior on a grid of both (empirical Bayes; Efron and
-Morris 1975), where between its points posteriors are averaged.
+but for an edge's own numbers, of which half of that is the tool's whatever a is. a and b are
+estimated from the pairs themselves: the mean of their posterior on a grid of both (empirical Bayes;
+Efron and Morris 1975), where between its points posteriors are averaged.
 
-Of each pair counts only what its own cuts told, as information, Λ and Λθ: what its posterior holds
-less what it began with, so that one that began from the others is not told twice. Everything else
-is sums of these, for each tool and each b of the grid: a pair is added, taken out or replaced at
-the cost of that pair alone, and the result is the same in any order.
+Of each pair counts only the information of its own cuts, Λ and Λθ: that of its posterior less that
+of what it began with, so that nothing counts twice in one that began from the others. Everything
+else is sums of these, for each tool and each b of the grid: a pair is added, taken out or replaced
+at the cost of that pair alone, and the result is the same in any order.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ ACTIVE = np.flatnonzero(np.diag(ANY.covariance) > 0.0)
 METALS = np.diag(ANY.covariance)[ACTIVE]
 EDGES = np.array([NAMES[k] in OF_EDGE for k in ACTIVE])
 MACHINES = 0.07
-"""Machines move a pair by 7 % of what metals differ by, before any is told. Chosen."""
+"""Machines move a pair by 7 % of what metals differ by, before any has cut. Chosen."""
 OF_EDGES = 0.5
 """Share of the variance of an edge's own numbers that is the tool's. Chosen."""
 FOLDS = 0.6
@@ -42,14 +42,14 @@ machines outweigh it."""
 STEPS = np.arange(-5, 6) / 4.0
 """Logarithms of the grid's shares over RELATIVE and MACHINES."""
 MANY = 60
-"""Pairs from which on the spreads are told without regard to any one of them. Chosen."""
+"""Pairs from which on the spreads are estimated without regard to any one of them. Chosen."""
 CLIP = 1e-9
 """Information, of that in a metal's own spread, below which there is none."""
 
 
 @dataclass(frozen=True)
 class InformationOfCuts:
-    """What cuts told of the law's active coordinates: Λ (..., a, a) and Λθ (..., a)."""
+    """Information of cuts on the law's active coordinates: Λ (..., a, a) and Λθ (..., a)."""
 
     precision: Array
     weighted: Array
@@ -57,18 +57,18 @@ class InformationOfCuts:
 
 @dataclass(frozen=True)
 class OfTool:
-    """What all machines told of μ + τ of one tool, for each b of the grid (s, ...).
+    """Information of all machines on μ + τ of one tool, for each b of the grid (s, ...).
 
-    ``log`` (s,): logarithm of how probable the pairs are among themselves; ``machines`` told it.
+    ``log`` (s,): logarithm of how probable the pairs are among themselves; ``machines``: how many.
     """
 
-    told: InformationOfCuts
+    information: InformationOfCuts
     log: Array
     machines: int
 
     @classmethod
     def nothing(cls) -> "OfTool":
-        """Return what no machine tells."""
+        """Return no information, of no machine."""
         size = len(STEPS), len(ACTIVE)
         return cls(
             InformationOfCuts(np.zeros((*size, size[1])), np.zeros(size)), np.zeros(size[0]), 0
@@ -77,14 +77,14 @@ class OfTool:
     def changed(self, pair: InformationOfCuts, sign: int) -> "OfTool":
         """Return it with a pair added (1), or taken out (-1)."""
         alike = InformationOfCuts(
-            np.broadcast_to(pair.precision, self.told.precision.shape),
-            np.broadcast_to(pair.weighted, self.told.weighted.shape),
+            np.broadcast_to(pair.precision, self.information.precision.shape),
+            np.broadcast_to(pair.weighted, self.information.weighted.shape),
         )
         log, passed = _beyond(alike, OF_MACHINES)
         return OfTool(
             InformationOfCuts(
-                self.told.precision + sign * passed.precision,
-                self.told.weighted + sign * passed.weighted,
+                self.information.precision + sign * passed.precision,
+                self.information.weighted + sign * passed.weighted,
             ),
             self.log + sign * log,
             self.machines + sign,
@@ -99,7 +99,7 @@ OF_TOOLS = np.where(EDGES, OF_EDGES, (RELATIVE * np.exp(STEPS))[:, None] ** 2) *
 
 @dataclass(frozen=True)
 class KnownMaterial:
-    """What is known of a material: where it started, and what each tool's pairs told.
+    """What is known of a material: where it started, and the information of each tool's pairs.
 
     ``held``: where on the grid, in its steps, the spreads are taken to be; None: where the pairs
     put them.
@@ -116,7 +116,7 @@ class KnownMaterial:
         more: InformationOfCuts | None = None,
         less: InformationOfCuts | None = None,
     ) -> "KnownMaterial":
-        """Return it with what a pair told added, or taken out."""
+        """Return it with a pair's information added, or taken out."""
         found = self.tools.get(tool) or OfTool.nothing()
         for pair, sign in ((more, 1), (less, -1)):
             if pair is not None:
@@ -133,7 +133,7 @@ class KnownMaterial:
 
     @property
     def pairs(self) -> int:
-        """Number of pairs that told it."""
+        """Number of pairs in it."""
         return sum(tool.machines for tool in self.tools.values())
 
     @property
@@ -164,12 +164,16 @@ class KnownMaterial:
         return [(a, b, of_a * of_b) for a, of_a in sides[0] for b, of_b in sides[1] if of_a * of_b]
 
     def _evidence(self, of_tools: Array) -> Array:
-        """Return the logarithm of how probable what pairs told is, for each b."""
+        """Return the logarithm of how probable the pairs' information is, for each b."""
         own = _active(self.start)
         nothing = OfTool.nothing()
-        precision, weighted, log = nothing.told.precision, nothing.told.weighted, nothing.log
+        precision, weighted, log = (
+            nothing.information.precision,
+            nothing.information.weighted,
+            nothing.log,
+        )
         for tool in self.tools.values():
-            own_log, passed = _beyond(tool.told, np.broadcast_to(of_tools, OF_TOOLS.shape))
+            own_log, passed = _beyond(tool.information, np.broadcast_to(of_tools, OF_TOOLS.shape))
             precision, weighted = precision + passed.precision, weighted + passed.weighted
             log = log + tool.log + own_log
         expected = precision @ own.mean
@@ -177,8 +181,8 @@ class KnownMaterial:
         log = log + weighted @ own.mean - 0.5 * expected @ own.mean
         loose = np.eye(len(own.mean)) + precision @ own.covariance
         inner = own.covariance @ np.linalg.solve(loose, moved[..., None])
-        told_of = np.einsum("si,sij->s", moved, inner) - np.linalg.slogdet(loose)[1]
-        return np.asarray(log + 0.5 * told_of)
+        quadratic = np.einsum("si,sij->s", moved, inner) - np.linalg.slogdet(loose)[1]
+        return np.asarray(log + 0.5 * quadratic)
 
     def material(self) -> Gaussian:
         """Return the posterior about μ (a,) from all tools."""
@@ -194,7 +198,7 @@ class KnownMaterial:
         for name, tool in self.tools.items():
             if name != but:
                 one = InformationOfCuts(
-                    tool.told.precision[b : b + 1], tool.told.weighted[b : b + 1]
+                    tool.information.precision[b : b + 1], tool.information.weighted[b : b + 1]
                 )
                 _, passed = _beyond(one, OF_TOOLS[a : a + 1])
                 posterior = _posterior(posterior, passed.precision[0], passed.weighted[0])
@@ -204,7 +208,7 @@ class KnownMaterial:
         others = self._material(a, b, but=tool)
         posterior = Gaussian(others.mean, others.covariance + np.diag(OF_TOOLS[a]))
         if tool in self.tools:
-            of_tool = self.tools[tool].told
+            of_tool = self.tools[tool].information
             posterior = _posterior(posterior, of_tool.precision[b], of_tool.weighted[b])
         return Gaussian(posterior.mean, posterior.covariance + np.diag(OF_MACHINES[b]))
 
@@ -220,7 +224,7 @@ def _mixed(some: list[tuple[Gaussian, float]]) -> Gaussian:
 
 
 def information_of_cuts(after: Gaussian, before: Gaussian) -> InformationOfCuts:
-    """Return what readings told: the posterior after them less that before, (OWN,) both.
+    """Return the information of readings: the posterior after them less that before, (OWN,) both.
 
     What linearising makes negative is nothing.
     """
@@ -245,7 +249,7 @@ def whole_law(active: Gaussian) -> Gaussian:
 
 
 def _beyond(some: InformationOfCuts, variances: Array) -> tuple[Array, InformationOfCuts]:
-    """Return what is told of a mean that what was told is off by draws of ``variances`` (s, a).
+    """Return the information on a mean where θ is off it by draws of ``variances`` (s, a).
 
     Λ − ΛCΛ and w − ΛCw with C = (Λ + V⁻¹)⁻¹; and first the logarithm of what is left when the draw
     is integrated out, ½ (wᵀCw − ln|1 + ΛV|), (s,).

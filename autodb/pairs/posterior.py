@@ -27,7 +27,7 @@ ALONG, ACROSS = range(2)
 class Scatter:
     """What forces of one cut repeated scatter by, a share of each of their parts (2,).
 
-    ``weight``: cuts that it is worth, those of the prior included.
+    ``weight``: number of cuts it counts as, those of the prior included.
     """
 
     share: Array
@@ -38,8 +38,8 @@ P1_SCATTER = Scatter(
     share=np.array([np.sqrt(84.0) / 485.78, np.sqrt(320.0) / 325.78]),
     weight=np.full(2, 6.0),
 )
-"""Process variance over 12 repeats of one cut, P1 Table 2 (84 N² at 486 N, 320 N² at 326 N); worth
-half of its 12 cuts, because it is another machine's."""
+"""Process variance over 12 repeats of one cut, P1 Table 2 (84 N² at 486 N, 320 N² at 326 N); a
+weight of half of its 12 cuts, because it is another machine's."""
 CUT_SHARE = 0.015
 """Share by which the law may be off from one chip to another within an operation. Chosen."""
 
@@ -105,7 +105,7 @@ def law_error(operation: str, off: LawDiscrepancy = NEAR) -> Shared:
 
 
 CALIBRATION, REFERENCES, GAIN = "calibration", "references", "gain"
-"""What keys of errors begin with that are of what feels a machine's forces, whatever the pair."""
+"""What keys of errors begin with that are of what senses a machine's forces, whatever the pair."""
 DAY = "day"
 """What keys of errors begin with that only the cuts of one day share."""
 WEAR, EDGE = "tool_wear", "wear of edge"
@@ -119,7 +119,7 @@ class Wear:
 
     T cutting time of the edge, T_r ``reference_s``. w, N/mm, stands in a posterior's state under
     WEAR, along the cutting speed and across the edge; edges differ by the share ``between`` of
-    ``size``, which is w as it was when that share was told.
+    ``size``, which is w as it was when that share was estimated.
     """
 
     power: float
@@ -133,7 +133,7 @@ class Wear:
 
 
 WORN = Shared(WEAR, np.diag([300.0**2, 300.0**2]))
-"""What wear may add, N/mm, before it is told. Chosen: several times the edge force of any fresh
+"""What wear may add, N/mm, before it is fitted. Chosen: several times the edge force of any fresh
 edge."""
 
 
@@ -141,7 +141,7 @@ edge."""
 class PairPosterior:
     """``state``: the law's coordinates, then the errors of each of ``shared`` in their order.
 
-    ``wear``: how the edge's force grows with its cutting time; None: not told.
+    ``wear``: how the edge's force grows with its cutting time; None: not fitted.
     """
 
     state: Gaussian
@@ -157,7 +157,7 @@ class PairPosterior:
 
     @property
     def open_terms(self) -> tuple[Shared, ...]:
-        """What the terms beside the law may be before they are told."""
+        """What the terms beside the law may be before they are fitted."""
         return () if self.wear is None else (WORN,)
 
     @property

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import Observed, PairCuts, X, Y
 from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, PairPosterior, Shared
+from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def of_card(card: CardForces, *, start: PairPosterior | None = None) -> PairPost
 def of_relative(posterior: PairPosterior) -> PairPosterior:
     """Return what the posterior about a pair says of one of the same material and another tool.
 
-    What belongs to the material is believed by RELATIVE more standard deviations of what any metal
+    What belongs to the material is known by RELATIVE more standard deviations of what any metal
     leaves open, what belongs to the tool's edge as of any metal. Errors of the machine's
     calibrations stay tied to it: they are the same ones, whatever the tool.
     """
@@ -109,7 +109,7 @@ def of_relative(posterior: PairPosterior) -> PairPosterior:
 def of_state(posterior: PairPosterior) -> PairPosterior:
     """Return what the posterior about a pair says of it in another process state.
 
-    As of a relative, but for the edge, which is the same tool's: all numbers are believed by
+    As of a relative, but for the edge, which is the same tool's: all numbers are known by
     RELATIVE more standard deviations of what any metal leaves open.
     """
     wider = posterior.state.covariance.copy()

@@ -1,4 +1,4 @@
-"""Wear of a pair's edges: what it adds to their cuts' forces, and how it is told from readings.
+"""Wear of a pair's edges: what it adds to their cuts' forces, and how it is fitted to readings.
 
 A worn edge rubs more: each mm of it takes w (T/T_r)^p N more along the cutting speed and across the
 edge, T its cutting time, which starts again at an edge change. Added as forces of the edge are, so
@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts
-from autodb.pairs.learning import log_evidence, posterior_of_readings
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import EDGE, WEAR, WORN, PairPosterior, Shared, Wear
+from autodb.pairs.updating import log_evidence, posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def learn_worn(
 ) -> PairPosterior:
     """Return the posterior after readings of edges that wear, from one that has no wear in it yet.
 
-    Its law is as far off as ``start`` says; ``near``: what was believed without wear, where the
+    Its law is as far off as ``start`` says; ``near``: the posterior without wear, where the
     search begins.
     """
     longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)

@@ -12,7 +12,7 @@ from typing import Any
 from autodb.errors import UnusableInput
 from autodb.proofs.catalogue import Proof, proof
 from autodb.proofs.runs.found import ProofResult
-from autodb.proofs.runs.runs import Finished, Origin, append, resume
+from autodb.proofs.runs.run_file import Finished, Origin, append, resume
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def carry_out(
 ) -> ProofResult:
     """Run the seeds of 1 to ``runs`` that are not finished, and sum up all of them.
 
-    ``progress`` is told how many are finished. Several ``workers`` are processes of their own; a
+    ``progress`` gets how many are finished. Several ``workers`` are processes of their own; a
     run is kept when it is finished, whatever others do. The summary is written beside the runs as
     JSON; it does not depend on how many worked.
     """

@@ -59,7 +59,7 @@ from autodb.proofs.machines.mill import (
     reference_plan,
     reference_table,
 )
-from autodb.proofs.runs import summary
+from autodb.proofs.runs import proof_summary
 from autodb.proofs.runs.axis import axis_intervals, axis_run, axis_summary
 from autodb.proofs.runs.axis.axis_run import AxisModelErrors
 from autodb.proofs.runs.explain import explain_summary, left_out, outside_run, outside_summary
@@ -77,7 +77,7 @@ from autodb.proofs.runs.keeping import (
     flips_run,
     flips_summary,
 )
-from autodb.proofs.runs.keeping.day_run import DayTold
+from autodb.proofs.runs.keeping.day_run import DayOutcome
 from autodb.proofs.runs.lathe import lathe_run, lathe_summary
 from autodb.proofs.runs.lathe.lathe_run import AxisErrors
 from autodb.proofs.runs.mill import (
@@ -89,7 +89,7 @@ from autodb.proofs.runs.mill import (
 )
 from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
-from autodb.proofs.runs.runs import Finished, Origin, digest
+from autodb.proofs.runs.run_file import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.proofs.runs.stamps import stamps_run, stamps_summary
 from autodb.sensing.network import need_torch
@@ -97,7 +97,7 @@ from autodb.sensing.network import need_torch
 J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
 APART = ("cli", "proofs/cases", "proofs/machines")
-"""Folders that make no interval; the generator's own modules are looked at by themselves."""
+"""Folders that make no interval; the generator's own modules are hashed by themselves."""
 
 
 CONCEALED = (
@@ -188,8 +188,8 @@ PROOFS: tuple[Proof[Any], ...] = (
         runs=2000,
         run=axis_intervals.run_axis_intervals,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.intervals_summary_of,
-        read=summary.IntervalsSummary.from_json,
+        score=proof_summary.intervals_summary_of,
+        read=proof_summary.IntervalsSummary.from_json,
         generator=(axes, curves, motion, quantities),
     ),
     Proof(
@@ -227,7 +227,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         what="a lathe's day: events named in time, none invented, next cuts predicted with terms",
         runs=20,
         run=day_run.run_day,
-        kept=TypeAdapter(Finished[DayTold]),
+        kept=TypeAdapter(Finished[DayOutcome]),
         score=day_summary.day_summary_of,
         read=day_summary.DaySummary.from_json,
         generator=DAY,
@@ -249,7 +249,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=stamps_run.run_stamps,
         kept=TypeAdapter(Finished[stamps_run.JudgedStamps]),
         score=stamps_summary.stamps_summary_of,
-        read=stamps_summary.read_stamps,
+        read=stamps_summary.StampsSummary.from_json,
         generator=stamps_run.GENERATOR,
     ),
     Proof(
@@ -259,7 +259,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=axis_run.run_axis_gate,
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.axis_gate_of,
-        read=axis_summary.read_axis_gate,
+        read=axis_summary.AxisGate.from_json,
         generator=REFERENCE_AXIS,
     ),
     Proof(
@@ -269,7 +269,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=axis_run.run_axes,
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.fields_of,
-        read=axis_summary.read_fields,
+        read=axis_summary.Fields.from_json,
         generator=REFERENCE_AXIS,
     ),
     Proof(
@@ -279,7 +279,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=mill_run.run_mill_gate,
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.mill_gate_of,
-        read=mill_summary.read_mill_gate,
+        read=mill_summary.MillGate.from_json,
         generator=REFERENCE_MILL,
     ),
     Proof(
@@ -289,7 +289,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=mill_run.run_mill_forces,
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.forces_of,
-        read=mill_summary.read_forces,
+        read=mill_summary.ForcesGate.from_json,
         generator=REFERENCE_MILL,
     ),
     Proof(
@@ -299,7 +299,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=_networks,
         kept=TypeAdapter(Finished[network_summary.Judged]),
         score=network_summary.network_summary_of,
-        read=network_summary.read_networks,
+        read=network_summary.Networks.from_json,
         generator=(*REFERENCE_MILL, reference_plan),
     ),
     Proof(
@@ -309,7 +309,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=table_run.run_table,
         kept=TypeAdapter(Finished[table_summary.Judged]),
         score=table_summary.table_summary_of,
-        read=table_summary.read_table_forces,
+        read=table_summary.TableForcesSummary.from_json,
         generator=(reference_table,),
     ),
     Proof(
@@ -319,7 +319,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=faults_run.run_faults,
         kept=TypeAdapter(Finished[faults_summary.Killed]),
         score=faults_summary.faults_summary_of,
-        read=faults_summary.read_faults,
+        read=faults_summary.Kills.from_json,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
@@ -329,7 +329,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=commands_run.run_commands,
         kept=TypeAdapter(Finished[commands_summary.KilledCommand | commands_summary.Twice]),
         score=commands_summary.commands_summary_of,
-        read=commands_summary.read_commands,
+        read=commands_summary.CommandsSummary.from_json,
         generator=(),  # what is drawn is when it is killed
     ),
     Proof(
@@ -339,7 +339,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=flips_run.run_flips,
         kept=TypeAdapter(Finished[flips_summary.Flipped]),
         score=flips_summary.flips_summary_of,
-        read=flips_summary.read_flips,
+        read=flips_summary.Flips.from_json,
         generator=(),  # what is drawn is which bit
     ),
     Proof(
@@ -348,8 +348,8 @@ PROOFS: tuple[Proof[Any], ...] = (
         runs=300,
         run=pair_run.run_pair,
         kept=TypeAdapter(Finished[Judged]),
-        score=summary.intervals_summary_of,
-        read=summary.IntervalsSummary.from_json,
+        score=proof_summary.intervals_summary_of,
+        read=proof_summary.IntervalsSummary.from_json,
         generator=(power_pairs, process),
     ),
     Proof(
@@ -369,7 +369,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         run=fleet_run.run_fleet,
         kept=TypeAdapter(Finished[fleet_run.Joined | fleet_run.NamedOne]),
         score=fleet_summary.fleet_summary_of,
-        read=fleet_summary.read_fleet,
+        read=fleet_summary.Fleets.from_json,
         generator=(fleets, power_pairs, process),
     ),
 )

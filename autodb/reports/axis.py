@@ -11,12 +11,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.reports import figures
 from autodb.sensing.drives.field import EffortField, field
-from autodb.sensing.drives.fit.axis_model import (
-    Identified,
-    IdentifiedTerm,
-    amplitudes,
-    readable,
-)
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amplitudes, readable
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.terms.vocabulary import term_called
@@ -25,7 +20,7 @@ Array = NDArray[np.float64]
 
 MAP_PX = 360
 TOLD_HZ = (1.0, 10.0)
-"""Bandwidths at which the error of each state is told."""
+"""Bandwidths at which the error of each state is stated."""
 STATES = ("in steady motion", "while the speed changes", "shortly after a reversal")
 
 

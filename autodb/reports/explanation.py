@@ -135,7 +135,7 @@ def term_words(term: str) -> str:
 
 
 def move_words(cause: Cause) -> str | None:
-    """Return what would tell a cause from its alternatives, with the pairs in shop words."""
+    """Return what would distinguish a cause from its alternatives, with the pairs in shop words."""
     text = cause.to_tell_apart
     for other in cause.alternatives if text else ():
         pair = f"{term_words(cause.term)} and {term_words(other)}"

@@ -12,10 +12,10 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Explained
-from autodb.explain.together import ExplainedTogether
+from autodb.explain.several_recordings import ExplainedTogether
 from autodb.files.targets import hidden, replace_by
 from autodb.reports.explanation import render_explanation
-from autodb.reports.together import recording_folders, render_together
+from autodb.reports.together_page import recording_folders, render_together
 
 FILES = frozenset({"corrected.csv", "report.html", "explanation.json"})
 OF_SEVERAL = frozenset({"together.json", "together.html"})

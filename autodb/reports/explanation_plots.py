@@ -6,11 +6,7 @@ from dataclasses import replace
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from autodb.explain.answer.answer import (
-    Array,
-    ChannelAnswer,
-    ChannelTrace,
-)
+from autodb.explain.answer.answer import Array, ChannelAnswer, ChannelTrace
 from autodb.files.channels import unit_of
 from autodb.reports import figures
 
@@ -92,7 +88,7 @@ def located(
 def close_up(
     channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
 ) -> list[tuple[Markup, str | None]]:
-    """Draw the turns of a waveform that are worth a close look, with what ``drawn_words`` says."""
+    """Draw the turns of a waveform that are shown enlarged, with what ``drawn_words`` says."""
     if trace.close_up is None:
         return []
     near = part(trace, *trace.close_up)

@@ -50,7 +50,7 @@ CONFIG = {
 }
 
 TALL_PX = 500
-"""A plot this tall is worth zooming: it has buttons, on a shorter one they would hide its title."""
+"""A plot this tall can be zoomed: it has buttons, on a shorter one they would hide its title."""
 BUTTONS_PX = 28
 """What a tall plot leaves above its title for the buttons."""
 

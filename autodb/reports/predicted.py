@@ -85,12 +85,12 @@ def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
     for number, cut in enumerate(answer.cuts, start=1):
         peak = None if cut.peaks is None else one.of(cut.peaks)
         tone = "warn" if (number, one.axis) in warned else "corrected"
-        for found, name, aside in (
+        for found, name, offset in (
             (one.of(cut), "mean" if peak else "predicted", -SIDE if peak else 0.0),
             (peak, f"peak {cut.of_what}", SIDE),
         ):
             if found is not None:
-                marks.setdefault((name, tone), []).append((number + aside, found, cut.name))
+                marks.setdefault((name, tone), []).append((number + offset, found, cut.name))
     return [_marked(some, name, tone, one.unit) for (name, tone), some in marks.items()]
 
 

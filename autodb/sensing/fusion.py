@@ -1,9 +1,9 @@
-"""Several sensors of one force become one answer: the best linear unbiased one of what they told.
+"""Several sensors of one force become one answer: the best linear unbiased combination of theirs.
 
-Each tells a force and its standard deviation at every row, NaN where it does not sense. Where the
-force was known, it was learnt by how much a sensor is off in the mean (bias), by what factor its
-standard deviations are too small or large, and how far errors of several go together (correlation
-R). With D = diag(factor · sd) of a row, C = D R D and the answer is
+Each estimates a force and its standard deviation at every row, NaN where it does not sense. Where
+the force was known, it was learnt by how much a sensor is off in the mean (bias), by what factor
+its standard deviations are too small or large, and how far errors of several go together
+(correlation R). With D = diag(factor · sd) of a row, C = D R D and the answer is
 
     F = Σ w_i (F_i − b_i),  w = C⁻¹1 / (1ᵀC⁻¹1),  var F = 1 / (1ᵀC⁻¹1)
 
@@ -35,10 +35,10 @@ Array = NDArray[np.float64]
 ROWS = 200
 """Rows of each recording that are learnt from: it counts alike, however long it is."""
 SHRUNK = 0.05
-"""Share by which correlations are drawn to none: few recordings tell them. Chosen."""
+"""Share by which correlations are drawn to none: few recordings determine them. Chosen."""
 NEARER = 0.98
 """Times the error of the nearest sensor alone that several together must not exceed, in recordings
-left out in turn, to be believed. Chosen."""
+left out in turn, to be used. Chosen."""
 APART = 2.0
 """Times its usual distance from the others beyond which a sensor disagrees. Chosen."""
 USUAL = 1.5
@@ -47,7 +47,7 @@ USUAL = 1.5
 
 @dataclass(frozen=True)
 class SensedTogether:
-    """What sensors told of one recording's force: values and sds (n, k) N; NaN: not sensed."""
+    """What sensors estimated of one recording's force: values and sds (n, k) N; NaN: not sensed."""
 
     value_N: Array
     sd_N: Array
@@ -57,10 +57,10 @@ class SensedTogether:
 class Fusion:
     """How sensors (k,) of one component are put together.
 
-    ``told``: whether by the standard deviations that they tell, row by row, or by those that they
-    had; ``counts`` (k,): which count where they sense: a sensor that adds nothing waits until the
-    others do not. ``usual`` (k,): how far each is from the others at most, in standard deviations;
-    ``wider``: the factor on the answer's sd that makes 95 % hold.
+    ``by_row``: whether by the standard deviations that they state, row by row, or by those that
+    they had; ``counts`` (k,): which count where they sense: a sensor that adds nothing waits until
+    the others do not. ``usual`` (k,): how far each is from the others at most, in standard
+    deviations; ``wider``: the factor on the answer's sd that makes 95 % hold.
     """
 
     names: tuple[str, ...]
@@ -68,7 +68,7 @@ class Fusion:
     size_N: Array
     factor: Array
     correlation: Array
-    told: bool
+    by_row: bool
     counts: tuple[bool, ...]
     usual: Array
     wider: float = 1.0
@@ -81,7 +81,7 @@ class Fusion:
             "size_N": self.size_N.tolist(),
             "factor": self.factor.tolist(),
             "correlation": self.correlation.tolist(),
-            "told": self.told,
+            "told": self.by_row,
             "counts": list(self.counts),
             "usual": self.usual.tolist(),
             "wider": self.wider,
@@ -96,7 +96,7 @@ class Fusion:
             size_N=np.array(kept["size_N"]),
             factor=np.array(kept["factor"]),
             correlation=np.array(kept["correlation"]),
-            told=kept["told"],
+            by_row=kept["told"],
             counts=tuple(kept["counts"]),
             usual=np.array(kept["usual"]),
             wider=kept["wider"],
@@ -117,19 +117,19 @@ def learn_fusion(
 ) -> Fusion:
     """Return how sensors go together, from recordings whose force (n,) N was known.
 
-    Ways that are tried, each on recordings left out in turn: all sensors by what they tell, all by
+    Ways that are tried, each on recordings left out in turn: all sensors by what they state, all by
     what they were, and each alone; several must be nearer than the nearest alone. Rows at which not
-    all sense tell nothing of how they go together.
+    all sense show nothing of their correlation.
     """
     both = list(zip(heard, known_N, strict=True))
     every = (True,) * len(names)
     alone = [tuple(k == j for k in range(len(names))) for j in range(len(names))]
     ways = [(True, every), (False, every), *((True, one) for one in alone)]
-    errors = [_left_out(names, both, told=told, counts=counts) for told, counts in ways]
+    errors = [_left_out(names, both, by_row=by_row, counts=counts) for by_row, counts in ways]
     together, single = int(np.argmin(errors[:2])), 2 + int(np.argmin(errors[2:]))
     best = together if errors[together] <= NEARER * errors[single] else single
-    told, counts = ways[best]
-    begun = _learnt(names, both, told=told, counts=counts)
+    by_row, counts = ways[best]
+    begun = _learnt(names, both, by_row=by_row, counts=counts)
     apart = np.max([sensor_distances(begun, one) for one in heard], axis=0)
     return replace(begun, usual=np.maximum(apart, 1.0), wider=_wider(begun, both))
 
@@ -138,15 +138,15 @@ def independent(names: Sequence[str]) -> Fusion:
     """Return how sensors go together that were never compared: as each says of itself."""
     k = len(names)
     return Fusion(
-        tuple(names), np.zeros(k), np.ones(k), np.ones(k), np.eye(k), told=True, counts=(True,) * k,
-        usual=np.full(k, USUAL),
+        tuple(names), np.zeros(k), np.ones(k), np.ones(k), np.eye(k), by_row=True,
+        counts=(True,) * k, usual=np.full(k, USUAL),
     )  # fmt: skip
 
 
 def with_sensor(fusion: Fusion, name: str) -> Fusion:
     """Return a fusion with one more sensor, which errs by itself and as it says of itself.
 
-    Then all count, by what they tell row by row: how large its errors were nobody knows.
+    Then all count, by what they state row by row: how large its errors were is unknown.
     """
     k = len(fusion.names)
     correlation = np.eye(k + 1)
@@ -157,7 +157,7 @@ def with_sensor(fusion: Fusion, name: str) -> Fusion:
         size_N=np.append(fusion.size_N, np.inf),
         factor=np.append(fusion.factor, 1.0),
         correlation=correlation,
-        told=True,
+        by_row=True,
         counts=(True,) * (k + 1),
         usual=np.append(fusion.usual, USUAL),
         wider=fusion.wider,
@@ -189,7 +189,7 @@ def sensor_distances(fusion: Fusion, heard: SensedTogether) -> Array:
 class Apart:
     """Sensors that do not agree; by what factor their standard deviations are too small.
 
-    Two names say that one of both is off, and nobody can tell which.
+    Two names say that one of both is off, and it cannot be decided which.
     """
 
     names: tuple[str, ...]
@@ -231,16 +231,18 @@ def trusting_less(fusion: Fusion, apart: Apart) -> Fusion:
 Known = Sequence[tuple[SensedTogether, Array]]
 
 
-def _left_out(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool, ...]) -> float:
+def _left_out(
+    names: Sequence[str], both: Known, *, by_row: bool, counts: tuple[bool, ...]
+) -> float:
     """Return the mean error, N, in recordings that were left out in turn."""
     errors = []
     for k, (one, known) in enumerate(both):
-        made = fuse(_learnt(names, [*both[:k], *both[k + 1 :]], told=told, counts=counts), one)
+        made = fuse(_learnt(names, [*both[:k], *both[k + 1 :]], by_row=by_row, counts=counts), one)
         errors.append(float(np.sqrt(np.nanmean((made.value_N - known) ** 2))))
     return float(np.mean(errors))
 
 
-def _learnt(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool, ...]) -> Fusion:
+def _learnt(names: Sequence[str], both: Known, *, by_row: bool, counts: tuple[bool, ...]) -> Fusion:
     picked = [_picked(one, known) for one, known in both]
     off = np.concatenate([off for off, _ in picked])
     sd = np.concatenate([sd for _, sd in picked])
@@ -248,11 +250,11 @@ def _learnt(names: Sequence[str], both: Known, *, told: bool, counts: tuple[bool
     bias = off.mean(axis=0) if several else np.zeros(len(names))
     size = np.sqrt(np.mean((off - bias) ** 2, axis=0))
     factor = np.sqrt(np.mean(((off - bias) / sd) ** 2, axis=0))
-    share = (off - bias) / (sd * factor if told else size)
+    share = (off - bias) / (sd * factor if by_row else size)
     correlation = (1.0 - SHRUNK) * (share.T @ share) / len(share)
     np.fill_diagonal(correlation, 1.0)
     usual = np.full(len(names), USUAL)
-    return Fusion(tuple(names), bias, size, factor, correlation, told, counts, usual)
+    return Fusion(tuple(names), bias, size, factor, correlation, by_row, counts, usual)
 
 
 def _wider(begun: Fusion, both: Known) -> float:
@@ -307,20 +309,20 @@ def fuse_rows(
 ) -> tuple[Array, Array, Array]:
     """Return value and sd (r,) and weights (r, k) of rows at which the sensors ``kept`` sense.
 
-    ``value_N`` and ``sd_N`` (r, k): what these told; the sd is not made wider yet.
+    ``value_N`` and ``sd_N`` (r, k): what these estimated; the sd is not made wider yet.
     """
-    told = fusion.factor[kept] * sd_N
+    stated = fusion.factor[kept] * sd_N
     alone = value_N - fusion.bias_N[kept]
     if len(kept) == 1:
-        return alone[:, 0], told[:, 0], np.ones_like(told)
+        return alone[:, 0], stated[:, 0], np.ones_like(stated)
     correlation = fusion.correlation[kept][:, kept]
-    own = told[:, :, None] * correlation * told[:, None, :]
+    own = stated[:, :, None] * correlation * stated[:, None, :]
     size = fusion.size_N[kept]
     # What they were is the same at every row
-    covariance = own if fusion.told else (size[:, None] * correlation * size)[None]
+    covariance = own if fusion.by_row else (size[:, None] * correlation * size)[None]
     one = np.linalg.solve(covariance, np.ones((len(covariance), len(kept), 1)))[..., 0]
-    weight = np.maximum(one, 0.0)  # what is told is not extrapolated
-    weight = np.broadcast_to(weight / weight.sum(axis=1, keepdims=True), told.shape)
-    # The answer is as unsure as what was told of it, whichever way the weights were found
+    weight = np.maximum(one, 0.0)  # estimates are not extrapolated
+    weight = np.broadcast_to(weight / weight.sum(axis=1, keepdims=True), stated.shape)
+    # The answer is as unsure as its estimates, whichever way the weights were found
     variance = (weight[:, None] @ own @ weight[:, :, None])[:, 0, 0]
     return (weight * alone).sum(axis=1), np.sqrt(variance), weight

@@ -127,7 +127,7 @@ class CutProtocol(Section):
     cut: tuple[StandardCut, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
-    def _told_apart(self) -> "CutProtocol":
+    def _distinct(self) -> "CutProtocol":
         names = [cut.name for cut in self.cut]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:

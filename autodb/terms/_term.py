@@ -53,12 +53,12 @@ class TermParameter:
 class Term:
     """One physical effect that a channel can contain.
 
-    ``name`` is an identifier of the vocabulary, ``form`` tells terms of one name apart
+    ``name`` is an identifier of the vocabulary, ``form`` distinguishes terms of one name
     (`periodic`); ``channels`` the kinds of channel it acts on;
     ``modifies`` the terms that it changes (empty: it stands by itself); ``needs`` what must be
     recorded to see it; ``statement`` a sentence in shop words; ``excited_by`` the move or cut that
-    shows it best; ``alike`` the effects that one recording can never tell it from,
-    ``told_apart_by`` what could.
+    shows it best; ``alike`` the effects that one recording can never distinguish it from,
+    ``distinguished_by`` what could.
 
     ``inputs`` name the arrays that ``function`` takes, ``coefficients`` its linear parameters (one
     a column), ``shape`` the others.
@@ -77,7 +77,7 @@ class Term:
     shape: tuple[TermParameter, ...] = ()
     modifies: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
-    told_apart_by: str | None = None
+    distinguished_by: str | None = None
 
     @property
     def parameters(self) -> tuple[TermParameter, ...]:

@@ -22,8 +22,8 @@ class ChannelPart:
     """One term of a model.
 
     ``shape`` gives every shape parameter's value by name; ``free`` those that a fit may change.
-    ``of`` tells instances of one term apart (another axis, an edge, a period) and says which input
-    ``other_…`` stands for: ``of="y"`` reads `other_acceleration` from input `y.acceleration`.
+    ``of`` distinguishes instances of one term (another axis, an edge, a period) and says which
+    input ``other_…`` stands for: ``of="y"`` reads `other_acceleration` from input `y.acceleration`.
     """
 
     term: Term

@@ -20,7 +20,7 @@ SLOWEST_M_MIN = 0.1
 """Slower than any machine cuts: factors of speed change no further. Chosen."""
 
 EDGE_CUTS = 0.5
-"""Width of the ends of a hard spot in cuts. Chosen: a search that begins some cuts away still feels
+"""Width of the ends of a hard spot in cuts. Chosen: a search that begins some cuts away still sees
 where the end is; with ramps of one cut it stayed up to five cuts away, with wider ones the end
 itself was blurred."""
 
@@ -87,7 +87,7 @@ SIZE_EFFECT = Factor(
     excited_by="the same depth and speed at feeds from the thinnest chip to the thickest",
     source="Kienzle's law, k_c = k_c1.1 h^−m_c",
     alike=("edge_force",),
-    told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
+    distinguished_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
 )  # fmt: skip
 SPEED_SOFTENING = Factor(

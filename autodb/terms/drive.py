@@ -46,7 +46,7 @@ def gravity(position_mm: Array) -> Array:
     """A constant load acts whether the axis moves or stands: column 1, shaped as position, (n,).
 
     Weight of a vertical axis, a counterweight, or a constant sensor offset: one recording of a
-    horizontal axis cannot tell them apart. Source: P2 (weight as the mean of up and down passes).
+    horizontal axis cannot distinguish them. Source: P2 (weight as the mean of up and down passes).
     """
     return np.ones_like(position_mm)
 
@@ -74,7 +74,7 @@ def cogging(position_mm: Array, *, period_mm: float) -> Array:
 def friction_ripple(direction: Array, position_mm: Array, *, period_mm: float) -> Array:
     """Friction periodic in position: sgn(v)·cos and sgn(v)·sin of 2πx/period, (n, 2).
 
-    Effort flips with the direction, which tells it from cogging; 0 at standstill.
+    Effort flips with the direction, which distinguishes it from cogging; 0 at standstill.
     Source: by construction, P2 eq. 12 with a periodic friction along x.
     """
     return direction[:, None] * cogging(position_mm, period_mm=period_mm)
@@ -86,7 +86,7 @@ def compliance(
     """The load hangs on a spring: column a_load − a_motor [mm/s²], (n,).
 
     a_load = ω²/(s² + 2ζωs + ω²) · a_motor (bilinear transform), ω = 2π·frequency. Effort =
-    coefficient · column, coefficient the load's inertia: with the inertia term the motor feels
+    coefficient · column, coefficient the load's inertia: with the inertia term the motor moves
     M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
@@ -184,7 +184,8 @@ GRAVITY = Contribution(
     excited_by="passes in both directions and a standstill",
     source="P2 section on the weight current",
     alike=("sensor_drift",),
-    told_apart_by="Log the current once more with the drive disabled: a sensor's zero point stays.",
+    distinguished_by="Log the current once more with the drive disabled: a sensor's zero "
+    "point stays.",
 )
 TILT = Contribution(
     name="gravity",
@@ -334,6 +335,6 @@ WARMUP = Factor(
     excited_by="the same pass from cold, repeated for ten minutes, and again after a rest",
     source="P2 section 3",
     alike=("gain",),
-    told_apart_by="Add accelerated moves, or a vertical axis' standstill: a gain scales inertia "
+    distinguished_by="Add accelerated moves, or a vertical axis' standstill: a gain scales inertia "
     "and weight too.",
 )  # fmt: skip

@@ -54,8 +54,8 @@ DEPTH_ERROR = Factor(
     excited_by="the same feed at the smallest and the largest depth, and a micrometer on the work",
     source="by construction (force ∝ depth)",
     alike=("nose_radius",),
-    told_apart_by="Measure the diameter before and after one cut: a depth error is there, a nose's "
-    "is not. All components have a depth error, the tangential one has no nose.",
+    distinguished_by="Measure the diameter before and after one cut: a depth error is there, a "
+    "nose's is not. All components have a depth error, the tangential one has no nose.",
 )  # fmt: skip
 DEFLECTION = Factor(
     name="deflection",
@@ -75,5 +75,6 @@ DEFLECTION = Factor(
     excited_by="the same cut at two overhangs, and a micrometer on the work",
     source="physics of a spring between tool and work",
     alike=("size_effect",),
-    told_apart_by="Repeat the cuts with a shorter overhang: bending goes, the size effect stays.",
+    distinguished_by="Repeat the cuts with a shorter overhang: bending goes, the size "
+    "effect stays.",
 )  # fmt: skip

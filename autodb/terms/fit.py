@@ -59,21 +59,21 @@ def fit_parts(
     values: Array,
     *,
     sd: Array,
-    looked: Mapping[str, tuple[float, ...]] | None = None,
+    begin_at: Mapping[str, tuple[float, ...]] | None = None,
 ) -> FittedParts:
     """Fit values (n,) with noise of sd (n,) by parts; their free shape is searched.
 
     The search begins from every combination of the shape parameters' ``starts``, or of those in
-    ``looked`` by name; the best are refined by variable projection with the parameters' bounds and
-    priors. Where a part acts on the sum (clipped, without sign) the sum is no longer linear and all
-    parameters are refined together.
+    ``begin_at`` by name; the best are refined by variable projection with the parameters' bounds
+    and priors. Where a part acts on the sum (clipped, without sign) the sum is no longer linear and
+    all parameters are refined together.
 
     Raises NotConverged where no start settles.
     """
-    looked = looked or {}
+    begin_at = begin_at or {}
     seen = _Seen(inputs, values, sd)
     free = [p for _, p in free_shape(parts)]
-    grid = product(*(looked.get(p.name, p.starts) for p in free))
+    grid = product(*(begin_at.get(p.name, p.starts) for p in free))
     fits = [_linear(reshaped(parts, np.array(at)), seen) for at in grid]
     best = sorted(fits, key=seen.cost)[:REFINED]
     acts_on_sum = any(isinstance(part.term, OutputChange) for part in parts)
@@ -153,7 +153,7 @@ def shape_step(parameter: TermParameter, value: float) -> float:
 def prior_of(
     linear: Sequence[TermParameter], weights: Array, shape: Sequence[TermParameter], start: Array
 ) -> fitting.Gaussian | None:
-    """Return what is believed of (coefficients, shape) beforehand; None where nothing is."""
+    """Return the prior of (coefficients, shape); None where there is none."""
     known = [p.prior for p in (*linear, *shape)]
     if not any(known):
         return None

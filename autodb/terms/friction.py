@@ -198,7 +198,7 @@ ASYMMETRY = Contribution(
     excited_by="constant-speed passes in both directions at several speeds, and a standstill",
     source="Janot, Gautier, Brunot 2019",
     alike=("gravity",),
-    told_apart_by="Let the axis stand under control between moves: a constant load stays, a "
+    distinguished_by="Let the axis stand under control between moves: a constant load stays, a "
     "difference of friction goes.",
 )
 POSITION_FRICTION = Contribution(
@@ -252,6 +252,6 @@ BACKLASH = Contribution(
     excited_by="slow reversals, longer than the play",
     source="physics of a gap between motor and load",
     alike=("presliding",),
-    told_apart_by="Reverse at several feeds with a dial gauge on the slide: play is lost motion, "
-    "pre-sliding is not.",
+    distinguished_by="Reverse at several feeds with a dial gauge on the slide: play is lost "
+    "motion, pre-sliding is not.",
 )  # fmt: skip

@@ -18,9 +18,9 @@ Per depth, so that a sharp corner gives 1 and 0, the shares of the chip's thrust
 
 for a_p ≥ r: 1 − (1 − π/4) r/a_p and r/(2 a_p): the axial force is lower by the same amount at every
 depth. The tangential chip force stays; the edge's tangential force is longer by L/a_p, and the mean
-thickness is thinner, f a_p/L, which the size effect feels. Source: derived here; an insert with a
-nose is a static set of edge elements. Valid for entering angles near 90° (P1's insert has 93°).
-Depths below SHALLOWEST_MM count as that.
+thickness is thinner, f a_p/L, which the size effect depends on. Source: derived here; an insert
+with a nose is a static set of edge elements. Valid for entering angles near 90° (P1's insert has
+93°). Depths below SHALLOWEST_MM count as that.
 """
 
 import numpy as np
@@ -55,7 +55,7 @@ def nose_radial(other_force_N: Array, depth_mm: Array, *, radius_mm: float) -> A
 
     Force = factor · F_a r sin²κ_m/(2 a_p) [N] + edge [N/mm] · r sin κ_m [mm]: F_a the axial chip
     force of the sharp simulation, input ``other_force`` (Part of="z" reads `z.force`), factor 1
-    where that is right; ∫ cos κ ds = r sin κ_m. Depths below r tell the radius from the factor.
+    where that is right; ∫ cos κ ds = r sin κ_m. Depths below r separate the radius from the factor.
     Source: derived in the module's docstring.
     """
     depth, angle, _ = _engaged(depth_mm, radius_mm)
@@ -102,7 +102,7 @@ NOSE_AXIAL = Factor(
     excited_by=_SHALLOW,
     source=_SOURCE,
     alike=("depth_error",),
-    told_apart_by="Measure the diameter before and after one cut: a depth error is there, a "
+    distinguished_by="Measure the diameter before and after one cut: a depth error is there, a "
     "nose's is not. A nose also raises the radial force.",
 )
 NOSE_RADIAL = Contribution(

@@ -54,14 +54,6 @@ def tool_wear(depth_mm: Array, cutting_time_s: Array) -> Array:
     return depth_mm * cutting_time_s
 
 
-def edge_times(edge: Array, cutting_time_s: Array) -> dict[str, Array]:
-    """Return the input ``other_cutting_time`` of every edge by name: `3.cutting_time` for edge 3.
-
-    Each is (n,): the cutting time in that edge's cuts, 0 in those of the others.
-    """
-    return {f"{e:g}.cutting_time": cutting_time_s * (edge == e) for e in np.unique(edge)}
-
-
 SHEAR = Contribution(
     name="shear",
     channels=("cuts", "table"),
@@ -84,7 +76,7 @@ EDGE_FORCE = Contribution(
     excited_by="the same depth at half the feed and at the thinnest possible chip",
     source="P1 section 3 (Armarego's edge coefficients)",
     alike=("size_effect",),
-    told_apart_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
+    distinguished_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
 )
 _RATE = TermParameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
@@ -99,7 +91,8 @@ TOOL_WEAR = Contribution(
     excited_by="one repeated cut just before and just after an edge change",
     source="P1 section 2 (process state)",
     alike=("sensor_drift",),
-    told_apart_by="Change the edge and repeat the cut: wear falls back, a sensor's drift does not.",
+    distinguished_by="Change the edge and repeat the cut: wear falls back, a sensor's drift "
+    "does not.",
 )
 EDGE_WEAR = Contribution(
     name="tool_wear",

@@ -90,8 +90,8 @@ GAIN = Factor(
     excited_by="accelerated moves and a loaded standstill, before and after",
     source="by construction",
     alike=("warmup",),
-    told_apart_by="Add accelerated moves, or a vertical axis' standstill: warming leaves inertia "
-    "and weight alone.",
+    distinguished_by="Add accelerated moves, or a vertical axis' standstill: warming leaves "
+    "inertia and weight alone.",
 )  # fmt: skip
 LAG = InputChange(
     name="lag",

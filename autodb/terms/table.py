@@ -184,7 +184,8 @@ THERMAL_DRIFT = Contribution(
     excited_by="cutting and pauses in turn, each of some minutes",
     source="P4 section 5 (heat of chips, left unmodelled there)",
     alike=("sensor_drift",),
-    told_apart_by="Pause the cutting for some minutes: heat drift comes back, the clock's goes on.",
+    distinguished_by="Pause the cutting for some minutes: heat drift comes back, the "
+    "clock's goes on.",
 )  # fmt: skip
 CROSSTALK = Contribution(
     name="crosstalk",

@@ -1,1 +1,1 @@
-"""The service: what the database knows, over HTTP, to process planning and the shop floor."""
+"""The service: what the database holds, over HTTP, to process planning and the shop floor."""

@@ -71,8 +71,8 @@ def _named(document: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 API = "/api/v1"
-ABOUT = """What a machining database knows: forces, torque and power of cuts before they are made,
-each with its 95 % interval; what machines can feel; and where every number came from.
+ABOUT = """What a machining database holds: forces, torque and power of cuts before they are made,
+each with its 95 % interval; what machines can sense; and where every number came from.
 
 Names of quantities end in their unit: `force_x_N`, `feed_mm_rev`, `torque_N_m`. An answer's `ETag`
 is the state of the database that it is of: as long as nothing was written, `If-None-Match` gets

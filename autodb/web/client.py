@@ -22,18 +22,13 @@ import httpx
 from pydantic import TypeAdapter
 
 from autodb.agent.answer.looking_up import Listed
-from autodb.agent.answer.overview import (
-    CalibrationSaid,
-    MachineSaid,
-    MachineSeen,
-    MismatchSaid,
-)
+from autodb.agent.answer.overview import CalibrationSaid, MachineSaid, MachineSeen, MismatchSaid
 from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import Job, JobCut
-from autodb.web.http.said import BatchLine, Decision, End, Feels, Importing, Machines, Step
+from autodb.web.http.said import BatchLine, Decision, End, Importing, Machines, Senses, Step
 
 API = "/api/v1"
 KEPT = 1000
@@ -97,9 +92,9 @@ class Client:
         said: MachineSaid = self._get(MachineSaid, _of(name))
         return said
 
-    def feels(self, machine: str) -> Feels:
-        """Return what a machine can feel, and what it cannot."""
-        found: Feels = self._get(Feels, f"{_of(machine)}/sensors")
+    def senses(self, machine: str) -> Senses:
+        """Return the forces that a machine can sense, and those that it cannot."""
+        found: Senses = self._get(Senses, f"{_of(machine)}/sensors")
         return found
 
     def calibrations(self, machine: str) -> list[CalibrationSaid]:

@@ -76,6 +76,6 @@ def run_server(
     """Answer until it is stopped (SIGTERM, Ctrl-C): then what is on its way is answered."""
     logs.begin_logging()
     gc.collect()
-    gc.freeze()  # what is loaded stays: looked through for garbage, it held up answers by 0.1 s
+    gc.freeze()  # what is loaded stays: searched for garbage, it held up answers by 0.1 s
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the server's own handler ends it, in order
     server_of(app, certificate, proxies).run(sockets=[listening])

@@ -9,7 +9,7 @@ from autodb.proofs.cases.base.case import UNKNOWN, Array, Case
 from autodb.proofs.catalogue import proof
 from autodb.proofs.runs.explain.explain_oracle import oracle_rms
 from autodb.proofs.runs.explain.explain_score import ScoredCase, unanswered
-from autodb.proofs.runs.runs import Origin
+from autodb.proofs.runs.run_file import Origin
 from benchmarks.peers.problem import Answer
 
 READ_FROM = 0.05

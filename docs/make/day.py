@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from autodb.explain import explain
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
-from autodb.proofs.runs.keeping.day_run import DayTold, EventTold, walked
+from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, walked
 from autodb.records import CutTable
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, WARN, drawn, legend
 
@@ -22,10 +22,11 @@ Array = NDArray[np.float64]
 SEED = 101
 STEP = 50
 KEPT = Path(__file__).parent / "day-walk.json"
-WALK: TypeAdapter[tuple[DayTold, tuple[tuple[float, ...], ...]]] = TypeAdapter(
-    tuple[DayTold, tuple[tuple[float, ...], ...]]
+WALK: TypeAdapter[tuple[DayOutcome, tuple[tuple[float, ...], ...]]] = TypeAdapter(
+    tuple[DayOutcome, tuple[tuple[float, ...], ...]]
 )
-"""The day as it was told, and what the last explanation adds to the stored model, 0.1 N, (3, n)."""
+"""The day as it was explained, and what the last explanation adds to the stored model, 0.1 N, (3,
+n)."""
 COMPONENTS = ("x (radial)", "y (cutting)", "z (feed)")
 EVENTS = {
     "warm-up": "warm-up", "hard bar": "hard bar", "drifting sensor": "drift",
@@ -34,7 +35,7 @@ EVENTS = {
 
 
 def walk() -> None:
-    """Walk through the day and keep what was told."""
+    """Walk through the day and keep what was found."""
     day = draw_day(SEED)
     added = np.round(_corrected(day) - day.expected, 1).tolist()
     kept = walked(day, step=STEP), tuple(tuple(row) for row in added)
@@ -52,7 +53,7 @@ def _corrected(day: Day) -> Array:
 
 def draw() -> None:
     """Draw the day: the three components, below them what happened and when it was named."""
-    day, (told, added) = draw_day(SEED), WALK.validate_json(KEPT.read_bytes())
+    day, (outcome, added) = draw_day(SEED), WALK.validate_json(KEPT.read_bytes())
     number = day.channels["cut"]
     left = day.measured - day.expected
     with drawn("day", height_in=6.6, rows=4, share_x=True) as (*forces, below):
@@ -63,7 +64,7 @@ def draw() -> None:
             axes.plot(number, of_model, color=CORRECTED, lw=1.2, label="corrected")
             axes.set(title=f"{name}, N above the stored model")
         legend(forces[0])
-        _events(below, day, told)
+        _events(below, day, outcome)
         below.set(xlim=(0, number[-1] + 1), xlabel="cut")
 
 
@@ -75,12 +76,12 @@ def _changes(axes: Axes, day: Day) -> None:
     axes.axvspan(hard.first - 0.5, hard.last + 0.5, color=SHADE, alpha=0.35, lw=0)
 
 
-def _events(axes: Axes, day: Day, told: DayTold) -> None:
-    """A line for each event: while it acts, from when it can be told, when it was named first."""
+def _events(axes: Axes, day: Day, outcome: DayOutcome) -> None:
+    """A line for each event: while it acts, from when it is decidable, when it was named first."""
     _changes(axes, day)
-    for place, (event, one) in enumerate(zip(day.events, told.events, strict=True)):
+    for place, (event, one) in enumerate(zip(day.events, outcome.events, strict=True)):
         _event(axes, -place, event, one)
-    axes.plot([], [], "|", color=INK, ms=9, mew=1.6, label="can be told")
+    axes.plot([], [], "|", color=INK, ms=9, mew=1.6, label="decidable")
     axes.plot([], [], "o", color=WARN, ms=4.5, label="named first")
     axes.set_yticks([-i for i in range(len(day.events))], [EVENTS[e.name] for e in day.events])
     axes.set(title="What happened", ylim=(0.7 - len(day.events), 0.6))
@@ -88,12 +89,12 @@ def _events(axes: Axes, day: Day, told: DayTold) -> None:
     legend(axes)
 
 
-def _event(axes: Axes, height: float, event: Event, told: EventTold) -> None:
+def _event(axes: Axes, height: float, event: Event, outcome: EventOutcome) -> None:
     axes.plot([event.first, event.last], [height, height], color=CORRECTED, lw=2.4, alpha=0.5)
-    if told.decidable is not None:
-        axes.plot(told.decidable, height, "|", color=INK, ms=9, mew=1.6)
-    if told.named is not None:
-        axes.plot(told.named, height, "o", color=WARN, ms=4.5)
+    if outcome.decidable is not None:
+        axes.plot(outcome.decidable, height, "|", color=INK, ms=9, mew=1.6)
+    if outcome.named is not None:
+        axes.plot(outcome.named, height, "o", color=WARN, ms=4.5)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import numpy as np
 
 from autodb.explain.axis.look import AxisField
 from autodb.explain.axis.signals import axis_signals
-from autodb.explain.cuts.candidates.parameters import READ
+from autodb.explain.cuts.candidates.effect_parameters import READ
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.waves.words import STATEMENTS

@@ -20,10 +20,10 @@ CHANNELS = {
 }
 SHAPE = re.compile(r"[,;] \(n,( ?\d+)?\)")
 HEAD = (
-    "| term | equation | parameters | at standstill | excited by | told apart from | source "
+    "| term | equation | parameters | at standstill | excited by | distinguished from | source "
     "| named by explain |\n|---|---|---|---|---|---|---|---|"
 )
-MILL_HEAD = "| term | what it is | told apart from | named by explain |\n|---|---|---|---|"
+MILL_HEAD = "| term | what it is | distinguished from | named by explain |\n|---|---|---|---|"
 MANY = 4
 """Coefficients of a term that are listed one by one."""
 STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
@@ -32,21 +32,21 @@ STANDING = {"position": 7.0, "angle_x": 0.5, "angle_z": 0.5}
 
 def tables() -> str:
     """Return one table for each kind of channel; a term that an earlier one holds is named only."""
-    parts, told = [], set[str]()
+    parts, shown = [], set[str]()
     for channel, title in CHANNELS.items():
         here = [term for term in TERMS if channel in term.channels]
-        new = [term for term in here if _name(term) not in told]
-        again = [_name(term) for term in here if _name(term) in told]
+        new = [term for term in here if _name(term) not in shown]
+        again = [_name(term) for term in here if _name(term) in shown]
         parts += [f"## {title}", ""]
         if again:
             parts += [f"As above: {', '.join(again)}.", ""]
         parts += [HEAD, *(_row(term) for term in new), ""]
-        told |= {_name(term) for term in new}
+        shown |= {_name(term) for term in new}
     return "\n".join([*parts, "## Forces of a mill, over time", "", *_of_mills(), ""])
 
 
 def _of_mills() -> list[str]:
-    """Return the table of what is looked for in a waveform: on other chips, or in the sensor."""
+    """Return the table of what is searched for in a waveform: on other chips, or in the sensor."""
     rows = [MILL_HEAD]
     for name, statement in STATEMENTS.items():
         pairs = {other: words for pair, words in APART.items() for other in pair - {name}
@@ -125,7 +125,7 @@ def standstill(term: Term) -> str:
 def _apart(term: Term) -> str:
     if not term.alike:
         return ""
-    return f"{', '.join(f'`{name}`' for name in term.alike)}: {term.told_apart_by}"
+    return f"{', '.join(f'`{name}`' for name in term.alike)}: {term.distinguished_by}"
 
 
 def _explained(term: Term) -> str:

@@ -122,8 +122,8 @@ def case(seed: int, perturb: Perturb) -> Said:
     recording, simulation, includes = _drawn(seed)
     first = _explained(recording, simulation, includes).channels
     channels = dict(recording.channels)
-    for name, told in first.items():
-        channels[name] = perturb(channels[name], told.fit.noise_floor)
+    for name, found in first.items():
+        channels[name] = perturb(channels[name], found.fit.noise_floor)
     return said(_explained(replace(recording, channels=channels), simulation, includes))
 
 
@@ -141,8 +141,8 @@ def _drawn(seed: int) -> tuple[Recording | CutTable, Recording | CutTable, list[
 def said(explained: Explanation) -> Said:
     """Return names and numbers of an explanation; a confidence is a share, 1 wide."""
     names, numbers = list[str](), dict[str, tuple[float, float]]()
-    for channel, told in explained.channels.items():
-        for cause in told.missing:
+    for channel, found in explained.channels.items():
+        for cause in found.missing:
             name = f"{channel} {cause.kind} {cause.term}"
             names.append(name)
             numbers[f"{name} confidence"] = (cause.confidence, 1.0)

@@ -17,19 +17,19 @@ def test_every_term_has_advice_and_nothing_else_has() -> None:
 
 @pytest.mark.parametrize("term", sorted(book()))
 def test_advice_is_one_sentence_to_check_with_its_source(term: str) -> None:
-    told = advice(term)
-    assert told.check.startswith("Check ")
-    assert re.findall(r"[.!?](?=\s|$)", told.check) == ["."]
-    assert re.search(r"P[0124] section|ISO \d|\(\d{4}\)|section \d", told.source)
+    entry = advice(term)
+    assert entry.check.startswith("Check ")
+    assert re.findall(r"[.!?](?=\s|$)", entry.check) == ["."]
+    assert re.search(r"P[0124] section|ISO \d|\(\d{4}\)|section \d", entry.source)
 
 
 def test_no_two_terms_are_advised_alike() -> None:
-    assert len({told.check for told in book().values()}) == len(book())
+    assert len({entry.check for entry in book().values()}) == len(book())
 
 
 def test_the_report_says_what_to_check_beside_the_cause() -> None:
     cause = friction()
     page = readable(render_explanation(explained(channel(cause))))
-    told = advice(cause.term)
-    assert f"{told.check} ({told.source})" in page
+    entry = advice(cause.term)
+    assert f"{entry.check} ({entry.source})" in page
     assert "Check" not in readable(render_explanation(explained(channel())))

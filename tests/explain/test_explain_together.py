@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
-from autodb.explain.together import FACTORS, SITS, Located, RecordingSetup, explain_together
+from autodb.explain.several_recordings import (
+    FACTORS,
+    SITS,
+    Located,
+    RecordingSetup,
+    explain_together,
+)
 from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import VOCABULARY
 
@@ -87,7 +93,7 @@ def test_what_changes_together_is_named_together_with_the_cut_that_tells() -> No
     assert "sits in the machine stays" in found.to_tell_apart
 
 
-def test_what_all_share_is_not_told() -> None:
+def test_what_all_share_is_not_named() -> None:
     setups = [_setup(k, machine="A", tool="1", material="steel") for k in range(4)]
     found = _one(setups, [_answer("runout", 30.0, 1.0) for _ in setups])
     assert "share their tool, machine" in found.statement

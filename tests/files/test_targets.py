@@ -125,7 +125,7 @@ def test_a_file_is_of_one_writer(tmp_path: Path) -> None:
     assert _stray(tmp_path) == []
 
 
-def test_who_waits_too_long_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_waits_too_long_gets_a_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(targets, "SOON_S", 0.01)
     monkeypatch.setattr(targets, "BUSY_S", 0.05)
     said: list[str] = []

@@ -11,12 +11,12 @@ from scipy.stats import binom
 
 from autodb.fitting import anfis
 from autodb.fitting.anfis import BELL, GAUSS, Membership, Monotone, Premises
-from autodb.fitting.anfis.evidence import rows_weighed
 from autodb.fitting.anfis.hybrid import GROWS, SHRINKS, factor_of
 from autodb.fitting.anfis.learned import error_of
+from autodb.fitting.anfis.premise_search import jacobian, projected
 from autodb.fitting.anfis.premises import input_slopes, premise_limits, rule_columns, shares
-from autodb.fitting.anfis.projection import jacobian, projected
-from autodb.fitting.anfis.scaling import LearnerRows, rows
+from autodb.fitting.anfis.prior_weight import rows_weighed
+from autodb.fitting.anfis.standardised import LearnerRows, rows
 from tests.conftest import SHARED
 from tests.helpers.campaigns import first
 
@@ -302,12 +302,12 @@ def test_outside_the_rows_the_model_says_so_and_is_less_sure() -> None:
     assert not corner.inside
     assert corner.sd > 2.0 * anfis.predict_anfis(model, np.array([0.4, 0.4])).sd
     away = np.array([0.5, 0.5]) + np.linspace(0.0, 20.0, 60)[:, None] * [1.0, 0.0]
-    told = anfis.predict_anfis(model, away)
+    stated = anfis.predict_anfis(model, away)
     beyond = away[:, 0] > model.hull.high[0]
-    assert not told.inside[beyond].any()
-    assert np.all(np.diff(told.sd[beyond]) > 0)
-    assert np.all(told.sd[beyond] >= y.std() * told.distance[beyond])
-    assert_allclose(told.distance[-1], (away[-1, 0] - x[:, 0].max()) / x[:, 0].std(), rtol=1e-9)
+    assert not stated.inside[beyond].any()
+    assert np.all(np.diff(stated.sd[beyond]) > 0)
+    assert np.all(stated.sd[beyond] >= y.std() * stated.distance[beyond])
+    assert_allclose(stated.distance[-1], (away[-1, 0] - x[:, 0].max()) / x[:, 0].std(), rtol=1e-9)
 
 
 def _held(seed: int, *, learned: bool) -> bool:
@@ -352,13 +352,13 @@ def test_rules_are_sentences_in_their_own_units() -> None:
     premises = anfis.premise_grid((2, 3))
     x = np.array([[a, b] for a in (2.0, 4.0, 6.0, 8.0) for b in (0.1, 0.15, 0.2, 0.3, 0.4)])
     model = anfis.fit_consequents(x, 50.0 - 20.0 * x[:, 0] + 1000.0 * x[:, 1], premises)
-    told = anfis.rule_sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
-    assert len(told) == 6
-    assert told[1] == (
+    stated = anfis.rule_sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
+    assert len(stated) == 6
+    assert stated[1] == (
         "If current is low (about 2 A) and feed is medium (about 0.25 mm/rev), "
         "then force = 50 − 20·current + 1000·feed N"
     )
-    assert "feed is high (about 0.4 mm/rev)" in told[5]
+    assert "feed is high (about 0.4 mm/rev)" in stated[5]
     many = anfis.fit_consequents(x, x[:, 0], anfis.premise_grid((6, 1)))
     first = anfis.rule_sentences(many, ("a", "b", "c"), ("", "", ""))[0]
     assert first.startswith("If a is about 2 and b is about 0.25, then c = ")

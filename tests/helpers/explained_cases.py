@@ -3,10 +3,7 @@
 import numpy as np
 
 from autodb.proofs.cases.base.case import Case, Hidden, Rival
-from autodb.proofs.runs.explain.explain_score import (
-    NamedEntry,
-    ScoredCase,
-)
+from autodb.proofs.runs.explain.explain_score import NamedEntry, ScoredCase
 
 T = np.linspace(0.0, 10.0, 500)
 

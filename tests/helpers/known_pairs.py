@@ -1,4 +1,4 @@
-"""What is believed of a pair to a share of what any metal may have, and an insert."""
+"""A posterior of a pair to a share of what any metal may have, and an insert."""
 
 from dataclasses import replace
 

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 AXES = ("x", "z", "spindle")
 MACHINES = 20
 SEEDS = range(400, 400 + MACHINES)
-"""Fixed before any was looked at."""
+"""Fixed before any was seen."""
 TEXTS = ("operation", "work.material", "tool", "tool.edge")
 FORCES = ("force.x", "force.y", "force.z")
 

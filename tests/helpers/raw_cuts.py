@@ -33,7 +33,7 @@ def made(seed: int, what: CutDisturbance = NOTHING, duration_s: float = 10.0) ->
 
 
 def read(cut: Disturbed, only: Callable[[str], bool] = lambda _: True) -> raw.RawCut | str:
-    """Return the cut of a recording, of channels that ``only`` keeps, or why it is set aside."""
+    """Return the cut of a recording, of channels that ``only`` keeps, or why it is excluded."""
     channels = {name: values for name, values in cut.channels.items() if only(name)}
     try:
         return raw.cut_of_recording(Recording(path=Path("cut.parquet"), channels=channels))
@@ -42,7 +42,7 @@ def read(cut: Disturbed, only: Callable[[str], bool] = lambda _: True) -> raw.Ra
 
 
 def row_of(cut: raw.RawCut | str) -> dict[str, float]:
-    """Return the row of a cut that is not set aside."""
+    """Return the row of a cut that is not excluded."""
     assert isinstance(cut, raw.RawCut), cut
     return {name: float(values[0]) for name, values in cut.table.channels.items()}
 

@@ -52,10 +52,10 @@ class Seen:
 
 
 def recover(
-    parts: Sequence[ChannelPart], seen: Seen, looked: Mapping[str, tuple[float, ...]]
+    parts: Sequence[ChannelPart], seen: Seen, begin_at: Mapping[str, tuple[float, ...]]
 ) -> Recovered:
-    """Return the fit of parts to what was seen; ``looked`` adds starts by parameter name."""
-    fit = fit_parts(parts, seen.inputs, seen.measured, sd=seen.sd, looked=looked)
+    """Return the fit of parts to what was seen; ``begin_at`` adds starts by parameter name."""
+    fit = fit_parts(parts, seen.inputs, seen.measured, sd=seen.sd, begin_at=begin_at)
     return Recovered(fit.parts, fit.linear)
 
 

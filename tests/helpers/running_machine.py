@@ -113,7 +113,7 @@ def write_agentfile(
 
 
 def new_database(*, mill: bool) -> None:
-    """Make a database that knows the machine, in the working folder."""
+    """Make a database with the machine, in the working folder."""
     create_store(URL)
     store = open_store(URL)
     add_machine(store, MACHINE, MILL if mill else LATHE)
@@ -155,18 +155,18 @@ def run_agent(
     """Run an agent until something holds, which it must in time; return what it said, and it."""
     said: list[str] = []
     end = time.monotonic() + timeout_s
-    looked = [0.0, False]
+    checked = [0.0, False]
 
     def goes_on() -> bool:
-        if time.monotonic() - looked[0] > 0.3:
-            looked[:] = [time.monotonic(), until()]
-        return not looked[1] and time.monotonic() < end
+        if time.monotonic() - checked[0] > 0.3:
+            checked[:] = [time.monotonic(), until()]
+        return not checked[1] and time.monotonic() < end
 
     agent = Agent(
         path, read_agentfile(path), opened, say=said.append, excuse=excuse, goes_on=goes_on
     )
     agent.run()
-    assert looked[1], said
+    assert checked[1], said
     return said, agent
 
 

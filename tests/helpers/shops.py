@@ -15,7 +15,7 @@ from autodb.store import Store, models
 
 DIAMETER_MM = 50.0
 SENSED = {"y": 1, "z": 2}
-"""Components that a lathe's currents feel in turning, by place in a cut's forces."""
+"""Components that a lathe's currents sense in turning, by place in a cut's forces."""
 
 
 def add(
@@ -64,7 +64,7 @@ def add(
 
 
 def _sensors(session: Session, machine_id: int) -> dict[str, models.Estimator]:
-    """Return what feels a machine's forces, new where there is nothing yet."""
+    """Return what senses a machine's forces, new where there is nothing yet."""
     rows = session.scalars(select(models.Estimator).filter_by(machine_id=machine_id))
     found = {row.component: row for row in rows}
     for c in SENSED.keys() - found.keys():

@@ -9,7 +9,7 @@ from autodb.files.machine import LATHE
 from autodb.store import create_store, models, open_store
 
 LIMITS_N = {"x": 600.0, "z": 900.0}
-ODD = 'a/b <script>alert("x")</script> & c'
+STRANGE = 'a/b <script>alert("x")</script> & c'
 """Name of a machine that a page could be broken by."""
 
 
@@ -25,6 +25,6 @@ def filled(path: Path) -> str:
         for axis in session.query(models.Axis).all():
             axis.limit_force_N = LIMITS_N.get(axis.name)
             axis.limit_torque_N_m = 30.0 if axis.name == "spindle" else None
-    add_machine(store, ODD, LATHE)
+    add_machine(store, STRANGE, LATHE)
     store.close()
     return url

@@ -16,7 +16,7 @@ from tests.helpers.running_machine import (
     same_as_said,
     write_agentfile,
 )
-from tests.helpers.shifts import LATHE, MILL, SPEED, all_in, free_port, rows_recorded
+from tests.helpers.shifts import LATHE, MILL, MILL_SPEED, SPEED, all_in, free_port, rows_recorded
 
 
 @pytest.mark.parametrize("off_s", [-3600.0, 86400.0])
@@ -43,7 +43,7 @@ def test_a_clock_that_is_set_in_a_cut_parts_it(cli: Cli) -> None:
     with running(server) as one:
         new_database(mill=True)
         path = write_agentfile(server, shift, protocol="opcua", item=server.item)
-        one.when_read(path, 1.0)
+        one.when_read(path, MILL_SPEED)
         _, agent = run_agent(path, all_in(3))
     assert [len(rows) for rows in rows_recorded()] == [200, 176, 376]
     assert (agent.health.gaps, agent.health.late) == (1, 0)

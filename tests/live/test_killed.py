@@ -29,7 +29,16 @@ from tests.helpers.running_machine import (
     same_as_said,
     write_agentfile,
 )
-from tests.helpers.shifts import CHANNELS, LATHE, MILL, SPEED, all_in, rows_recorded, served_mill
+from tests.helpers.shifts import (
+    CHANNELS,
+    LATHE,
+    MILL,
+    MILL_SPEED,
+    SPEED,
+    all_in,
+    rows_recorded,
+    served_mill,
+)
 
 
 def _checksums() -> dict[str, str]:
@@ -84,7 +93,7 @@ def _killed_at(one: Running, row: int) -> None:
     path = Path("agent.toml")
     child = _forked(path)
     one.call(holds(lambda: connected(path)))
-    one.call(one.server.play(speed=1.0, upto=row))
+    one.call(one.server.play(speed=MILL_SPEED, upto=row))
     heard_s = MILL.instant_s(row - 1) - 1e-6
 
     def heard() -> bool:
@@ -104,8 +113,8 @@ def test_what_a_server_remembers_is_read_after_a_kill(cli: Cli) -> None:
     del cli
     with served_mill(history=True) as one:
         _killed_at(one, MILL.cuts[0][0] + 150)
-        one.call(one.server.play(speed=1.0, upto=MILL.cuts[1][0] + 100))
-        one.when_read(Path("agent.toml"), 1.0)
+        one.call(one.server.play(speed=MILL_SPEED, upto=MILL.cuts[1][0] + 100))
+        one.when_read(Path("agent.toml"), MILL_SPEED)
         _, agent = run_agent(Path("agent.toml"), all_in(2))
         same_as_said(MILL)
         assert agent.health.gaps == 0
@@ -118,8 +127,8 @@ def test_without_a_history_what_nobody_heard_is_a_gap(cli: Cli) -> None:
     with served_mill(history=False) as one:
         middle = MILL.cuts[0][0] + 150
         _killed_at(one, middle)
-        one.call(one.server.play(speed=1.0, upto=middle + 30))
-        one.when_read(Path("agent.toml"), 1.0)
+        one.call(one.server.play(speed=MILL_SPEED, upto=middle + 30))
+        one.when_read(Path("agent.toml"), MILL_SPEED)
         _, agent = run_agent(Path("agent.toml"), all_in(3))
         assert agent.health.gaps == 1
         rows = [len(mill_rows) for mill_rows in rows_recorded()]

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from autodb.agent.operate.health import read_health
 from autodb.agent.operate.running import health_of
 from autodb.proofs.machines.served.mtconnect import MtConnectServer
+from autodb.proofs.machines.served.shift import ServedShift
 from tests.conftest import Cli
 from tests.helpers.running_machine import (
     MACHINE,
@@ -22,7 +23,7 @@ from tests.helpers.running_machine import (
     same_as_said,
     write_agentfile,
 )
-from tests.helpers.shifts import LATHE, MILL, SPEED, all_in, rows_recorded, served_mill
+from tests.helpers.shifts import LATHE, MILL, MILL_SPEED, SPEED, all_in, rows_recorded, served_mill
 
 
 def test_a_lathe_behind_mtconnect_teaches_its_database(
@@ -52,7 +53,7 @@ def test_a_mill_over_opc_ua(cli: Cli) -> None:
     """Fourteen channels, a node each, at 250 Hz."""
     del cli
     with served_mill(history=False) as one:
-        one.when_read(Path("agent.toml"), 1.0)
+        one.when_read(Path("agent.toml"), MILL_SPEED)
         said, agent = run_agent(Path("agent.toml"), all_in(2))
         same_as_said(MILL)
         (first, second) = cuts_stored()
@@ -60,6 +61,12 @@ def test_a_mill_over_opc_ua(cli: Cli) -> None:
         assert_allclose(second.conditions["cutting.feed"], 400.0 / 3500.0 / 2.0)
         assert (agent.health.gaps, agent.health.late, agent.health.lost) == (0, 0, 0)
         assert said[0].endswith(": connected")
+
+
+def _late_in_pause(shift: ServedShift) -> int:
+    """Return a row of the first pause between cuts by which the cut before it has ended."""
+    (_, end), (begin, _) = shift.cuts[:2]
+    return end + round(0.85 * (begin - end))
 
 
 async def _restarted(one: Running, pause: int, *, speed: float) -> None:
@@ -79,9 +86,7 @@ def test_a_server_that_is_restarted_is_read_again(cli: Cli) -> None:
     """OPC UA: the server goes in a pause and comes back; both cuts are whole."""
     del cli
     with served_mill(history=False) as one:
-        pause = (MILL.cuts[0][1] + MILL.cuts[1][0]) // 2
-
-        one.begin(_restarted(one, pause, speed=1.0))
+        one.begin(_restarted(one, _late_in_pause(MILL), speed=MILL_SPEED))
         said, agent = run_agent(Path("agent.toml"), all_in(2))
         same_as_said(MILL)
         assert agent.health.gaps == 1
@@ -91,8 +96,7 @@ def test_a_server_that_is_restarted_is_read_again(cli: Cli) -> None:
 
 def test_an_mtconnect_agent_that_is_restarted_is_read_from_its_beginning(lathe: Running) -> None:
     """It counts anew, and what it had kept is gone: both sides of a gap in a pause are whole."""
-    pause = (LATHE.cuts[0][1] + LATHE.cuts[1][0]) // 2
-    lathe.begin(_restarted(lathe, pause, speed=SPEED))
+    lathe.begin(_restarted(lathe, _late_in_pause(LATHE), speed=SPEED))
     _, agent = run_agent(Path("agent.toml"), all_in(3))
     same_as_said(LATHE)
     assert agent.health.gaps == 1

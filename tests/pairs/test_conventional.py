@@ -1,4 +1,5 @@
-"""Conventional values: every file is whole, its figures are kept, and its bounds are believed."""
+"""Conventional values: every file is whole, its figures are kept, and its bounds are those of the
+posterior."""
 
 import re
 from pathlib import Path

@@ -21,29 +21,30 @@ from autodb.pairs.disagreeing import (
     gain_directions,
 )
 from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import TURN, draw_read_cuts
 from tests.helpers.campaigns import first
 
 MACHINES, CUTS = 6, 10
-ODD = 2
+OFF_ONE = 2
 """Which machine is off."""
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """What the pairs of each machine told, as stated and as sensed; what is known of each pair."""
+    """Information of the pairs of each machine, as stated and as sensed; what is known of each
+    pair."""
 
-    told: list[list[tuple[InformationOfCuts, InformationOfCuts]]]
+    information: list[list[tuple[InformationOfCuts, InformationOfCuts]]]
     known: list[KnownMaterial]
 
     def compared(self, machine: int) -> list[ComparedPair]:
         """Compare a machine's pairs with the others'."""
         return [
             compared(sensed, as_stated=stated, others=known.without("tool", stated).pair("tool"))
-            for known, (stated, sensed) in zip(self.known, self.told[machine], strict=True)
+            for known, (stated, sensed) in zip(self.known, self.information[machine], strict=True)
         ]
 
     def named(self, machine: int, standard: SensedStandardCut | None = None) -> Disagrees | None:
@@ -61,7 +62,7 @@ def fleet(seed: int, *, pairs: int = 3, gain: float = 1.0, harder: float = 1.0) 
     known = [KnownMaterial(pair_ours.prior(drawn.pairs[key].material).law) for key in keys]
     every = []
     for machine in range(MACHINES):
-        off = machine == ODD
+        off = machine == OFF_ONE
         made = fleets.on_machine(rng, drawn, keys, gain=gain if off else 1.0)
         if off:
             made[keys[0]] = fleets.harder_pair(made[keys[0]], harder)
@@ -84,40 +85,40 @@ def test_machines_that_agree_are_not_named() -> None:
 
 
 @pytest.mark.parametrize("seed", first(2, range(4)))
-def test_a_calibration_that_is_off_is_told_from_cutting(seed: int) -> None:
+def test_a_calibration_that_is_off_is_distinguished_from_cutting(seed: int) -> None:
     found = fleet(seed, gain=1.5)
-    named = found.named(ODD)
+    named = found.named(OFF_ONE)
     assert named is not None
     assert named.cause is DisagreementCause.CALIBRATION
     for gain, sd in zip(named.gain, named.gain_sd, strict=True):
         assert abs(gain - np.log(1.5)) < 0.15 + 3.0 * sd  # its calibration's own 5 % beside
-    assert all(found.named(m) is None for m in range(MACHINES) if m != ODD)
+    assert all(found.named(m) is None for m in range(MACHINES) if m != OFF_ONE)
 
 
-def test_cutting_that_is_another_is_told_from_a_calibration() -> None:
+def test_cutting_that_is_another_is_distinguished_from_a_calibration() -> None:
     """Of 4 fleets three at least: a pair far from its material's card may tell little of itself."""
     every = [fleet(seed, harder=1.7) for seed in range(4)]
-    told_of = [named for one in every if (named := one.named(ODD)) is not None]
-    assert len(told_of) >= 3
-    assert all((named.cause, named.pair) == (DisagreementCause.CUTTING, 0) for named in told_of)
-    assert all(one.named(m) is None for one in every for m in range(MACHINES) if m != ODD)
+    found_in = [named for one in every if (named := one.named(OFF_ONE)) is not None]
+    assert len(found_in) >= 3
+    assert all((named.cause, named.pair) == (DisagreementCause.CUTTING, 0) for named in found_in)
+    assert all(one.named(m) is None for one in every for m in range(MACHINES) if m != OFF_ONE)
 
 
 @pytest.mark.parametrize("off", [{"gain": 1.7}, {"harder": 1.7}])
 def test_two_pairs_do_not_tell_but_a_standard_cut_does(off: dict[str, float]) -> None:
     found = fleet(1, pairs=2, **off)
-    alone = found.named(ODD)
+    alone = found.named(OFF_ONE)
     assert alone is not None
     assert alone.cause is DisagreementCause.EITHER
     sensed = SensedStandardCut(
         gain=np.full(2, off.get("gain", 1.0) - 1.0), sd=np.full(2, 0.045), along=np.eye(2)
     )
-    told_by_it = found.named(ODD, sensed)
-    assert told_by_it is not None
-    assert told_by_it.cause is (
+    named_by_it = found.named(OFF_ONE, sensed)
+    assert named_by_it is not None
+    assert named_by_it.cause is (
         DisagreementCause.CALIBRATION if "gain" in off else DisagreementCause.CUTTING
     )
-    assert told_by_it.told_by == "its cuts of known force"
+    assert named_by_it.determined_from == "its cuts of known force"
 
 
 def test_a_gain_moves_the_law_s_forces_by_itself() -> None:
@@ -134,7 +135,9 @@ def test_a_gain_moves_the_law_s_forces_by_itself() -> None:
 
 
 def test_what_tells_nothing_disagrees_with_nothing() -> None:
-    nothing = InformationOfCuts(np.zeros_like(fleet(0).told[0][0][0].precision), np.zeros(16))
+    nothing = InformationOfCuts(
+        np.zeros_like(fleet(0).information[0][0][0].precision), np.zeros(16)
+    )
     found = compared(nothing, as_stated=nothing, others=pair_ours.prior("steel").law)
     assert found.improbable() == 1.0
     assert disagrees([found], compared_in_all=1) is None

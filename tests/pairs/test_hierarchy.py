@@ -1,4 +1,4 @@
-"""What machines know together: sums that are the joint inference, and nothing is told twice."""
+"""What machines know together: sums that are the joint inference, and nothing counts twice."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ MIDDLE = (len(STEPS) // 2,) * 2
 
 
 def readings(rng: np.random.Generator, theta: Array, *, count: int, sd: float) -> InformationOfCuts:
-    """Return what linear readings of active coordinates told."""
+    """Return the information of linear readings of active coordinates."""
     design = rng.standard_normal((count, SIZE)) / np.sqrt(METALS)
     values = design @ theta + sd * rng.standard_normal(count)
     return InformationOfCuts(design.T @ design / sd**2, design.T @ values / sd**2)
@@ -53,9 +53,9 @@ def test_sums_are_the_joint_inference() -> None:
     """Against all of μ, τ and ε in one linear system, with the shares of the grid's middle."""
     rng = np.random.default_rng(1)
     pairs = [("a", 0), ("a", 1), ("b", 0), ("b", 2), ("b", 3)]
-    told_of = [readings(rng, ANY.mean[ACTIVE], count=8, sd=0.3) for _ in pairs]
+    given = [readings(rng, ANY.mean[ACTIVE], count=8, sd=0.3) for _ in pairs]
     known = KnownMaterial(ANY, held=MIDDLE)
-    for (tool, _), one in zip(pairs, told_of, strict=True):
+    for (tool, _), one in zip(pairs, given, strict=True):
         known = known.changed(tool, more=one)
 
     # μ, then τ of a and b, then ε of each pair, and of a new one with tool b
@@ -65,7 +65,7 @@ def test_sums_are_the_joint_inference() -> None:
     prior[np.diag_indices(blocks * SIZE)] = np.concatenate(variances)
     mean = np.concatenate([ANY.mean[ACTIVE], np.zeros((blocks - 1) * SIZE)])
     precision, weighted = np.linalg.inv(prior), np.linalg.solve(prior, mean)
-    for k, ((tool, _), one) in enumerate(zip(pairs, told_of, strict=True)):
+    for k, ((tool, _), one) in enumerate(zip(pairs, given, strict=True)):
         into = _places(blocks, 0, 1 + "ab".index(tool), 3 + k)
         precision += into.T @ one.precision @ into
         weighted += into.T @ one.weighted
@@ -113,7 +113,7 @@ def test_nothing_known_is_the_start_and_how_far_pairs_are_apart() -> None:
     assert_allclose(KnownMaterial(ANY).shares, (RELATIVE, MACHINES))
 
 
-def test_what_cuts_told_is_the_same_from_any_start() -> None:
+def test_information_of_cuts_is_the_same_from_any_start() -> None:
     """So that a pair that began from the others tells them only what its own cuts did."""
     rng = np.random.default_rng(3)
     design, values = np.zeros((12, OWN)), rng.standard_normal(12)
@@ -136,7 +136,7 @@ def test_what_cuts_told_is_the_same_from_any_start() -> None:
 
 
 @pytest.mark.parametrize("b", [0.03, 0.15])
-def test_how_far_machines_are_apart_is_told_by_them(b: float) -> None:
+def test_how_far_machines_are_apart_is_estimated_from_them(b: float) -> None:
     """Of 24 machines with 16 coordinates each: to a step and a half of the grid, 0.37 in ln b."""
     found = fleet(np.random.default_rng(4), tools=2, machines=24, a=0.2, b=b, sd=0.01)[0]
     assert abs(np.log(found.shares[1] / b)) < 0.375
@@ -145,7 +145,7 @@ def test_how_far_machines_are_apart_is_told_by_them(b: float) -> None:
 def test_posteriors_hold_the_next_machine() -> None:
     """Of 60 fleets the misfit of a next machine's pair, χ² with 16 degrees each, is within the
     interval that correct posteriors leave once in a thousand, widened by a fifth for shares that
-    six machines told.
+    six machines gave.
     """
     rng = np.random.default_rng(5)
     misfit = 0.0

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import learn_averaging, log_evidence, posterior_of_readings
 from autodb.pairs.observed import PairCuts, X
 from autodb.pairs.posterior import DAY, FAR, NEAR, OWN, PairPosterior, Shared
+from autodb.pairs.updating import learn_averaging, log_evidence, posterior_of_readings
 from tests.helpers.law_off import PRIOR, Array, cuts_of, sensed
 
 NUMBERS = {
@@ -61,7 +61,8 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
-    """An entering angle 5° off the assumed one: the posterior of cuts knows, and faces as it is."""
+    """An entering angle 5° off the assumed one: the posterior of cuts has it, and faces as it
+    is."""
     theta = _true(4)
     rows = [
         {"cutting.feed": f, "cutting.depth": d, "cutting.speed": 100.0, "work.diameter": 40.0}

@@ -13,10 +13,11 @@ from autodb.cutting import kienzle, shear
 from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
-from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_card
-from autodb.pairs.cards import COLUMNS, LINEAR, cards_as_csv, linear_as_csv, read_cards, write_cards
+from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_coefficients
+from autodb.pairs.cards import COLUMNS, cards_as_csv, read_cards
 from autodb.pairs.conventional import posterior_of_material
 from autodb.pairs.prior import any_metal, of_card
+from autodb.standard.writing import write_once
 
 K_SHARE = 0.02
 """k_c1.1 of a card, of the posterior it leaves, and of that posterior's card: within this share."""
@@ -58,8 +59,8 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
     at = ViewRange(0.02, 0.2, 180.0, float(np.radians(-6.0)))
     cards = (_card(1234.56, 0.21, at), *read_cards(_written(tmp_path, GOOD)))
     path = tmp_path / "again.csv"
-    assert write_cards(cards_as_csv(cards), path)
-    assert not write_cards(cards_as_csv(cards), path)
+    assert write_once(cards_as_csv(cards), path)
+    assert not write_once(cards_as_csv(cards), path)
     again = read_cards(path)
     assert [card.material for card in again] == ["a", "C45", "brass"]
     for one, other in zip(cards, again, strict=True):
@@ -69,7 +70,7 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
             (one.card.level, one.card.shape, one.at.rake_rad, one.at.speed_m_min), rtol=1e-4,
         )  # fmt: skip
     with pytest.raises(UnusableInput, match="is there already and differs"):
-        write_cards(cards_as_csv(cards[:1]), path)
+        write_once(cards_as_csv(cards[:1]), path)
 
 
 @pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1+1", "-x", "@SUM(1)", "\t=1", "'=1"])
@@ -130,18 +131,13 @@ def test_no_card_says_that_the_specific_force_grows_with_the_chip() -> None:
     assert 0.1 < thin.m_c < 0.3
 
 
-def test_linear_edges_are_written_with_units_and_bounds() -> None:
+def test_linear_edges_have_bounds_and_follow_the_law() -> None:
     law, at = posterior_of_material("Al 7075").law, ViewRange(thinnest_mm=0.1)
-    card = linear_card("Al, 7075", law, at, source="belief")
-    (row,) = csv.DictReader(io.StringIO(linear_as_csv([card])))
-    assert row["material"] == "Al, 7075"
-    for name, unit in LINEAR:
-        assert row[f"{name}_unit"] == unit
-        low, value, high = (float(row[f"{name}{end}"]) for end in ("_lower", "", "_upper"))
-        assert low < value < high
+    found = linear_coefficients(law, at)
+    assert all(one.lower < one.value < one.upper for one in found.values())
     edge = at.edge
     along, across, _ = shear.per_width(law.mean, edge)
-    line = {name: float(row[name]) for name, _ in LINEAR}
+    line = {name: one.value for name, one in found.items()}
     # 2 %: how far the law is off the two lines that are fitted to it over these chips
     assert_allclose(line["K_tc"] * edge.thickness_mm + line["K_te"], along, rtol=0.02)
     assert_allclose(line["K_rc"] * edge.thickness_mm + line["K_re"], across, rtol=0.02)
@@ -194,5 +190,5 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
 def test_the_docs_list_the_columns() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text("utf-8")
     section = text.split("## Material cards")[1].split("\n## ")[0]
-    for name in (*COLUMNS, *(name for name, _ in LINEAR)):
+    for name in COLUMNS:
         assert f"`{name}`" in section

@@ -1,4 +1,4 @@
-"""What is believed of a work-tool pair: learnt, merged, undone, predicted, planned."""
+"""The posterior of a work-tool pair: learnt, predicted, planned."""
 
 from dataclasses import replace
 
@@ -13,13 +13,12 @@ from autodb.cutting.elements import cut_forces
 from autodb.cutting.insert import Insert, TurnedCuts, insert_elements
 from autodb.pairs.determined import chip_thickness, undetermined
 from autodb.pairs.forecast import forecast
-from autodb.pairs.information_gained import information_gained, merged, without_batch
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.next_cut import PlanLimits, SensedComponent, gain_error, propose
 from autodb.pairs.observed import CHIP, Observed, PairCuts, Y, Z
-from autodb.pairs.outlier_test import outlier_test
-from autodb.pairs.planning import PlanLimits, SensedComponent, gain_error, propose
+from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card, of_relative
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import scattered
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import (
@@ -93,25 +92,6 @@ def test_one_after_the_other_is_all_at_once(
     assert_allclose(one.sd[:, :3], all_.sd[:, :3], rtol=0.15)
     assert posterior.cuts == batch.cuts == 16
     assert posterior.state.mean.shape == batch.state.mean.shape, "a cut adds nothing to its size"
-
-
-def test_a_batch_is_undone_and_machines_merge(
-    learnt: tuple[PairPosterior, Observed, PairPosterior],
-) -> None:
-    begun, observed, _ = learnt
-    first, second = (some(observed, np.arange(a, a + 8)) for a in (0, 8))
-    before = posterior_of_readings(begun, first)
-    after = posterior_of_readings(before, second)
-    back = without_batch(after, information_gained(before, after))
-    assert_allclose(back.state.mean, before.state.mean, rtol=1e-6, atol=1e-6)
-    assert_allclose(back.state.covariance, before.state.covariance, rtol=1e-5, atol=1e-9)
-    assert_allclose(back.scatter.share, before.scatter.share, rtol=1e-9)
-    assert back.cuts == 8
-    both = merged(before, information_gained(begun, posterior_of_readings(begun, second)))
-    ahead = cuts_of(8, 6)
-    joint, whole = forecast(both, ahead), forecast(after, ahead)
-    assert np.all(np.abs(joint.mean - whole.mean)[:, :3] < 0.5 * whole.sd[:, :3])
-    assert both.cuts == 16
 
 
 def test_forces_alone_leave_shear_stress_and_chip_ratio_open(
@@ -213,7 +193,7 @@ def test_a_card_is_believed_as_far_as_it_says() -> None:
 
 
 def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
-    """Of 300 cuts of the same state at most 4 are called implausible, where chance alone gives more
+    """Of 300 cuts of the same state at most 4 are called outliers, where chance alone gives more
     once in 60 000; a cut whose forces are half again as large is. Errors are a little smaller than
     expected, because this truth is the law itself.
     """
@@ -221,10 +201,10 @@ def test_a_cut_of_another_state_is_surprising_and_one_of_this_is_not() -> None:
     posterior = posterior_of_readings(prior(), sensed(theta, cuts_of(2, 16), seed=3))
     same = sensed(theta, cuts_of(31, 300), seed=32)
     found = outlier_test(posterior, same)
-    assert found.implausible.sum() <= 4
+    assert found.outlying.sum() <= 4
     assert 0.6 < np.std(found.off) < 1.1
     worn = replace(some(same, np.arange(1)), value=1.5 * same.value[[0, 300]])
-    assert outlier_test(posterior, worn).implausible.all()
+    assert outlier_test(posterior, worn).outlying.all()
     assert outlier_test(posterior, some(same, np.arange(5))).together > 1e-4
 
 

@@ -1,4 +1,5 @@
-"""Wear of edges in what is believed of a pair: what it adds, and that it is told from the law."""
+"""Wear of edges in the posterior of a pair: what it adds, and that it is distinguished from the
+law."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,10 +13,10 @@ from autodb.cutting import shear
 from autodb.cutting.elements import cut_forces, edge_parts
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import OWN, WEAR
 from autodb.pairs.prior import of_relative
+from autodb.pairs.updating import posterior_of_readings
 from autodb.pairs.worn import learn_worn, with_wear
 from tests.helpers.turned_pairs import prior, truth, turn
 from tests.helpers.worn_pairs import WEARS, week, worn_posterior
@@ -83,7 +84,7 @@ def test_what_wear_adds_goes_with_time_and_what_edges_differ_by_is_in_the_interv
     assert_allclose(differ.sd**2 - alike.sd**2, whole.own, rtol=1e-6, atol=1e-9)
 
 
-def test_wear_is_told_from_the_law() -> None:
+def test_wear_is_distinguished_from_the_law() -> None:
     """Of edges alike: five numbers within 4 sd, by chance not in 1 of 3000."""
     alike = replace(WEARS, between=0.0)
     _, fresh = week(11, wear=None)

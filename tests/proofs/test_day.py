@@ -11,21 +11,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.cuts.ahead import ahead
-from autodb.explain.cuts.candidates.warming import coldness, has_pause, warming_candidates
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.candidates.cold_machine import coldness, has_pause, warming_candidates
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.keeping import day_run
-from autodb.proofs.runs.keeping.day_oracle import (
-    FEWEST,
-    case_of,
-    decidable_from,
-    first_sure,
-    sure,
-)
-from autodb.proofs.runs.keeping.day_run import DayTold, EventTold, Invented, names_it, walked
+from autodb.proofs.runs.keeping.day_oracle import FEWEST, case_of, decidable_from, first_sure, sure
+from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, Invented, names_it, walked
 from autodb.proofs.runs.keeping.day_summary import BETTER, DaySummary, day_summary_of
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.records import CutTable
 
 SEED = 501
@@ -140,7 +134,7 @@ def _simulation(day: Day, rows: slice) -> dict[str, np.ndarray]:
 
 
 @cache
-def _looked(size: float, count: int) -> FoundInCuts:
+def _searched(size: float, count: int) -> FoundInCuts:
     rows, day = slice(0, count), _day(size)
     includes = list(day.world.parts)
     return look_in_cuts(
@@ -152,23 +146,23 @@ def test_wear_goes_on_and_begins_anew_with_an_edge() -> None:
     day = _day(2.0)
     change = day.events[2].first - 1
     seen = change - 5
-    looked = _looked(2.0, seen)
-    assert "tool_wear" in looked.found.keys
+    result = _searched(2.0, seen)
+    assert "tool_wear" in result.found.keys
     rows = slice(seen, change + 5)
-    told = ahead(looked, _table(day, rows, forces=False), _simulation(day, rows))
-    added = (told.force - day.expected[:, rows])[2] / day.cuts.depth_mm[rows]
+    predicted = ahead(result, _table(day, rows, forces=False), _simulation(day, rows))
+    added = (predicted.force - day.expected[:, rows])[2] / day.cuts.depth_mm[rows]
     assert float(np.median(added[5:])) < 0.5 * float(np.median(added[:5]))
     before = np.sqrt(np.mean((day.measured - day.expected)[:, rows] ** 2))
-    assert np.sqrt(np.mean((day.measured[:, rows] - told.force) ** 2)) < 0.7 * before
-    assert np.all(told.sd > 0.0)
+    assert np.sqrt(np.mean((day.measured[:, rows] - predicted.force) ** 2)) < 0.7 * before
+    assert np.all(predicted.sd > 0.0)
 
 
 def test_where_nothing_was_found_the_simulation_stays() -> None:
     day, rows = _day(0.0), slice(40, 50)
-    looked = _looked(0.0, 40)
-    assert not looked.found.choices
-    told = ahead(looked, _table(day, rows, forces=False), _simulation(day, rows))
-    assert_array_equal(told.force, day.expected[:, rows])
+    result = _searched(0.0, 40)
+    assert not result.found.choices
+    predicted = ahead(result, _table(day, rows, forces=False), _simulation(day, rows))
+    assert_array_equal(predicted.force, day.expected[:, rows])
 
 
 def test_cuts_ahead_need_what_the_table_has() -> None:
@@ -176,20 +170,20 @@ def test_cuts_ahead_need_what_the_table_has() -> None:
     table = _table(day, rows, forces=False)
     bare = CutTable(table.path, {n: v for n, v in table.channels.items() if n != "cutting.speed"})
     with pytest.raises(UnusableInput, match=r"no 'cutting\.speed' in every cut"):
-        ahead(_looked(0.0, 40), bare, _simulation(day, rows))
+        ahead(_searched(0.0, 40), bare, _simulation(day, rows))
     with pytest.raises(UnusableInput, match=r"no force\.z of the simulation"):
         ahead(
-            _looked(0.0, 40),
+            _searched(0.0, 40),
             table,
             {n: v for n, v in _simulation(day, rows).items() if n != "force.z"},
         )
 
 
-# The warm-up as it is looked for
+# The warm-up as it is searched for
 
 
 def test_coldness_falls_in_work_and_comes_back_in_a_pause() -> None:
-    stack = _looked(0.0, 40).stack
+    stack = _searched(0.0, 40).stack
     t_s = np.concatenate([100.0 * np.arange(20), 20_000.0 + 100.0 * np.arange(20)])
     known = replace(stack.known, t_s=t_s, cutting_time_s=50.0 * np.arange(40.0))
     paused = replace(stack, known=known)
@@ -202,8 +196,8 @@ def test_coldness_falls_in_work_and_comes_back_in_a_pause() -> None:
     assert abs(coldness(later, 600.0)[0] - cold[-1]) < 0.1
 
 
-def test_without_a_pause_no_warm_up_is_looked_for() -> None:
-    stack = _looked(0.0, 40).stack
+def test_without_a_pause_no_warm_up_is_searched_for() -> None:
+    stack = _searched(0.0, 40).stack
     even = replace(stack, known=replace(stack.known, t_s=100.0 * np.arange(40.0)))
     assert not has_pause(even.known)
     assert warming_candidates(even) == []
@@ -265,28 +259,28 @@ def test_a_short_day_of_large_effects_is_walked_through() -> None:
     day = _day(2.5, 60)
     (hard,) = [event for event in day.events if event.term == "hard_spot"]
     others = np.sum([event.part for event in day.events if event is not hard], axis=0)
-    told = walked(replace(day, events=(hard,), measured=day.measured - others), step=30)
-    (bar,) = told.events
+    outcome = walked(replace(day, events=(hard,), measured=day.measured - others), step=30)
+    (bar,) = outcome.events
     assert bar.decidable == max(hard.first, FEWEST)
     assert bar.in_time
-    assert told.explained == 3  # after 30 and 60 cuts, and ten after the bar began
+    assert outcome.explained == 3  # after 30 and 60 cuts, and ten after the bar began
     assert bar.named == 30
 
 
-def _told(name: str, *, decidable: int | None = 50, in_time: bool = True) -> EventTold:
+def _outcome(name: str, *, decidable: int | None = 50, in_time: bool = True) -> EventOutcome:
     found = in_time and decidable is not None
     said, sixty = found if decidable else None, 60 if found else None
-    return EventTold(name, "x", 1, decidable, said, said, sixty, sixty, 1.0 if found else None)
+    return EventOutcome(name, "x", 1, decidable, said, said, sixty, sixty, 1.0 if found else None)
 
 
 def _summary(
     *, in_time: bool = True, invented: tuple[Invented, ...] = (), left: float = 0.5
 ) -> DaySummary:
     names = ("warm-up", "wear of edge 1", "wear of edge 2", "hard bar", "drifting sensor")
-    events = tuple(_told(name, in_time=in_time or name != "hard bar") for name in names)
+    events = tuple(_outcome(name, in_time=in_time or name != "hard bar") for name in names)
     days = [
-        DayTold(seed, 20, events, invented, (50.0, 60.0, 70.0), (50 * left, 60 * left, 70 * left),
-                (20.0, 20.0, 20.0))
+        DayOutcome(seed, 20, events, invented, (50.0, 60.0, 70.0),
+                   (50 * left, 60 * left, 70 * left), (20.0, 20.0, 20.0))
         for seed in (1, 2)
     ]  # fmt: skip
     runs = [Finished(day.seed, (day,)) for day in days]

@@ -12,20 +12,10 @@ import pytest
 from autodb.proofs import catalogue
 from autodb.proofs.carrying_out import begin_runs, carry_out
 from autodb.proofs.cases.plan import PlannedCase, draw_concealed
-from autodb.proofs.catalogue import (
-    CONCEALED,
-    CONCEALED_MILLS,
-    PROOFS,
-    Proof,
-    proof,
-)
+from autodb.proofs.catalogue import CONCEALED, CONCEALED_MILLS, PROOFS, Proof, proof
 from autodb.proofs.runs.explain import left_out
-from autodb.proofs.runs.explain.explain_score import (
-    ScoredCase,
-)
-from autodb.proofs.runs.explain.explain_summary import (
-    ExplainSummary,
-)
+from autodb.proofs.runs.explain.explain_score import ScoredCase
+from autodb.proofs.runs.explain.explain_summary import ExplainSummary
 from autodb.proofs.runs.found import markdown
 from tests.conftest import ROOT, Cli
 from tests.helpers.explained_cases import entry, scored
@@ -68,14 +58,13 @@ def test_an_interrupted_proof_goes_on_and_ends_the_same(tmp_path: Path, after: i
 
 
 def test_two_workers_find_what_one_finds(tmp_path: Path) -> None:
-    told: list[int] = []
-    two = carry_out(begin_runs(EXPLAIN, tmp_path / "two"), 2, progress=told.append, workers=2)
-    one = carry_out(begin_runs(EXPLAIN, tmp_path / "one"), 2, progress=lambda _: None)
+    counts: list[int] = []
+    quick = proof("pairs")
+    two = carry_out(begin_runs(quick, tmp_path / "two"), 2, progress=counts.append, workers=2)
+    one = carry_out(begin_runs(quick, tmp_path / "one"), 2, progress=lambda _: None)
     assert one == two
-    assert told == [0, 1, 2]
-    lines = [
-        (tmp_path / name / "explain.jsonl").read_bytes().splitlines() for name in ("one", "two")
-    ]
+    assert counts == [0, 1, 2]
+    lines = [(tmp_path / name / "pairs.jsonl").read_bytes().splitlines() for name in ("one", "two")]
     assert sorted(lines[0]) == sorted(lines[1])
 
 

@@ -25,12 +25,7 @@ from autodb.proofs.runs.explain.explain_score import (
     reliability,
     stretches,
 )
-from autodb.proofs.runs.explain.explain_summary import (
-    NOTHING,
-    confusion,
-    effects,
-    limited_shares,
-)
+from autodb.proofs.runs.explain.explain_summary import NOTHING, confusion, effects, limited_shares
 from autodb.proofs.runs.score import exact_interval
 from tests.helpers.explained_cases import T, entry, hand_made, scored
 

@@ -1,7 +1,7 @@
 """Fixed cases with concealed effects: what is named, and nothing where nothing is hidden.
 
 `autodb prove explain` counts over many cases how often names are right; here a few say whether a
-change has lost what was had: every fourteenth of the sixty, and all sixty in `make campaigns`.
+change has lost what was had: two of the sixty, and all sixty in `make campaigns`.
 """
 
 from dataclasses import replace
@@ -17,10 +17,10 @@ from autodb.proofs.runs.explain.left_out import scored_case
 TEN = 10
 MISSED = 2
 """Of some five decidable cases in ten, those that may come out otherwise than exactly."""
-FEW = range(7, 61, 14)
+FEW = (7, 21)
 
 
-def _told(scored: list[ScoredCase], *, missed: int) -> None:
+def _scores_hold(scored: list[ScoredCase], *, missed: int) -> None:
     """Nothing where nothing is hidden, and of decidable cases all but so many named exactly."""
     assert {one.seed: one.found for one in scored if not one.terms and one.found} == {}
     decidable = [one for one in scored if one.terms and one.decidable]
@@ -38,16 +38,15 @@ def _answered(seed: int) -> ScoredCase:
     return scored_case(_drawn(seed))
 
 
-@pytest.mark.parametrize("seeds", [FEW[:2], FEW[2:]], ids=["first", "last"])
-def test_every_fourteenth_case(seeds: range) -> None:
-    _told([_answered(seed) for seed in seeds], missed=1)
+def test_two_cases() -> None:
+    _scores_hold([_answered(seed) for seed in FEW], missed=1)
 
 
 @pytest.mark.campaign
 @pytest.mark.parametrize("first", range(0, 60, TEN))
 def test_ten_fixed_cases(first: int) -> None:
     scored = [_answered(seed) for seed in range(first + 1, first + TEN + 1)]
-    _told(scored, missed=MISSED)
+    _scores_hold(scored, missed=MISSED)
 
 
 def test_the_fixed_cases_are_those_of_the_plan() -> None:

@@ -15,15 +15,7 @@ from benchmarks.peers.cases import problem_of
 from benchmarks.peers.choosing import best
 from benchmarks.peers.cut_dictionary import cut_columns
 from benchmarks.peers.ours import answer as explained
-from benchmarks.peers.problem import (
-    Answer,
-    Array,
-    Part,
-    load,
-    read_answer,
-    split,
-    thinned,
-)
+from benchmarks.peers.problem import Answer, Array, Part, load, read_answer, split, thinned
 from benchmarks.peers.reading import Summand, axis_term, cut_term
 from benchmarks.peers.run import METHODS, OURS, kept
 from benchmarks.peers.score import Score, names, scored, structure, unscored

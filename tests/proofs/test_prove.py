@@ -24,9 +24,9 @@ from autodb.proofs.machines.axis.quantities import NAMES, quantities
 from autodb.proofs.runs.axis import axis_intervals
 from autodb.proofs.runs.found import markdown
 from autodb.proofs.runs.oracle import oracle
-from autodb.proofs.runs.runs import digest
+from autodb.proofs.runs.proof_summary import COLUMNS, IntervalsSummary, row_cells
+from autodb.proofs.runs.run_file import digest
 from autodb.proofs.runs.score import LEVEL, POOLED, Judged, Z, scored_quantities
-from autodb.proofs.runs.summary import COLUMNS, IntervalsSummary, row_cells
 from tests.conftest import Cli
 
 RUNS = 12
@@ -250,7 +250,7 @@ def test_a_summary_comes_back_from_json_and_prints_every_row(tmp_path: Path) -> 
 
 
 def test_the_oracle_passes_its_own_proof() -> None:
-    """Generator, truths and score agree: who knows the laws is right as often as stated."""
+    """Generator, truths and score agree: who is given the laws is right as often as stated."""
     judged = []
     for seed in range(1001, 1041):
         run = draw_run(seed)

@@ -15,7 +15,7 @@ from autodb.proofs.runs.axis.axis_errors import field_error
 from autodb.proofs.runs.axis.axis_ours import axis_recording, ours
 from autodb.proofs.runs.axis.axis_run import ORACLE, OURS, PUBLISHED, AxisModelErrors
 from autodb.proofs.runs.axis.published_axis import SevenParameters, published_axis, published_weight
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.sensing.drives.moves.protocol import FilterProtocol, means_by_way
 from autodb.timing import Timing
 
@@ -89,8 +89,8 @@ def test_a_field_of_the_published_form_is_found_again(made: Traced) -> None:
     model = published_axis(cells, vertical=True)
     assert field_error(cells, model.current_A(x, v), 3.0) < 0.003
     bent = cells.of(current_A + 0.2 * np.sign(v) * np.sin(x / 60.0))
-    told = published_axis(bent, vertical=True)
-    assert field_error(bent, told.current_A(x, v), 3.0) > 0.02, "a straight line along the travel"
+    published = published_axis(bent, vertical=True)
+    assert field_error(bent, published.current_A(x, v), 3.0) > 0.02, "a line along the travel"
 
 
 def test_the_oracle_of_a_run_without_noise_is_the_truth(made: Traced) -> None:
@@ -107,20 +107,20 @@ def test_autodb_is_nearer_to_the_true_field_and_contour_than_the_published_way(
     where = segments(made)
     found = ours(made, where)
     true = where.cells(made.sweep.expected_A)
-    told = published_axis(where.cells(made.sweep.current_A), vertical=False)
-    published_error = field_error(true, told.current_A(true.x_mm, true.v_mm_s), 0.0)
+    published = published_axis(where.cells(made.sweep.current_A), vertical=False)
+    published_error = field_error(true, published.current_A(true.x_mm, true.v_mm_s), 0.0)
     assert field_error(true, where.means(found.sweep_A), 0.0) < 0.75 * published_error
     assert field_error(true, where.means(found.sweep_terms_A), 0.0) > published_error
     motion, contour_A = made.contour.motion, made.contour.expected_A
     moves = np.abs(motion.v) > 1.0
     off, published_off = (
         float(np.mean(np.abs(one - contour_A)[moves]))
-        for one in (found.contour_A, told.current_A(motion.x, motion.v))
+        for one in (found.contour_A, published.current_A(motion.x, motion.v))
     )
     assert off < 0.5 * published_off
 
 
-def _told(way: str, axis: str, measured: float) -> AxisModelErrors:
+def _errors(way: str, axis: str, measured: float) -> AxisModelErrors:
     return AxisModelErrors(
         way, axis, measured, measured, 0.03, 0.03, 0.12, 0.005 if axis == "z" else None
     )
@@ -128,25 +128,25 @@ def _told(way: str, axis: str, measured: float) -> AxisModelErrors:
 
 def _runs(**measured: float) -> list[Finished[AxisModelErrors]]:
     size = {"x": 0.032, "y": 0.024, "z": 0.10}
-    told = tuple(
-        _told(way, axis, measured.get(way.split()[0].replace(",", ""), 0.5) * size[axis])
+    made = tuple(
+        _errors(way, axis, measured.get(way.split()[0].replace(",", ""), 0.5) * size[axis])
         for axis in size
         for way in (PUBLISHED, OURS, axis_run.TERMS_ALONE, ORACLE, axis_run.KNOWN)
     )
-    return [Finished(1, told)]
+    return [Finished(1, made)]
 
 
 def test_limits() -> None:
     good = axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.58, "oracle": 0.4}), ORIGIN)
     assert good.passed
     assert_allclose(good.limit("x"), 0.6 * 0.032)
-    assert axis_summary.read_fields(good.to_json()) == good
+    assert axis_summary.Fields.from_json(good.to_json()) == good
     near = axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.9, "oracle": 0.8}), ORIGIN)
     assert near.passed, "near the oracle is enough"
     assert not axis_summary.fields_of(_runs(**{"as": 1.0, "autodb": 0.7}), ORIGIN).passed
     gate = axis_summary.axis_gate_of(_runs(**{"as": 1.0}), ORIGIN)
     assert gate.passed
-    assert axis_summary.read_axis_gate(gate.to_json()) == gate
+    assert axis_summary.AxisGate.from_json(gate.to_json()) == gate
     assert not axis_summary.axis_gate_of(_runs(**{"as": 0.5}), ORIGIN).passed
     light = [Finished(1, tuple(replace(one, weight=0.02) for one in _runs()[0].judged))]
     assert not axis_summary.fields_of(light, ORIGIN).passed

@@ -8,7 +8,7 @@ from autodb.proofs.machines.lathe import reference_lathe
 from autodb.proofs.runs.lathe import lathe_summary
 from autodb.proofs.runs.lathe.lathe_run import AxisErrors, run_lathe
 from autodb.proofs.runs.lathe.published_lathe import SpindleLaw
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 ORIGIN = Origin("calibration", "0", "g", "p")
 MACHINES = range(1, 3)

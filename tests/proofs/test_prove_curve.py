@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import GAIN, TurnedCut
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import JUDGED, draw_case, median_errors, some
@@ -33,7 +33,7 @@ from autodb.proofs.runs.pairs.curve_plans import (
 from autodb.proofs.runs.pairs.curve_run import LEARNT, OURS, LearningErrors
 from autodb.proofs.runs.pairs.curve_summary import CurveSummary, curve_summary_of
 from autodb.proofs.runs.pairs.pair_cuts import TURN, ReadCuts, draw_pair, made
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]

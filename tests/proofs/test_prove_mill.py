@@ -21,7 +21,7 @@ from autodb.proofs.runs.mill.mill_ours import loads_A
 from autodb.proofs.runs.mill.mill_run import PUBLISHED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.mill_summary import PUBLISHED_N
 from autodb.proofs.runs.mill.published_mill import PublishedStribeck, published_four_steps
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.sensing.drives.fit.axis_model import terms_with
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.reconstruct import DriveModel
@@ -135,14 +135,14 @@ def test_four_steps_find_a_machine_of_their_own_form_again() -> None:
     assert_allclose(found.friction.p, law.p, rtol=0.01)
     assert_allclose(found.mass, 0.25, rtol=0.005)
     place = np.linspace(0.0, 23.0, 40)
-    told_N = found.placed_N(place) - found.slope * (place - found.rest_mm)
-    assert_allclose(told_N, np.interp(place, x[:40000], cogging_N[:40000], period=23.0), atol=2.0)
+    found_N = found.placed_N(place) - found.slope * (place - found.rest_mm)
+    assert_allclose(found_N, np.interp(place, x[:40000], cogging_N[:40000], period=23.0), atol=2.0)
 
 
 def test_the_published_way_is_far_off_only_where_axes_turn(mill: dict[str, MillAxis]) -> None:
     cuts = [mill_cut(SEED, mill, number, PLAN[number]) for number in (0, 4)]
-    told = mill_run.force_errors(PUBLISHED, mill_run.published_forces(SEED, mill, cuts), cuts)
-    slot, pocket = (max(one.rmse_N for one in told if one.cut == cut.cut.name) for cut in cuts)
+    made = mill_run.force_errors(PUBLISHED, mill_run.published_forces(SEED, mill, cuts), cuts)
+    slot, pocket = (max(one.rmse_N for one in made if one.cut == cut.cut.name) for cut in cuts)
     assert slot < 60.0 < pocket
     assert isinstance(swept_axis(SEED, mill["z"]), Logged)
 
@@ -168,24 +168,24 @@ def test_the_load_is_what_a_model_leaves_of_the_current(mill: dict[str, MillAxis
     assert_allclose(load_A, slow_A - 0.5, atol=1e-9)
 
 
-def _told(way: str, factor: float) -> list[ForceErrors | KeptOfAxis]:
+def _errors(way: str, factor: float) -> list[ForceErrors | KeptOfAxis]:
     return [ForceErrors(way, cut, axis, factor * n, n) for (cut, axis), n in PUBLISHED_N.items()]
 
 
 def _runs(factor: float) -> list[Finished[ForceErrors | KeptOfAxis]]:
-    return [Finished(1, tuple(_told(PUBLISHED, factor)))]
+    return [Finished(1, tuple(_errors(PUBLISHED, factor)))]
 
 
 def _forces(factor: float, pole_mm: float = 23.1) -> mill_summary.ForcesGate:
     kept = [KeptOfAxis(axis, "a table", pole_mm, 201.0, 200.0) for axis in "xy"]
-    told = [*_told(PUBLISHED, 1.0), *_told(mill_run.OURS, factor), *kept]
-    return mill_summary.forces_of([Finished(1, tuple(told))], ORIGIN)
+    made = [*_errors(PUBLISHED, 1.0), *_errors(mill_run.OURS, factor), *kept]
+    return mill_summary.forces_of([Finished(1, tuple(made))], ORIGIN)
 
 
 def test_limits_of_the_forces() -> None:
     good = _forces(0.49)
     assert good.passed
-    assert mill_summary.read_forces(good.to_json()) == good
+    assert mill_summary.ForcesGate.from_json(good.to_json()) == good
     assert_allclose([row.mass for row in good.kept], 0.005)
     assert [len(table.rows) for table in good.tables()] == [4, 2, 8, 2]
     assert not _forces(0.6).passed, "a pocket has a lower limit than a slot"
@@ -195,7 +195,7 @@ def test_limits_of_the_forces() -> None:
 def test_limits_of_the_gate() -> None:
     good = mill_summary.mill_gate_of(_runs(0.9), ORIGIN)
     assert good.passed
-    assert mill_summary.read_mill_gate(good.to_json()) == good
+    assert mill_summary.MillGate.from_json(good.to_json()) == good
     assert not mill_summary.mill_gate_of(_runs(0.7), ORIGIN).passed
     assert not mill_summary.mill_gate_of(_runs(1.3), ORIGIN).passed
     assert not replace(good, mean_N=90.0).passed

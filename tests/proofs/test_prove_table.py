@@ -11,7 +11,7 @@ from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill import reference_table
 from autodb.proofs.machines.mill.reference_table import RecordedTable, TrueTable
 from autodb.proofs.runs.mill import published_table, table_run, table_summary
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.records import Recording
 from autodb.sensing.table.engaged import engaged
 
@@ -93,9 +93,9 @@ def test_a_run_is_summed_up() -> None:
     assert ours.sideways_N < 0.35 * published.sideways_N
     assert ours.off_N[2] < 0.35 * published.off_N[2]
     assert found.along > 0.15
-    assert found.told == 4
+    assert found.identified == 4
     assert found.recordings == 2
-    assert table_summary.read_table_forces(found.to_json()) == found
+    assert table_summary.TableForcesSummary.from_json(found.to_json()) == found
     limits = found.tables()[0]
     assert len(limits.rows) == 10
     gate = found.tables()[1]

@@ -19,7 +19,7 @@ from autodb.proofs.cases.stamps.stamp_cases import (
 )
 from autodb.proofs.catalogue import proof
 from autodb.proofs.runs.found import markdown
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.stamps.stamp_answers import (
     SaidLines,
     StampAnswers,
@@ -32,7 +32,6 @@ from autodb.proofs.runs.stamps.stamps_summary import (
     ALL,
     TWINS,
     StampsSummary,
-    read_stamps,
     stamps_summary_of,
 )
 
@@ -479,7 +478,7 @@ def test_a_summary_passes_only_without_anything_wrong() -> None:
 def test_a_summary_shows_shares_and_comes_back_from_json() -> None:
     refused = StampAnswers(REFUSAL, REFUSAL, {}, frozenset(), "")
     found = _summary(_judge(_answers()), _judge(refused), _judge(_answers({})))
-    assert read_stamps(found.to_json()) == found
+    assert StampsSummary.from_json(found.to_json()) == found
     row = next(one for one in found.rows if one.name == "1 ms, rounded")
     assert row.cells() == (
         "1 ms, rounded", "3", "1", "66.7 %", "0.50 %, none in 1", "2", "0", "1", "0", "1", "0"

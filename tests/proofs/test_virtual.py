@@ -15,13 +15,7 @@ from autodb.proofs.machines.axis.axis import (
     PositionFriction,
     air_moves,
 )
-from autodb.proofs.machines.lathe.jobs import (
-    FACED,
-    cut_at,
-    standard_cuts,
-    week_1_cuts,
-    week_2_cuts,
-)
+from autodb.proofs.machines.lathe.jobs import FACED, cut_at, standard_cuts, week_1_cuts, week_2_cuts
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
 from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import ALUMINIUM, STEEL, TrueCut, mean_forces_N

@@ -23,7 +23,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.reports import figures
 from autodb.reports.card import axis_card
-from autodb.reports.card.axis import at_middle, rules, trueness
+from autodb.reports.card.axis_figures import at_middle, rules, trueness
 from autodb.reports.card.conditions import condition_scatter, condition_words, movement
 from autodb.reports.card.files import BROWSERS
 from autodb.sensing.ranges import calibration
@@ -81,14 +81,14 @@ def test_the_figures_of_a_machines_card_are_those_of_the_record(cli: Cli, cuts: 
     with store.reading() as session:
         for axis in ("x", "z", "spindle"):
             (row,) = current_calibrations(session, 1, axis)
-            _is_told(row, said)
+            _is_stated(row, said)
     store.close()
     assert "force.x, where the operation is 'turn' axis x stands still" in said
     assert "force.z, where the operation is 'face' axis z stands still" in said
     assert not list(Path().glob(".card*"))
 
 
-def _is_told(row: models.CalibrationVersion, said: str) -> None:
+def _is_stated(row: models.CalibrationVersion, said: str) -> None:
     scores = row.scores
     assert row.verdict in said
     assert f"{scores['r_squared_low']:.3f} to {scores['r_squared_high']:.3f}" in said
@@ -97,8 +97,8 @@ def _is_told(row: models.CalibrationVersion, said: str) -> None:
     assert figures.span(low, high, row.current_unit).replace("\xa0", " ") in said
     assert f"axis {row.axis}, version {row.version}" in said
     for name, error in (row.trials or {}).items():
-        told = figures.quantity(error, row.unit).replace("\xa0", " ")
-        assert f"{name} {told}" in said
+        stated = figures.quantity(error, row.unit).replace("\xa0", " ")
+        assert f"{name} {stated}" in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)
     for sentence in outlier_sentences([Outlier(**one) for one in row.outliers or ()]):
@@ -138,7 +138,7 @@ def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -
         assert cut.references > 0.0
 
 
-def test_a_slope_is_told_with_an_error_that_holds() -> None:
+def test_a_slope_is_stated_with_an_error_that_holds() -> None:
     """Groups share an error: an interval that took rows for independent would be too narrow."""
     rng = np.random.default_rng(61)
     held = 0

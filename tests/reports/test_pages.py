@@ -13,10 +13,7 @@ from numpy.testing import assert_array_equal
 from plotly.offline import get_plotlyjs
 
 from autodb.agent.learn.precision_history import LearningCurve
-from autodb.explain.answer.answer import (
-    Considered,
-    Where,
-)
+from autodb.explain.answer.answer import Considered, Where
 from autodb.reports import figures
 from autodb.reports.explanation import TERM_WORDS, explanation_fragment, render_explanation
 from autodb.reports.page import (
@@ -250,7 +247,7 @@ def test_what_was_read_is_escaped() -> None:
     assert "lathe &lt;1&gt;" in own(whole())
 
 
-def test_a_force_that_drives_cannot_feel_is_not_sensed() -> None:
+def test_a_force_that_drives_cannot_sense_is_not_sensed() -> None:
     text = readable(whole())
     assert "cut 1 not sensed 480 N" in text
     assert "11 of 11 measured forces lie in the predicted interval; 1 not sensed." in text

@@ -32,10 +32,10 @@ def _recordings(
     for _ in range(count):
         force = 100.0 * rng.standard_normal(500)
         both = shared * rng.standard_normal(500)
-        told = [force + both + sd * rng.standard_normal(500) for sd in sds]
-        told[0] = told[0] + bias
+        stated = [force + both + sd * rng.standard_normal(500) for sd in sds]
+        stated[0] = stated[0] + bias
         said = np.column_stack([np.full(500, np.hypot(sd, shared)) for sd in sds])
-        heard.append(SensedTogether(np.column_stack(told), said))
+        heard.append(SensedTogether(np.column_stack(stated), said))
         known.append(force)
     return heard, known
 
@@ -111,7 +111,7 @@ def test_unsure_rows_count_less() -> None:
         heard.append(SensedTogether(force[:, None] + sd * rng.standard_normal((600, 2)), sd))
         known.append(force)
     fusion = learn_fusion(NAMES, heard, known)
-    assert fusion.told
+    assert fusion.by_row
     weight = fuse(fusion, heard[0]).weight
     assert weight[:300, 0].min() > 0.8
     assert weight[300:, 0].max() < 0.2

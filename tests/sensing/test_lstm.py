@@ -188,12 +188,12 @@ def test_a_grey_box_learns_what_the_drive_leaves_and_says_how_sure_it_is(box: Gr
     off, drive, held = [], [], []
     for seed in range(100, 130):
         made = _recorded(seed)
-        told = stream.network_forces(box, tables, made.channels)
-        error = told.force_N[:, 0] - made.force_N["x"]
+        sensed = stream.network_forces(box, tables, made.channels)
+        error = sensed.force_N[:, 0] - made.force_N["x"]
         off.append(np.mean(error**2))
         load = AxisLoad(tables["x"]).step(made.channels)
         drive.append(np.mean((-load - made.force_N["x"]) ** 2))
-        held.append(np.mean(np.abs(error) <= 1.96 * told.sd_N[:, 0]))
+        held.append(np.mean(np.abs(error) <= 1.96 * sensed.sd_N[:, 0]))
     assert np.sqrt(np.mean(off)) < 0.4 * np.sqrt(np.mean(drive))
     assert 0.85 < np.mean(held) < 0.99
 
@@ -215,7 +215,7 @@ def test_a_stream_in_blocks_tells_what_the_whole_recording_tells(box: GreyBox) -
 
 
 def test_drive_model_and_network_are_put_together_as_rows_come(box: GreyBox) -> None:
-    """In blocks as of the whole; told nothing else, it is the inverse-variance mean of both."""
+    """In blocks as of the whole; given nothing else, it is the inverse-variance mean of both."""
     tables, channels = box.tables(DRIVES), _recorded(51).channels
     whole = stream.network_forces(box, tables, channels)
     alike = replace(independent(("drive model", "network")), size_N=np.array([20.0, 1.0]))
@@ -236,17 +236,17 @@ def test_drive_model_and_network_are_put_together_as_rows_come(box: GreyBox) -> 
     assert_allclose(whole.drive_N[: len(begun)], begun, atol=1e-6)
 
 
-def test_nothing_is_told_above_the_coherent_band(box: GreyBox) -> None:
-    """Forces end at 15 Hz: what is told above the band is less than the current's own noise."""
+def test_nothing_is_sensed_above_the_coherent_band(box: GreyBox) -> None:
+    """Forces end at 15 Hz: what is sensed above the band is less than the current's own noise."""
     (cutoff_hz,) = box.cutoff_hz
     assert 8.0 < cutoff_hz < 60.0
     channels = _recorded(60).channels
-    told = stream.network_forces(box, box.tables(DRIVES), channels).force_N[:, 0]
+    sensed = stream.network_forces(box, box.tables(DRIVES), channels).force_N[:, 0]
     load = AxisLoad(box.tables(DRIVES)["x"]).step(channels)
-    hz, of_told = signal.welch(told, fs=RATE_HZ, nperseg=256)
+    hz, of_sensed = signal.welch(sensed, fs=RATE_HZ, nperseg=256)
     _, of_load = signal.welch(load, fs=RATE_HZ, nperseg=256)
     above = hz > cutoff_hz + 15.0
-    assert of_told[above].max() < 0.1 * of_load[above].max()
+    assert of_sensed[above].max() < 0.1 * of_load[above].max()
 
 
 def test_what_was_kept_tells_the_same(box: GreyBox) -> None:
@@ -279,7 +279,7 @@ def test_what_was_not_trained_on_is_refused_by_name(box: GreyBox) -> None:
 
 
 def test_trained_on_air_a_load_stays(box: GreyBox) -> None:
-    """Networks that see no load cannot take one away: friction is learnt, the push is told."""
+    """Networks that see no load cannot take one away: friction is learnt, the push is sensed."""
     air = learning.train_grey_box(
         [_recorded(seed, cuts=False) for seed in range(12)], DRIVES, rate_hz=RATE_HZ, plan=TINY
     )

@@ -161,7 +161,7 @@ def test_process_forces_come_back_in_machine_axes(model: TableModel) -> None:
     assert held.mean() > 0.9
 
 
-def test_heat_of_chips_is_told_by_the_air_around_a_cut(model: TableModel) -> None:
+def test_heat_of_chips_is_estimated_from_the_air_around_a_cut(model: TableModel) -> None:
     """z drifts to 25 N with a time of 12 s: left in, the force in z is off by 15 N and more."""
     t = np.arange(0.0, 60.0, 1.0 / RATE_HZ)
     a, c = _moved(t, [(1.0, -20.0, 31.0)], 2.0)
@@ -180,7 +180,7 @@ def test_heat_of_chips_is_told_by_the_air_around_a_cut(model: TableModel) -> Non
     assert_allclose(made.force_N[:, inside].mean(axis=1), [100.0, 60.0, 30.0], atol=3.0)
 
 
-def test_without_air_no_drift_is_told_and_it_says_so() -> None:
+def test_without_air_no_drift_is_estimated_and_it_says_so() -> None:
     t = np.arange(0.0, 5.0, 0.01)
     found = heat_of(np.ones((3, len(t))), t > 0.2, t)
     assert found.time_constant_s is None
@@ -190,7 +190,7 @@ def test_without_air_no_drift_is_told_and_it_says_so() -> None:
 
 
 def test_mass_that_left_weighs_no_more(model: TableModel) -> None:
-    """After 2 kg have gone the sensor reads 2 kg less; told of it, no force is seen."""
+    """After 2 kg have gone the sensor reads 2 kg less; with that stated, no force is seen."""
     a, c = _moved(T, [(2.0, -30.0, 0.0)], 2.0)
     gone = np.where(T > 18.0, 2.0, 0.0)
     still = _read(T, a, c, NOTHING)

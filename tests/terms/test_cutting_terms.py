@@ -14,7 +14,7 @@ from autodb.terms.chip import (
 )
 from autodb.terms.engagement import deflection, depth_error
 from autodb.terms.nose import nose_axial, nose_length, nose_radial, nose_thinning
-from autodb.terms.process import edge_times, tool_wear
+from autodb.terms.process import tool_wear
 from autodb.terms.table import (
     G_M_S2,
     crosstalk,
@@ -101,11 +101,8 @@ def test_no_nose_changes_nothing() -> None:
     assert_allclose(nose_radial(np.ones(5), DEPTH_MM, radius_mm=1e-9), 0.0, atol=1e-7)
 
 
-def test_each_edge_has_its_own_time() -> None:
-    times = edge_times(np.array([1.0, 1.0, 2.0]), np.array([0.0, 30.0, 5.0]))
-    assert list(times) == ["1.cutting_time", "2.cutting_time"]
-    assert_allclose(times["1.cutting_time"], [0.0, 30.0, 0.0])
-    assert_allclose(tool_wear(np.full(3, 2.0), times["2.cutting_time"]), [0.0, 0.0, 10.0])
+def test_wear_goes_with_depth_and_the_edge_s_own_time() -> None:
+    assert_allclose(tool_wear(np.full(3, 2.0), np.array([0.0, 0.0, 5.0])), [0.0, 0.0, 10.0])
 
 
 # --- the rotating table, against the matrices of P4

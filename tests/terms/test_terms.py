@@ -88,7 +88,7 @@ def test_a_term_is_declared_whole(term: Term) -> None:
     assert term.statement.endswith(".")
     assert term.excited_by
     assert term.source
-    assert bool(term.alike) == (term.told_apart_by is not None)
+    assert bool(term.alike) == (term.distinguished_by is not None)
     names = {other.name for other in TERMS}
     assert {*term.alike, *term.modifies} <= names | {"*"}
     assert isinstance(term, Contribution) == bool(term.coefficients)
@@ -212,7 +212,7 @@ def test_a_term_finds_its_effect_in_a_truth_of_another_form(made: Truth) -> None
         inputs["direction"] = direction(inputs["velocity"])
     sought = part_of(made.key, made.of)
     parts = (*(part_of(key) for key in made.others), sought)
-    found = recover(parts, Seen(inputs, made.measured, made.sd), made.looked)
+    found = recover(parts, Seen(inputs, made.measured, made.sd), made.begin_at)
 
     # what other terms could say equally well is nobody's
     shared = [part_of(key) for key in made.modulo]

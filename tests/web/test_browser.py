@@ -21,7 +21,7 @@ from autodb.store import Store, open_store
 from autodb.web.http.settings import Settings
 from tests.helpers.campaigns import first
 from tests.helpers.serving import served
-from tests.helpers.site import ODD, filled
+from tests.helpers.site import STRANGE, filled
 
 CHROMIUM = shutil.which("chromium")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path")
@@ -54,7 +54,7 @@ class Site:
             "machines": "/",
             "sign in": "/sign-in",
             "machine": MACHINE,
-            "machine of an odd name": f"/machines/{quote(ODD, safe='')}",
+            "machine of a strange name": f"/machines/{quote(STRANGE, safe='')}",
             "moved": f"{MACHINE}/moved",
             "drive": f"{MACHINE}/drives/z.current",
             "pairs": f"{MACHINE}/pairs",
@@ -147,7 +147,7 @@ def _sign_in(page: Page, site: Site) -> None:
 # Each page's main job
 
 
-def test_from_machines_to_what_a_machine_feels(page: Page) -> None:
+def test_from_machines_to_what_a_machine_senses(page: Page) -> None:
     page.goto("/")
     page.get_by_label("Part of a name").fill("LATHE")
     page.get_by_role("button", name="Find").click()
@@ -161,7 +161,7 @@ def test_from_machines_to_what_a_machine_feels(page: Page) -> None:
     expect(page.locator(".js-plotly-plot .heatmaplayer image").first).to_be_attached()
 
 
-def test_a_pair_is_looked_at_over_feed_and_depth(page: Page, site: Site) -> None:
+def test_a_pair_is_shown_over_feed_and_depth(page: Page, site: Site) -> None:
     page.goto(f"{MACHINE}/pairs")
     page.get_by_role("link", name=site.pair["material"]).click()
     expect(page.get_by_role("heading", name="Over feed and depth")).to_be_visible()

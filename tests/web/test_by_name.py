@@ -98,8 +98,8 @@ def test_a_decision_is_kept_with_who_took_it(url: str, store: Store, mismatch: i
         listed = client.get(f"{API}/machines/lathe-0/mismatches").json()
         assert [(one["id"], one["status"]) for one in listed] == [(mismatch, "open")]
         assert client.post(f"{path}/confirm", headers=bearer(reads)).status_code == 403
-        odd = client.post(f"{path}/confirm", json={"term": "chatter"}, headers=bearer(operates))
-        assert (odd.status_code, "may be sensor_drift or warmup" in detail(odd)) == (422, True)
+        bad = client.post(f"{path}/confirm", json={"term": "chatter"}, headers=bearer(operates))
+        assert (bad.status_code, "may be sensor_drift or warmup" in detail(bad)) == (422, True)
         done = client.post(f"{path}/confirm", json={"term": None}, headers=bearer(operates))
         assert done.status_code == 200
         assert (done.json()["mismatch"]["decided_by"], done.json()["already"]) == ("operate", False)

@@ -41,7 +41,7 @@ def test_the_client_says_what_the_library_says(
         assert [row.row for row in rows] == [1, 2]
         assert client.predict("lathe-0", job).job == job
         assert client.trace("recording", 1).text.startswith("recording 1")
-        assert client.feels("lathe-0").not_sensed
+        assert client.senses("lathe-0").not_sensed
         assert (client.calibrations("lathe-0"), client.mismatches("lathe-0")) == ([], [])
         with pytest.raises(NotThere, match="did you mean lathe-0"):
             client.machine("lathe")

@@ -1,10 +1,8 @@
 """The pages without a browser: who may, what is escaped, what is refused, and what they say."""
 
 import re
-from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote, urlencode
 
 import pytest
@@ -13,12 +11,11 @@ from fastapi.testclient import TestClient
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
-from autodb.store import Store, open_store
-from autodb.web.app import make_app
-from autodb.web.http.settings import Settings
+from autodb.store import Store
 from autodb.web.http.static import FILES, at
 from autodb.web.routes.asked import as_cut
-from tests.helpers.site import ODD, filled
+from tests.helpers.asked import client_of
+from tests.helpers.site import STRANGE, filled
 
 MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
@@ -31,34 +28,6 @@ def learnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("site") / "made.sqlite3"
     filled(path)
     return path
-
-
-@pytest.fixture
-def url(learnt: Path, tmp_path: Path) -> str:
-    """Return the URL of a copy of it."""
-    path = tmp_path / "served.sqlite3"
-    path.write_bytes(learnt.read_bytes())
-    return f"sqlite:///{path}"
-
-
-@pytest.fixture
-def store(url: str) -> Iterator[Store]:
-    """Return the copy, opened."""
-    opened = open_store(url)
-    yield opened
-    opened.close()
-
-
-def _client(url: str, host: str = "127.0.0.1", **more: Any) -> TestClient:
-    made = make_app(Settings(url, host=host, **more))
-    return TestClient(made, base_url="http://localhost", raise_server_exceptions=False)
-
-
-@pytest.fixture
-def client(url: str) -> Iterator[TestClient]:
-    """Return a browser without scripts, on loopback; the service may change nothing."""
-    with _client(url) as made:
-        yield made
 
 
 @pytest.fixture
@@ -164,7 +133,7 @@ def test_limits_are_drawn_into_the_maps(client: TestClient, pair: dict[str, str]
 
 def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
     assert "lathe-1" in _text(client.get("/?like=LATHE").text)
-    assert ODD not in _text(client.get("/?like=LATHE").text)
+    assert STRANGE not in _text(client.get("/?like=LATHE").text)
     assert "No machine" in _said(client.get("/?like=none%25").text)[0]
 
 
@@ -172,9 +141,9 @@ def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
 
 
 def test_names_are_escaped_everywhere(client: TestClient) -> None:
-    path = f"/machines/{quote(ODD, safe='')}"
+    path = f"/machines/{quote(STRANGE, safe='')}"
     for page in ("/", path, f"{path}/plan", f"{path}/pairs", f"{path}/moved", f"{path}/mismatches",
-                 f"{path}/pair?{urlencode({'material': ODD, 'tool': ODD})}"):  # fmt: skip
+                 f"{path}/pair?{urlencode({'material': STRANGE, 'tool': STRANGE})}"):  # fmt: skip
         html = client.get(page).text
         assert "<script>alert" not in html, page
         assert "&lt;script&gt;" in html, page
@@ -216,7 +185,7 @@ def test_files_are_kept_for_ever_by_their_digest_and_packed(client: TestClient) 
 
 def test_elsewhere_every_page_asks_for_a_token(url: str, store: Store) -> None:
     secret = add_token(store, "planner", "read", days=1)
-    with _client(url, host="192.0.2.1") as client:
+    with client_of(url, host="192.0.2.1") as client:
         got = client.get(f"{MACHINE}/plan")
         assert (got.status_code, "Token" in got.text) == (401, True)
         assert f'value="{MACHINE}/plan"' in got.text
@@ -232,7 +201,7 @@ def test_a_session_is_a_cookie_that_scripts_and_other_sites_do_not_get(
 ) -> None:
     secret = add_token(store, "planner", "read", days=1)
     for tls in (False, True):
-        with _client(url, tls=tls) as client:
+        with client_of(url, tls=tls) as client:
             got = client.post("/sign-in", data={"token": secret}, follow_redirects=False)
             cookie = got.headers["set-cookie"]
             assert "HttpOnly" in cookie
@@ -243,7 +212,7 @@ def test_a_session_is_a_cookie_that_scripts_and_other_sites_do_not_get(
 
 def test_signing_in_goes_on_nowhere_else(url: str, store: Store) -> None:
     secret = add_token(store, "planner", "read", days=1)
-    with _client(url) as client:
+    with client_of(url) as client:
         for then in ("https://evil.example", "//evil.example", "/\\evil.example", ""):
             got = client.post(
                 "/sign-in", data={"token": secret, "then": then}, follow_redirects=False
@@ -255,7 +224,7 @@ def test_a_decision_needs_the_role_and_the_sessions_number(url: str, store: Stor
     reads, operates = (add_token(store, role, role, days=1) for role in ("read", "operate"))
     path = f"/mismatches/{_open_mismatch(store)}"
     word = {"word": "reject"}
-    with _client(url, writes=True) as client:
+    with client_of(url, writes=True) as client:
         assert "could decide" in _text(client.get(path).text)
         assert client.post(path, data=word).status_code == 401
         csrf = _sign_in(client, reads)
@@ -270,7 +239,7 @@ def test_a_decision_needs_the_role_and_the_sessions_number(url: str, store: Stor
         assert "Rejected by operate" in _text(got.text)
         again = client.post(path, data={"word": "confirm", "csrf": csrf})
         assert (again.status_code, "a decision stands" in _said(again.text)[0]) == (422, True)
-    with _client(url) as client:
+    with client_of(url) as client:
         csrf = _sign_in(client, operates)
         assert client.post(path, data=word | {"csrf": csrf}).status_code == 403
 
@@ -278,7 +247,7 @@ def test_a_decision_needs_the_role_and_the_sessions_number(url: str, store: Stor
 def test_the_api_takes_a_session_with_its_number_alone(url: str, store: Store) -> None:
     operates = add_token(store, "operate", "operate", days=1)
     path = f"/api/v1/mismatches/{_open_mismatch(store)}/reject"
-    with _client(url, writes=True) as client:
+    with client_of(url, writes=True) as client:
         csrf = _sign_in(client, operates)
         assert client.post(path).status_code == 403
         assert client.post(path, headers={"X-CSRF-Token": csrf}).status_code == 200
@@ -289,7 +258,7 @@ def test_signing_out_and_revoking_end_a_session(
 ) -> None:
     monkeypatch.setattr("autodb.web.service.HELD_S", 0.0)
     secret = add_token(store, "planner", "read", days=1)
-    with _client(url, host="192.0.2.1") as client:
+    with client_of(url, host="192.0.2.1") as client:
         csrf = _sign_in(client, secret)
         client.post("/sign-out", data={"csrf": "other"})
         assert client.get("/").status_code == 200

@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 from autodb.proofs.catalogue import PROOFS
 from autodb.proofs.machines.axis.quantities import NAMES
 from autodb.proofs.runs.found import origin_line
+from autodb.proofs.runs.proof_summary import IntervalsSummary
 from autodb.proofs.runs.score import POOLED, coverage_limits, exact_interval
-from autodb.proofs.runs.summary import IntervalsSummary
 from autodb.store import head
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import VOCABULARY
@@ -52,7 +52,7 @@ def _agree(made: str, page: str) -> None:
 
 
 def _last_digit(number: str) -> float:
-    """Return what one in the last digit of a printed number is; three digits at most are told."""
+    """Return what one in the last digit of a printed number is; three digits at most count."""
     _, point, decimals = number.partition(".")
     if point:
         return 1.001 * 10.0 ** -len(decimals)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
 from autodb.fitting import NotSettled, stationary
-from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared
+from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.pairs.worn import learn_worn
 from tests.helpers.law_off import PRIOR, cuts_of, sensed
 from tests.helpers.turned_pairs import prior

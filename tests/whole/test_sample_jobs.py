@@ -56,7 +56,7 @@ def test_a_job_gives_its_expected_result(
 
 
 def test_a_job_holds_the_virtual_truth(of_cuts: tuple[str, dict[str, Any]]) -> None:
-    """95 % intervals of forces hold the noise-free truth, of what no drive feels too.
+    """95 % intervals of forces hold the noise-free truth, of what no drive senses too.
 
     n = 12, 9 and 15 intervals; forces of a job share one error of the calibration's day, which a
     correct interval misses in one day of twenty. The recordings are fixed: their spindle read 8 %

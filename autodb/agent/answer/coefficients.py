@@ -16,7 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.files import coefficients
 from autodb.files.tool import ISO_13399, Geometry
 from autodb.fitting import Gaussian
-from autodb.pairs.card import Bounded, kienzle_card, linear_card
+from autodb.pairs.card import Bounded, kienzle_card, linear_coefficients
 from autodb.pairs.posterior import OWN
 from autodb.store import models
 
@@ -71,7 +71,7 @@ def _pair(
             thickest_mm=at.thickest_mm,
             linear={
                 name: _bounds(one, UNITS[name])
-                for name, one in linear_card("", law, at, source="").coefficients.items()
+                for name, one in linear_coefficients(law, at).items()
             },
             kienzle=_kienzle(law, at),
         ),

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 EXPLAINED = 10
-"""Cuts of a recording from which on its differences are looked into. Chosen."""
+"""Cuts of a recording from which on its differences are explained. Chosen."""
 Key = tuple[str, str, str]
 """Channel, term and kind of a cause."""
 
@@ -56,8 +56,8 @@ def explain_with_machine(
     """Explain a recording against the machine's own stored models.
 
     The terms that a model has can only be mistuned. The recording is kept if it is not there yet,
-    to be looked at: nothing is learnt from it, unless it is imported or a mismatch is confirmed;
-    mismatches are kept as open, once for a recording, channel, term and kind.
+    to be explained alone: nothing is learnt from it, unless it is imported or a mismatch is
+    confirmed; mismatches are kept as open, once for a recording, channel, term and kind.
 
     Raises UnusableInput when the machine has no model of any channel of the recording.
     """
@@ -76,7 +76,7 @@ def explain_with_machine(
 
 
 def explain_recording(session: Session, row: models.StoredRecording) -> Explained:
-    """Explain a recording of the database against what its machine knows now; nothing is kept.
+    """Explain a recording of the database against its machine's models now; nothing is kept.
 
     Raises UnusableInput where no file of it is there as it was imported, or as
     ``explain_with_machine``.
@@ -207,7 +207,7 @@ def open_mismatches(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
-    """Explain the recordings of cuts that stand aside, and keep what is found as mismatches.
+    """Explain the recordings of outlying cuts, and keep what is found as mismatches.
 
     A recording that has mismatches of forces already is left as it is. Returns what to say.
     """

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.milling import HAS, expected_waves, known_pair
+from autodb.agent.answer.mill_simulation import HAS, expected_waves, known_pair
 from autodb.agent.learn.known import KnownPair
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import UnusableInput

@@ -1,4 +1,4 @@
-"""Look up: forces, torque and power of one cut of a pair, and which pairs a machine knows.
+"""Look up: forces, torque and power of one cut of a pair, and which pairs a machine has.
 
 Nothing is stored. A pair that the machine has learnt takes one query, by indices; of its posterior
 the JSON text is read as it lies in the row. Every other pair is found as `autodb predict` finds it.
@@ -9,17 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic_core import from_json
-from sqlalchemy import (
-    ColumnElement,
-    Executable,
-    Row,
-    Select,
-    Text,
-    bindparam,
-    cast,
-    func,
-    select,
-)
+from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, cast, func, select
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of
@@ -45,7 +35,7 @@ _NUMBERS = ("id", "version", "n_cuts", "started_from")
 
 @dataclass(frozen=True)
 class Listed:
-    """A pair that a machine knows: the newest version of its posterior, its cuts, and when."""
+    """A pair that a machine has: the newest version of its posterior, its cuts, and when."""
 
     material: str
     tool: str
@@ -55,7 +45,8 @@ class Listed:
 
 
 class PairReader:
-    """What one machine knows, read in one session. Raises UnusableInput for an unknown machine."""
+    """What the database holds of one machine, read in one session. Raises UnusableInput for an
+    unknown machine."""
 
     def __init__(self, session: Session, machine: str) -> None:
         self._session = session
@@ -85,7 +76,7 @@ class PairReader:
         return Stamp(number, others, _numbers(geometry), self._owner.limits)
 
     def known(self, material: str, tool: str) -> KnownPair:
-        """Return what the machine knows of a pair, learnt or not.
+        """Return what the database holds of the machine's pair, learnt or not.
 
         Raises UnusableInput where the pair was learnt under an earlier law only.
         """
@@ -98,7 +89,7 @@ class PairReader:
     def pairs(self, material: str | None = None, tool: str | None = None) -> list[Listed]:
         """Return the pairs that the machine has learnt, all or those of a material or a tool.
 
-        Raises UnusableInput naming near ones where it knows none of that name.
+        Raises UnusableInput naming near ones where it has none of that name.
         """
         rows = (
             self._session.connection()

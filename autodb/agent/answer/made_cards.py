@@ -1,4 +1,4 @@
-"""Material cards of what a machine believes: Kienzle's view of its pairs, for a CAM system."""
+"""Material cards of a machine's posteriors: Kienzle's view of its pairs, for a CAM system."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

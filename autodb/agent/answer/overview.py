@@ -15,7 +15,7 @@ from autodb.store import models
 
 @dataclass(frozen=True)
 class MachineSeen:
-    """A machine: its axes, the force components that calibrations of its drives feel, recordings.
+    """A machine: its axes, the force components that calibrations of its drives sense, recordings.
 
     ``newest_recording_at``: when it came in; ``calibrations_due`` at the last refresh;
     ``open_mismatches``: those that nobody has decided on.
@@ -23,7 +23,7 @@ class MachineSeen:
 
     name: str
     axes: tuple[str, ...]
-    feels: tuple[str, ...]
+    feels: tuple[str, ...]  # the key in JSON, by which programs read it
     recordings: int
     newest_recording_at: str | None
     last_refreshed_at: str | None
@@ -66,7 +66,8 @@ class CalibrationSaid:
 class MismatchSaid:
     """What a simulation left out of a recording: ``term`` by name, in one sentence, and how sure.
 
-    ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would tell.
+    ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would
+    distinguish.
     """
 
     id: int
@@ -124,13 +125,13 @@ def _seen(session: Session, rows: Sequence[models.Machine]) -> list[MachineSeen]
     """Return machines with what is asked of all of them at once."""
     numbers = [row.id for row in rows]
     recordings, passes = _recordings(session, numbers), _passes(session, numbers)
-    feels, undecided = _feels(session, numbers), _undecided(session, numbers)
+    senses, undecided = _senses(session, numbers), _undecided(session, numbers)
     found = []
     for row in rows:
         count, newest = recordings.get(row.id, (0, None))
         refreshed, due = passes.get(row.id, (None, 0))
         axes = tuple(axis.name for axis in row.axes)
-        sensed = tuple(sorted(feels.get(row.id, ())))
+        sensed = tuple(sorted(senses.get(row.id, ())))
         waiting = undecided.get(row.id, 0)
         found.append(MachineSeen(row.name, axes, sensed, count, newest, refreshed, due, waiting))
     return found
@@ -179,8 +180,8 @@ def _undecided(session: Session, numbers: Sequence[int]) -> dict[int, int]:
     return {row.machine_id: row.waiting for row in session.execute(query)}
 
 
-def _feels(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:
-    """Return the force components that machines feel by calibrations that hold now."""
+def _senses(session: Session, numbers: Sequence[int]) -> dict[int, set[str]]:
+    """Return the force components that machines sense by calibrations that hold now."""
     rows = session.scalars(
         select(models.CalibrationVersion)
         .where(models.CalibrationVersion.machine_id.in_(numbers))

@@ -30,8 +30,8 @@ from autodb.pairs.determined import (
 )
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
+from autodb.pairs.next_cut import MAY_EXCEED, SensedComponent, SharedError, target_sds
 from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.planning import MAY_EXCEED, SensedComponent, SharedError, target_sds
 from autodb.pairs.posterior import DAY, PairPosterior
 from autodb.store import Store, models
 
@@ -72,7 +72,8 @@ class Target:
 class ProposedCuts:
     """``proposed``: best first; ``targets`` after the first of them; ``too_much``: cuts left out
     because they may exceed a limit; ``open``: what the pair's cuts leave undetermined, and
-    what would determine it; ``not_told``: numbers of the law that nothing tried would tell.
+    what would determine it; ``not_determined``: numbers of the law that no measurement tried would
+    determine.
     """
 
     proposed: tuple[Proposed, ...]
@@ -80,7 +81,7 @@ class ProposedCuts:
     targets: tuple[Target, ...]
     too_much: int
     open: tuple[str, ...]
-    not_told: tuple[str, ...]
+    not_determined: tuple[str, ...]
 
     @property
     def hardly(self) -> bool:
@@ -94,8 +95,8 @@ def plan_cuts(
     """Return the cuts that would narrow a job's predicted forces most.
 
     ``ranges``: of ``feed``, ``depth`` (mm) and ``speed`` (m/min) that may be tried. Raises
-    UnusableInput for a job that is a program, an unknown machine, one that feels nothing, and where
-    every cut may exceed a limit.
+    UnusableInput for a job that is a program, an unknown machine, one that senses nothing, and
+    where every cut may exceed a limit.
     """
     if job.program is not None:
         raise UnusableInput(
@@ -110,13 +111,13 @@ def plan_cuts(
         start = start_of(session, owner.id, job.material, job.tool).posterior
     search = _Search(known, job, sensed)
     candidates = list(_candidates(job, ranges or {}))
-    order, worth = search.ranked(candidates)
+    order, variance = search.ranked(candidates)
     best, too_much = [], 0
     for k in order:
         if _may_exceed(known, candidates[k], owner.limits):
             too_much += 1
         else:
-            best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(worth[k]))))
+            best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(variance[k]))))
         if len(best) == SHOWN:
             break
     if not best:
@@ -132,12 +133,12 @@ def plan_cuts(
         targets=targets,
         too_much=too_much,
         open=tuple(one.statement for one in open_ if one.helps),
-        not_told=tuple(name for one in open_ if not one.helps for name in one.names),
+        not_determined=tuple(name for one in open_ if not one.helps for name in one.names),
     )
 
 
 class _Search:
-    """What is believed of a job's pair, what is asked, and what the machine feels."""
+    """The posterior of a job's pair, what is asked, and what the machine senses."""
 
     def __init__(self, known: KnownPair, job: Job, sensed: dict[str, SensedComponent]) -> None:
         self._posterior, self._tool = known.posterior, known.tool
@@ -145,14 +146,14 @@ class _Search:
         self._asked = [self._cuts(cut.operation, [cut]) for cut in job.cut]
 
     def ranked(self, candidates: Sequence[JobCut]) -> tuple[NDArray[np.intp], Array]:
-        """Return the candidates' order, best first, and their worth."""
-        worth = np.zeros(len(candidates))
+        """Return the candidates' order, best first, and their variance."""
+        variance = np.zeros(len(candidates))
         for operation in dict.fromkeys(cut.operation for cut in candidates):
             rows = [k for k, cut in enumerate(candidates) if cut.operation == operation]
             tried = self._cuts(operation, [candidates[k] for k in rows])
             for asked in self._asked:
-                worth[rows] += self._weighed(tried, asked)[1] / len(self._asked)
-        return np.argsort(worth, kind="stable"), worth
+                variance[rows] += self._weighed(tried, asked)[1] / len(self._asked)
+        return np.argsort(variance, kind="stable"), variance
 
     def targets(self, cut: JobCut) -> tuple[float, tuple[Target, ...]]:
         """Return how wide the job's forces are now, in the mean, and each of them after a cut."""
@@ -213,7 +214,7 @@ class _Search:
         return target_sds(self._posterior, tried, asked, sensed=sensed, quantities=asked_for)
 
     def _components(self, operation: str) -> list[str]:
-        """Return the components that the machine feels in an operation."""
+        """Return the components that the machine senses in an operation."""
         found = [c for c in self._sensed if c != PASSIVE_AXIS.get(operation)]
         if not found:
             raise UnusableInput(f"the machine senses no force in operation '{operation}'")
@@ -225,7 +226,7 @@ class _Search:
 
 
 def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponent]:
-    """Return what the machine's offered calibrations feel, by component.
+    """Return what the machine's usable calibrations sense, by component.
 
     Sensing errors and how a calibration's errors move a reading are those of its newest forces, in
     the middle. Raises UnusableInput where none has sensed anything yet.
@@ -254,7 +255,7 @@ def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponen
 
 
 def _usual(forces: Sequence[models.SensedForce]) -> SensedComponent:
-    """Return how the newest of an axis' calibrations feels a cut: of a day of its own."""
+    """Return how the newest of an axis' calibrations senses a cut: of a day of its own."""
     newest = [f for f in forces if f.calibration_id == forces[0].calibration_id]
     newest = [f for f in newest if f.cut.recording_id == newest[0].cut.recording_id]
     sensed = Readings(newest)

@@ -1,4 +1,4 @@
-"""Predict a job from what the machine believes of its pair, and keep what was answered."""
+"""Predict a job from the posterior of the machine's pair, and keep what was answered."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass

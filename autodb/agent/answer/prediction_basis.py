@@ -66,7 +66,7 @@ class Stamp:
 
 @dataclass(frozen=True)
 class PredictionBasis:
-    """What a machine knows of a pair, what its cuts were, and the machine's limits by axis.
+    """The posterior of a machine's pair, what its cuts were, and the machine's limits by axis.
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
     """

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.learnt_from import wear_words
-from autodb.agent.learn.together import RECORDINGS
+from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.cutting import shear
@@ -54,7 +54,7 @@ def _recording(_session: Session, row: models.StoredRecording) -> Node:
     if row.withdrawn_at is not None:
         said.append(f"withdrawn {row.withdrawn_at}: {row.withdrawn_why}")
     if row.looked_at is not None:
-        said.append("only looked at")
+        said.append("only explained")
     more = f" ({'; '.join(said)})" if said else ""
     return Node(f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{more}")
 
@@ -159,7 +159,7 @@ def _prediction(session: Session, row: models.Prediction) -> Node:
 
 
 def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Node:
-    """A prior comes from machines' parameters; of another than one's own no more is told.
+    """A prior comes from machines' parameters; of another than one's own no more is shown.
 
     But of one whose file shares its recordings.
     """

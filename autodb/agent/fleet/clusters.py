@@ -110,7 +110,8 @@ def workers_here(count: int) -> "Iterator[Client]":
     """Give a client of as many worker processes on this computer, which end with it.
 
     Other users of this computer reach none of them: the certificate is made here, for the session,
-    and its key goes to the workers through a pipe; what they lay aside is in a folder of our own.
+    and its key goes to the workers through a pipe; what they keep on disk is in a folder of our
+    own.
     """
     try:
         from dask import config

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.together import known_materials, newest_prior
+from autodb.agent.learn.shared_priors import known_materials, newest_prior
 from autodb.cutting import shear
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
@@ -23,7 +23,8 @@ class DisagreeingMachine:
     """A machine that disagrees with others: in which pairs, and why.
 
     ``gain``: what its calibration would be off by along and across, shares, with ``gain_sd``;
-    ``likeliest``: the pair whose cutting would be the cause; ``told_by``: what tells the cause.
+    ``likeliest``: the pair whose cutting would be the cause; ``told_by``: from what the cause is
+    determined.
     """
 
     machine: str
@@ -58,16 +59,16 @@ class DisagreeingMachine:
         )
 
 
-def named_of(machine: str, pairs: Sequence[str], told: Disagrees) -> DisagreeingMachine:
+def named_of(machine: str, pairs: Sequence[str], found: Disagrees) -> DisagreeingMachine:
     """Return how a machine with these pairs, by name, is named."""
     return DisagreeingMachine(
         machine=machine,
-        pairs=tuple(pairs[k] for k in told.pairs),
-        cause=told.cause.value,
-        gain=told.gain,
-        gain_sd=told.gain_sd,
-        likeliest=pairs[told.pair],
-        told_by=told.told_by,
+        pairs=tuple(pairs[k] for k in found.pairs),
+        cause=found.cause.value,
+        gain=found.gain,
+        gain_sd=found.gain_sd,
+        likeliest=pairs[found.pair],
+        told_by=found.determined_from,
     )
 
 

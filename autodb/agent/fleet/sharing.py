@@ -13,8 +13,7 @@ from sqlalchemy import insert
 from sqlalchemy.orm import Session
 
 from autodb.agent.fleet.known_together import DisagreeingMachine, named_of
-from autodb.agent.learn.starting import of_material
-from autodb.agent.learn.together import (
+from autodb.agent.learn.shared_priors import (
     OwnCuts,
     PairVersion,
     as_kept,
@@ -24,9 +23,10 @@ from autodb.agent.learn.together import (
     machines_of,
     newest_prior,
     own_cuts,
+    pairs_in,
     sharing,
-    told_by,
 )
+from autodb.agent.learn.starting import of_material
 from autodb.agent.rows.posteriors import LAW, pair_name
 from autodb.agent.sense.gain_check import standard_cut
 from autodb.pairs.disagreeing import ComparedPair, DisagreementCause, compared, disagrees
@@ -40,12 +40,12 @@ Progress = Callable[[str], None]
 FLEET = "fleet "
 """Whose rows a pass writes: no machine's name ends with a blank."""
 MOST_EXCLUDED = 3
-"""One in so many machines may be set aside of a material: most must agree. Chosen."""
+"""One in so many machines may be excluded from a material: most must agree. Chosen."""
 
 
 @dataclass(frozen=True)
 class SharedVersion:
-    """What a pass left of a material: its version, how many machines and tools told it."""
+    """What a pass left of a material: its version, how many machines and tools it is from."""
 
     material: str
     version: int
@@ -93,38 +93,38 @@ def learn_fleet(
 
 @dataclass
 class _Material:
-    """One material in a pass: what is known, which pairs are in it, and which stand aside, by id;
-    ``told`` reads what a version's own cuts told.
+    """One material in a pass: what is known, which pairs are in it, and which are excluded, by
+    id; ``own_cuts`` reads the information of a version's own cuts.
     """
 
     row: models.Material
     prior: models.FleetPrior | None
     known: KnownMaterial
-    told: Callable[[int], OwnCuts]
+    own_cuts: Callable[[int], OwnCuts]
     inside: dict[int, PairVersion] = field(default_factory=dict)
-    aside: dict[int, PairVersion] = field(default_factory=dict)
+    excluded: dict[int, PairVersion] = field(default_factory=dict)
     changed: set[int] = field(default_factory=set)
 
     @property
     def every(self) -> list[PairVersion]:
         """All pairs that are shared of it."""
-        return [*self.inside.values(), *self.aside.values()]
+        return [*self.inside.values(), *self.excluded.values()]
 
     def put(self, one: PairVersion) -> None:
         """Take a pair into the sums."""
-        self.known = self.known.changed(one.tool, more=self.told(one.id).as_stated)
+        self.known = self.known.changed(one.tool, more=self.own_cuts(one.id).as_stated)
         self.inside[one.id] = one
         self.changed.add(one.id)
 
     def take_out(self, one: PairVersion) -> None:
         """Take a pair out of the sums."""
         del self.inside[one.id]
-        self.known = self.known.changed(one.tool, less=self.told(one.id).as_stated)
+        self.known = self.known.changed(one.tool, less=self.own_cuts(one.id).as_stated)
         self.changed.add(one.id)
 
     def compared(self, one: PairVersion) -> ComparedPair:
         """Compare a pair with the others."""
-        own = self.told(one.id)
+        own = self.own_cuts(one.id)
         others = self.known
         if one.id in self.inside:
             others = others.without(one.tool, own.as_stated)
@@ -158,7 +158,7 @@ class _Pass:
                 one.prior.known = None  # its sums are in the next, or nobody shares any
         return SharedLearning(kept, list(named.values()))
 
-    def _told(self, version: int) -> OwnCuts:
+    def _own_cuts(self, version: int) -> OwnCuts:
         if version not in self._read:
             self._read[version] = own_cuts(self._session, version)
         return self._read[version]
@@ -167,26 +167,26 @@ class _Pass:
         """Take a material's newest versions into its sums, and out what they replace."""
         row = self._session.get_one(models.Material, number)
         self._progress(f"what is known of {row.name}")
-        prior, aside = newest_prior(self._session, number), set()
+        prior, excluded = newest_prior(self._session, number), set()
         found = _Material(
-            row, prior, KnownMaterial(of_material(row.name).posterior.law), self._told
+            row, prior, KnownMaterial(of_material(row.name).posterior.law), self._own_cuts
         )
         if prior is not None and prior.known is not None:
-            found.known, aside = known_from(prior.known), set(prior.known["aside"])
-            found.inside = {one.id: one for one in told_by(self._session, prior)}
+            found.known, excluded = known_from(prior.known), set(prior.known["aside"])
+            found.inside = {one.id: one for one in pairs_in(self._session, prior)}
         newest = {one.id: one for one in versions}
         for one in [one for one in found.inside.values() if one.id not in newest]:
             found.take_out(one)
         for one in newest.values():
-            if one.id in aside:
-                found.aside[one.id] = one
+            if one.id in excluded:
+                found.excluded[one.id] = one
             elif one.id not in found.inside:
                 found.put(one)
-        found.changed |= aside - newest.keys()
+        found.changed |= excluded - newest.keys()
         return found
 
     def _named(self) -> dict[int, DisagreeingMachine]:
-        """Name the machines that disagree, the farthest off first, and set their pairs aside."""
+        """Name the machines that disagree, the farthest off first, and exclude their pairs."""
         named: dict[int, DisagreeingMachine] = {}
         waiting = self._waiting()
         while waiting:
@@ -197,7 +197,7 @@ class _Pass:
                 break
             worst = min(new, key=lambda key: new[key].improbable)
             named[worst] = new[worst].named
-            self._set_aside(new[worst].odd)
+            self._exclude(new[worst].outlying)
             if sum(one.known.pairs for one in self._materials) > MANY:
                 waiting = set(found)  # one machine more or less moves no other across the line
         return named
@@ -210,7 +210,7 @@ class _Pass:
             waiting |= {
                 one.machine_id
                 for one in material.every
-                if few or one.id in material.changed or one.id in material.aside
+                if few or one.id in material.changed or one.id in material.excluded
             }
         return waiting
 
@@ -227,32 +227,32 @@ class _Pass:
         for machine in sorted(machines & pairs.keys()):
             self._progress(f"comparing {names[machine]}")
             sides = [material.compared(one) for material, one in pairs[machine]]
-            told = disagrees(sides, compared_in_all=count)
-            if told is not None:
+            verdict = disagrees(sides, compared_in_all=count)
+            if verdict is not None:
                 standard = standard_cut(self._session, machine, self._protocols)
-                told = disagrees(sides, compared_in_all=count, standard=standard) or told
+                verdict = disagrees(sides, compared_in_all=count, standard=standard) or verdict
                 versions = [one for _, one in pairs[machine]]
                 of = [self._session.get_one(models.Pair, one.pair_id) for one in versions]
-                named = named_of(names[machine], [pair_name(one) for one in of], told)
+                named = named_of(names[machine], [pair_name(one) for one in of], verdict)
                 least = min(one.improbable() for one in sides)
-                found[machine] = _Found(named, least, told.pairs, versions)
+                found[machine] = _Found(named, least, verdict.pairs, versions)
         return found
 
-    def _set_aside(self, odd: set[int]) -> None:
-        """Set pairs of a machine aside, but where too many machines are already."""
+    def _exclude(self, outlying: set[int]) -> None:
+        """Exclude pairs of a machine, but where too many machines are already."""
         for material in self._materials:
-            some = [one for one in material.inside.values() if one.id in odd]
-            aside = machines_of(material.aside.values()) + 1
-            if some and aside * MOST_EXCLUDED <= machines_of(material.every):
+            some = [one for one in material.inside.values() if one.id in outlying]
+            excluded = machines_of(material.excluded.values()) + 1
+            if some and excluded * MOST_EXCLUDED <= machines_of(material.every):
                 for one in some:
                     material.take_out(one)
-                    material.aside[one.id] = one
+                    material.excluded[one.id] = one
 
     def _return(self, machines: set[int]) -> None:
         """Take pairs of machines that agree again back into the sums."""
         for material in self._materials:
-            for one in [one for one in material.aside.values() if one.machine_id in machines]:
-                del material.aside[one.id]
+            for one in [one for one in material.excluded.values() if one.machine_id in machines]:
+                del material.excluded[one.id]
                 material.put(one)
 
     def _kept(self, material: _Material, named: Mapping[int, DisagreeingMachine]) -> SharedVersion:
@@ -270,7 +270,7 @@ class _Pass:
             machines=machines_of(material.inside.values()),
             known={
                 **as_kept(material.known),
-                "aside": sorted(material.aside),
+                "aside": sorted(material.excluded),
                 "named": [asdict(one) for key, one in named.items() if key in machines],
             },
         )
@@ -297,8 +297,8 @@ class _Found:
     versions: Sequence[PairVersion]
 
     @property
-    def odd(self) -> set[int]:
-        """The versions, by id, that stand aside: where the calibration may be off, all of them."""
+    def outlying(self) -> set[int]:
+        """The versions, by id, to exclude: where the calibration may be off, all of them."""
         if self.named.cause == DisagreementCause.CALIBRATION.value:
             return {one.id for one in self.versions}
         return {self.versions[k].id for k in self.outlying_pairs}

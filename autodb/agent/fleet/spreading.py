@@ -44,7 +44,7 @@ def refresh_all(client: "Client", machines: Sequence[MachineTask], tell: Tell) -
 
 @dataclass
 class _Step:
-    """Where a machine is: taking in (no ``parts``), feeling its parts, or learning."""
+    """Where a machine is: taking in (no ``parts``), sensing its parts, or learning."""
 
     machine: MachineTask
     parts: int | None = None
@@ -59,7 +59,7 @@ class _Step:
             self.parts = len(result)
             if result:
                 return [
-                    (_submit(client, tasks.feel_machine, self.machine, cuts), self)
+                    (_submit(client, tasks.sense_machine, self.machine, cuts), self)
                     for cuts in result
                 ]
         else:

@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.store import Store, open_store, retried
 
 CUTS_A_TASK = 8
-"""Recorded cuts that one task feels: some seconds' work each. Chosen."""
+"""Recorded cuts that one task senses: some seconds' work each. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def _opened(machine: MachineTask) -> Iterator[Store]:
 
 
 def take_in_inbox(machine: MachineTask) -> list[list[int]]:
-    """Import what is in a machine's inbox; return the recorded cuts to feel, by id, in parts."""
+    """Import what is in a machine's inbox; return the recorded cuts to sense, by id, in parts."""
     with _opened(machine) as store:
         if machine.inbox is not None:
             inbox = Inbox(Path(machine.inbox))
@@ -55,8 +55,8 @@ def take_in_inbox(machine: MachineTask) -> list[list[int]]:
     return [cuts[begin : begin + CUTS_A_TASK] for begin in range(0, len(cuts), CUTS_A_TASK)]
 
 
-def feel_machine(machine: MachineTask, cuts: list[int]) -> list[str]:
-    """Feel some recorded cuts of a machine; return what is to be said of them."""
+def sense_machine(machine: MachineTask, cuts: list[int]) -> list[str]:
+    """Sense some recorded cuts of a machine; return what is to be said of them."""
     with _opened(machine) as store:
         sensed = retried(lambda: feel_over_time(store, machine.name, only=set(cuts)))
     return sensed.notes

@@ -1,4 +1,4 @@
-"""What a machine knows of a work-tool pair, learnt or not, and on what that rests."""
+"""A machine's posterior of a work-tool pair, learnt or prior, and on what that rests."""
 
 from dataclasses import dataclass
 
@@ -31,7 +31,7 @@ class Behind:
 
 @dataclass(frozen=True)
 class KnownPair:
-    """What a machine knows of a pair: its posterior, its tool, the rows that these are from.
+    """A machine's pair: its posterior, its tool, the rows that these are from.
 
     ``row``: the pair's newest parameters, or a related pair's; None: no machine's. ``prior``: what
     other machines know, where the posterior is from that.
@@ -50,7 +50,7 @@ class KnownPair:
 
 
 def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownPair:
-    """Return what a machine knows of a pair, learnt or not.
+    """Return a machine's posterior of a pair, learnt or prior.
 
     Raises UnusableInput where the pair was learnt under an earlier law only.
     """

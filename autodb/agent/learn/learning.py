@@ -10,10 +10,10 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
     Forces,
     causes_of,
-    implausible,
-    looked_at,
+    learnt_before,
     named_states,
     newest_states,
+    outlying_cuts,
     sorted_forces,
     worn_forces,
 )
@@ -31,14 +31,14 @@ from autodb.agent.rows.posteriors import (
 from autodb.agent.sense.sensed import PairForces, as_observed
 from autodb.errors import UnusableInput
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn_averaging, posterior_of_readings
 from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.pairs.prior import of_state
+from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.pairs.worn import learn_worn
 from autodb.store import models
 
-LOOKED = 2
-"""Times that worn cuts are looked at for those that are not of the state with wear either: the
+ROUNDS = 2
+"""Rounds in which worn cuts are tested for those that are not of the state with wear either: the
 second finds those that only others, which it leaves out, had made so. Chosen."""
 AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
@@ -52,13 +52,13 @@ IN_TURN = 1000
 
 @dataclass
 class LearningOutcome:
-    """``versions``: pair and state, version, cuts behind it; ``odd``: cuts that stand aside, by id;
-    ``set_aside``: what to say of what was not learnt from; ``shifts``: what a version moved.
+    """``versions``: pair and state, version, cuts behind it; ``outliers``: outlying cuts, by id;
+    ``not_used``: what to say of what was not learnt from; ``shifts``: what a version moved.
     """
 
     versions: list[tuple[str, int, int]] = field(default_factory=list)
-    odd: list[int] = field(default_factory=list)
-    set_aside: list[str] = field(default_factory=list)
+    outliers: list[int] = field(default_factory=list)
+    not_used: list[str] = field(default_factory=list)
     shifts: list[ForceShift] = field(default_factory=list)
 
 
@@ -74,7 +74,7 @@ def learn_pair(
     """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
 
     A version builds on the last one where that one's forces all count still; one with a cause that
-    the last had not stands alone. ``old``: the last cut, by id, that was looked at before; None:
+    the last had not stands alone. ``old``: the last cut, by id, that was examined before; None:
     all were. ``goes_on``: nothing that the last version rests on has changed since.
     """
     pair = _Pair(session, machine_id, found, progress)
@@ -98,23 +98,23 @@ class _Pair:
         self._done = LearningOutcome()
 
     def learnt(self, old: int | None, *, goes_on: bool) -> LearningOutcome:
-        """Learn the usual state and those confirmed; say what was left out or stands aside."""
+        """Learn the usual state and those confirmed; say what is not used or an outlier."""
         self._old, self._goes_on = old, goes_on
-        said = self._done.set_aside
+        said = self._done.not_used
         for reason, cuts in self._found.left_out.items():
             said.append(f"{self._name}: {cuts} cuts are not used: {reason}")
         try:
             if self._found.after:
-                self._done.odd += sorted({force.cut_id for force in self._new_ones()})
+                self._done.outliers += sorted({force.cut_id for force in self._new_ones()})
             else:
                 self._with_wear()
                 self._other_states(self._usual_state())
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
-        if self._done.odd:
+        if self._done.outliers:
             said.append(
-                f"{self._name}: {len(self._done.odd)} cuts are outliers from its normal cutting "
-                "state (probability below 1 in 1000) and do not change its parameters"
+                f"{self._name}: {len(self._done.outliers)} cuts are outliers from its normal "
+                "cutting state (probability below 1 in 1000) and do not change its parameters"
             )
         return self._done
 
@@ -124,8 +124,9 @@ class _Pair:
     def _with_wear(self) -> None:
         """Add a version with wear in it where it was confirmed and the last one has it not.
 
-        It is told with the law, from the cuts that the last has learnt and those of the recordings
-        that wear was found in; but those of them that are not of the usual state with wear either.
+        It is fitted with the law, from the cuts that the last has learnt and those of the
+        recordings that wear was found in; but those of them that are not of the usual state with
+        wear either.
         """
         last = self._latest()
         causes = causes_of(self._session, self._found.forces, WEAR)
@@ -151,9 +152,9 @@ class _Pair:
         observed = as_observed(worn)
         learnt = learn_worn(before, observed, near=as_posterior(last), progress=self._progress)
         before, kept = replace(before, wear=learnt.wear), worn
-        for _ in range(LOOKED):
-            aside = implausible(learnt.past(), worn)
-            now = [force for force in worn if force.id in seen or force.cut_id not in aside]
+        for _ in range(ROUNDS):
+            outlying = outlying_cuts(learnt.past(), worn)
+            now = [force for force in worn if force.id in seen or force.cut_id not in outlying]
             if now == kept:
                 break
             kept, near = now, learnt
@@ -167,7 +168,7 @@ class _Pair:
     def _new_ones(self) -> Forces:
         """Learn new cuts that are of the usual state; return the forces of the others.
 
-        Nothing that was learnt or decided before is looked at.
+        Nothing that was learnt or decided before is examined.
         """
         last = self._latest()
         assert last is not None  # without a version no cut of a pair is old
@@ -179,7 +180,7 @@ class _Pair:
             start = began(last)
             learnt = self._in_turn(posterior, parted.usual)
             self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
-        return parted.odd
+        return parted.outliers
 
     def _usual_state(self) -> Forces:
         """Learn what is of the usual state; return the forces of no state yet."""
@@ -195,16 +196,16 @@ class _Pair:
             return []
         start = self._start()
         start = replace(start, posterior=replace(start.posterior, wear=wear))
-        looked = looked_at(
+        before = learnt_before(
             self._session,
             [force for force in forces if force.id in seen],
             worn=wear is not None,
             old=self._old,
         )
         posterior = start.posterior if base is None else as_posterior(base)
-        parted = sorted_forces(posterior, fresh, looked=looked)
+        parted = sorted_forces(posterior, fresh, before=before)
         self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
-        return parted.odd
+        return parted.outliers
 
     def _but_of_states(self, *, but: str | None) -> Forces:
         """Return the forces that no other state than ``but`` has learnt."""
@@ -217,16 +218,16 @@ class _Pair:
         kept = [force for force in forces if CUTTING_TIME in force.cut.conditions]
         cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
         if cuts:
-            self._done.set_aside.append(
+            self._done.not_used.append(
                 f"{self._name}: {len(cuts)} cuts are not used: its edges wear, and the cuts do "
                 f"not state {CUTTING_TIME}"
             )
         return kept
 
-    def _other_states(self, odd: Forces) -> None:
-        """Learn states from cuts whose cause was confirmed; note the cuts that stand aside."""
+    def _other_states(self, outliers: Forces) -> None:
+        """Learn states from cuts whose cause was confirmed; note the other outliers."""
         usual = self._latest()
-        states = named_states(self._session, odd) if usual is not None else {}
+        states = named_states(self._session, outliers) if usual is not None else {}
         if usual is not None and as_posterior(usual).wear is not None:
             states.pop(WEAR, None)
         for name, fresh in states.items():
@@ -239,7 +240,7 @@ class _Pair:
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
             self._add(start, base, fresh, name, causes_of(self._session, cuts, name))
         named = {force.cut_id for forces in states.values() for force in forces}
-        self._done.odd += sorted({force.cut_id for force in odd} - named)
+        self._done.outliers += sorted({force.cut_id for force in outliers} - named)
 
     def _still_counting(
         self, last: models.CuttingParameters | None, forces: Forces

@@ -24,7 +24,7 @@ SHOWN = 30
 
 @dataclass(frozen=True)
 class LearningCurve:
-    """What was believed of one component of one cut's force, N, after n cuts: n, mean, sd (m,)."""
+    """The posterior of one component of one cut's force, N, after n cuts: n, mean, sd (m,)."""
 
     component: str
     cut: str

@@ -1,4 +1,4 @@
-"""What a new version of a pair expects of a usual cut, where that is not what was believed."""
+"""What a new version of a pair expects of a usual cut, where that has moved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

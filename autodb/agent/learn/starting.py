@@ -3,7 +3,7 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.together import from_others
+from autodb.agent.learn.shared_priors import from_others
 from autodb.agent.rows.imported_cards import imported_card
 from autodb.agent.rows.posteriors import Start, as_posterior, begins, latest, pair_name
 from autodb.errors import UnusableInput
@@ -23,8 +23,8 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     """
     others = from_others(session, machine_id, material, tool)
     if others is not None:
-        believed = PairPosterior(others.law, (), P1_SCATTER, 0)
-        return begins(believed, others.words, prior=others.prior)
+        start = PairPosterior(others.law, (), P1_SCATTER, 0)
+        return begins(start, others.words, prior=others.prior)
     related = _related(session, machine_id, material, tool)
     if related is not None:
         said = f"{pair_name(related.pair)}, the same material with another tool"

@@ -1,9 +1,9 @@
 """Process states: cuts that are not of a pair's usual state are kept out of it, and named.
 
 The same inputs can cut in another state: a built-up edge, a worn edge, an inclusion. A cut whose
-forces are less probable than 1 in 1000 (``autodb.pairs.outlier_test``) does not bend the pair. Its
+forces are less probable than 1 in 1000 (``autodb.pairs.outlying``) does not bend the pair. Its
 recording is explained against what was expected; where a person confirms the cause, and enough of
-its cuts stand aside, they become a state of the pair with a posterior of its own.
+its cuts are excluded, they become a state of the pair with a posterior of its own.
 """
 
 from collections.abc import Collection, Sequence
@@ -16,13 +16,13 @@ from autodb.agent.rows.posteriors import latest
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.learning import learn_averaging, posterior_of_readings
-from autodb.pairs.outlier_test import outlier_test
+from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import WEAR, PairPosterior
+from autodb.pairs.updating import learn_averaging, posterior_of_readings
 from autodb.store import models
 
 ENOUGH = 8
-"""Cuts that a posterior rests on before it takes others for surprising. Chosen."""
+"""Cuts that a posterior rests on before it takes others for outliers. Chosen."""
 PERSISTS = 5
 """Cuts that make a state. Chosen."""
 Forces = list[models.SensedForce]
@@ -33,13 +33,13 @@ class SortedForces:
     """Forces of a pair's usual state, and those of cuts that are not of it."""
 
     usual: Forces
-    odd: Forces
+    outliers: Forces
 
 
 @dataclass(frozen=True)
 class LearntBefore:
-    """Recordings, by id, of which cuts were learnt before: what is left of them stood aside then,
-    and does still, but where they are ``cleared`` by a person who rejected every cause.
+    """Recordings, by id, of which cuts were learnt before: their other cuts were excluded,
+    and still are, but where they are ``cleared`` by a person who rejected every cause.
 
     ``learnt``: those cuts, by id; another of their forces may be new. Cuts behind ``old``, by id,
     came to a recording since then; None: no cut did.
@@ -56,13 +56,13 @@ class LearntBefore:
         before = self.old is None or force.cut_id <= self.old
         return recording in self.cleared or (recording in self.begun and before)
 
-    def aside(self, force: models.SensedForce) -> bool:
-        """Say whether a force's cut stood aside, and does still."""
+    def still_excluded(self, force: models.SensedForce) -> bool:
+        """Say whether a force's cut was excluded, and still is."""
         cleared = force.cut.recording_id in self.cleared
         return self.decides(force) and not cleared and force.cut_id not in self.learnt
 
 
-def looked_at(
+def learnt_before(
     session: Session,
     seen: Sequence[models.SensedForce],
     *,
@@ -71,8 +71,8 @@ def looked_at(
 ) -> LearntBefore:
     """Return what became of the recordings of forces that were learnt.
 
-    Where wear is in the posterior (``worn``), those that it was confirmed for are looked at anew.
-    ``old``: the last cut, by id, that was looked at; None: all were.
+    Where wear is in the posterior (``worn``), those that it was confirmed for are examined anew.
+    ``old``: the last cut, by id, that was examined; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
     rows = session.execute(
@@ -119,27 +119,27 @@ def sorted_forces(
     start: PairPosterior,
     forces: Sequence[models.SensedForce],
     *,
-    looked: LearntBefore | None = None,
+    before: LearntBefore | None = None,
 ) -> SortedForces:
     """Return which forces are of the usual state, learnt recording by recording from ``start``.
 
     The first recordings of a pair, up to ENOUGH cuts, are what its usual state is. Raises
     UnusableInput where the pair's tool cannot make the cuts.
     """
-    known = looked or LearntBefore()
-    posterior, kept, odd = start, Forces(), Forces()
+    known = before or LearntBefore()
+    posterior, kept, outliers = start, Forces(), Forces()
     for some in _by_recording(forces):
-        surprising = {force.cut_id for force in some if known.aside(force)}
+        outlying = {force.cut_id for force in some if known.still_excluded(force)}
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
-            surprising |= implausible(posterior, rest)
-        usual = [force for force in some if force.cut_id not in surprising]
-        odd += [force for force in some if force.cut_id in surprising]
+            outlying |= outlying_cuts(posterior, rest)
+        usual = [force for force in some if force.cut_id not in outlying]
+        outliers += [force for force in some if force.cut_id in outlying]
         kept += usual
         if usual:
             taught = posterior_of_readings if posterior.cuts else learn_averaging
             posterior = taught(posterior, as_observed(usual, wear=posterior.wear)).past()
-    return SortedForces(kept, odd)
+    return SortedForces(kept, outliers)
 
 
 def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
@@ -149,12 +149,12 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
     return list(found.values())
 
 
-def implausible(posterior: PairPosterior, forces: Forces) -> set[int]:
+def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
     """Return the cuts, by id, that are not of a posterior's state."""
     observed = as_observed(forces, wear=posterior.wear)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
     found = outlier_test(posterior, observed)
-    return {cut_ids[k] for k, odd in enumerate(found.implausible) if odd}
+    return {cut_ids[k] for k, improbable in enumerate(found.outlying) if improbable}
 
 
 def newest_states(
@@ -174,13 +174,13 @@ def newest_states(
     return [row for row in rows if row is not None]
 
 
-def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
-    """Return the cuts that stand aside by the cause that was confirmed for their recording.
+def named_states(session: Session, outliers: Forces) -> dict[str, Forces]:
+    """Return the outlying cuts by the cause that was confirmed for their recording.
 
     Only where there are PERSISTS of them.
     """
     confirmed = select(models.Mismatch).where(
-        models.Mismatch.recording_id.in_({force.cut.recording_id for force in odd}),
+        models.Mismatch.recording_id.in_({force.cut.recording_id for force in outliers}),
         models.Mismatch.status == "confirmed",
         models.Mismatch.channel.startswith("force."),
         models.Mismatch.confirmed_term != UNKNOWN,
@@ -188,7 +188,7 @@ def named_states(session: Session, odd: Forces) -> dict[str, Forces]:
     states: dict[str, Forces] = {}
     for row in session.scalars(confirmed.order_by(models.Mismatch.id)):
         name = str(row.confirmed_term)
-        own = [force for force in odd if force.cut.recording_id == row.recording_id]
+        own = [force for force in outliers if force.cut.recording_id == row.recording_id]
         states[name] = [*states.get(name, []), *(f for f in own if f not in states.get(name, []))]
     return {
         name: forces

@@ -26,7 +26,7 @@ from autodb.pairs.engaged import (
 from autodb.store import models
 
 NEWEST = 200
-"""Cuts that are looked at. Chosen."""
+"""Newest cuts that count. Chosen."""
 STATED = {
     DEPTH: "depth_mm", WIDTH: "width_mm", DIAMETER: "diameter_mm", DIRECTION: "direction_deg",
     RAMP: "ramp_deg", HOLE: "pocket_diameter_mm", SPEED: "speed_m_min", RPM: "speed_rpm",

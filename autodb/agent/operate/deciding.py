@@ -87,8 +87,8 @@ def confirm(
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
     A term that belongs to the machine is fitted to the mismatch' recording together with those of
-    the channel's newest version, which makes the next version; wear found in forces is told with
-    the law from the cuts of each of the recording's pairs, and of five cuts that stand aside for
+    the channel's newest version, which makes the next version; wear found in forces is fitted with
+    the law to the cuts of each of the recording's pairs, and of five outlying cuts for
     another cause a state of the pair is learnt. Decision and version are written together. Any
     other belongs to its recording: only the decision is kept. ``also``: what else is written then.
 

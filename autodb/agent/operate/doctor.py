@@ -91,7 +91,8 @@ def examine(url: str, *, backups: Path | None = None, progress: Progress) -> lis
 
 
 def restores(folder: Path, _session: Session, progress: Progress) -> CheckOutcome:
-    """Restore the newest backup of a folder aside, as a restore would, and say how old it is."""
+    """Restore the newest backup of a folder in a temporary place, as a restore would, and say how
+    old it is."""
     must = "restored"
     try:
         tried = drill(folder, now=datetime.now(UTC), progress=progress)

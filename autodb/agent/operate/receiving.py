@@ -1,7 +1,7 @@
 """A recording that somebody sent: it enters the database and stays where it was put.
 
 It was put into a folder of its own, in which nothing else is. Its import, where it lies and who
-sent it are one transaction: killed at any moment, the database knows the file or does not, and
+sent it are one transaction: killed at any moment, the database has the file or does not, and
 ``recording_came_in`` says which.
 """
 

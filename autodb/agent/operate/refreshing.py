@@ -56,9 +56,9 @@ def refresh(
         done.set_aside += retried(lambda: inbox.take_in(store, machine, tell), tell)
     over_time = retried(lambda: feel_over_time(store, machine, progress=tell), tell)
     done.set_aside += over_time.notes
-    looked_at = -1
-    while looked_at < over_time.last_cut:
-        one, looked_at = retried(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
+    examined = -1
+    while examined < over_time.last_cut:
+        one, examined = retried(lambda: _one_pass(store, machine, over_time.last_cut, tell), tell)
         done.also(one)
     done.retained = retried(lambda: retain(store, machine, progress=tell), tell).lines()
     return done
@@ -67,7 +67,7 @@ def refresh(
 def _one_pass(
     store: Store, machine: str, newest_cut: int, progress: Progress
 ) -> tuple[RefreshReport, int]:
-    """Do one pass; return what it did, and the cut up to which it looked."""
+    """Do one pass; return what it did, and the last cut that it examined."""
     with store.writing(machine) as session:
         one = _Pass(session, find_machine(session, machine), newest_cut, progress)
         return one.run(), one.span.upto
@@ -94,10 +94,10 @@ class _Pass:
             done.set_aside.append(
                 "no calibration is usable, so no force can be sensed; run 'autodb calibrate' first"
             )
-        odd: list[int] = []
+        outliers: list[int] = []
         for pair_id in self._pairs():
-            odd += self._learn(session.get_one(models.Pair, pair_id), sensed)
-        done.mismatches += open_mismatches(session, owner, odd, progress=self._progress)
+            outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
+        done.mismatches += open_mismatches(session, owner, outliers, progress=self._progress)
         done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
@@ -118,7 +118,7 @@ class _Pass:
         return self._session.scalar(query) or 0
 
     def _learn(self, pair: models.Pair, sensed: list[Calibrations]) -> list[int]:
-        """Learn a pair; return the cuts that stand aside, by id."""
+        """Learn a pair; return the outlying cuts, by id."""
         span = self.span
         self._progress(f"updating {pair_name(pair)}")
         after = span.old if self._goes_on(pair) else 0
@@ -134,8 +134,8 @@ class _Pass:
         )
         self._done.versions += outcome.versions
         self._done.shifts += outcome.shifts
-        self._done.set_aside += outcome.set_aside
-        return outcome.odd
+        self._done.set_aside += outcome.not_used
+        return outcome.outliers
 
     def _goes_on(self, pair: models.Pair) -> bool:
         """Say whether new cuts change a pair's posterior; what was learnt is left as it is."""

@@ -31,7 +31,7 @@ Say = Callable[[str], None]
 HEALTH_S = 10.0
 LINE_S = 60.0
 LOOKS_S = 30.0
-"""How often an inbox is looked into without a new cut: others may put recordings there too."""
+"""How often an inbox is read without a new cut: others may put recordings there too."""
 RETRIES_S = (1.0, 30.0)
 """How long the first try to connect again waits, and how long the waits grow to."""
 

@@ -1,7 +1,7 @@
 """Have a machine refreshed every so often: systemd units, or a line for cron.
 
 Pure text: nothing is installed. Commands name everything by its whole path, since neither systemd
-nor cron knows a working folder or a shell's PATH. Two passes at a time do no harm, and what was
+nor cron has a working folder or a shell's PATH. Two passes at a time do no harm, and what was
 missed while the computer was off is caught up by the next.
 """
 

@@ -18,7 +18,7 @@ from autodb.store import models
 TRASH = ".trash"
 STAYS_DAYS, STAYS_PASSES = 30, 7
 """Days by the clock, and days with passes, that dropped files stay. Chosen: a clock that jumped has
-passes of one day behind it, and a week of them is looked at by somebody."""
+passes of one day behind it, and a week of them is examined by somebody."""
 FAR_DAYS, SURE_DAYS = 90, 3
 """Days between two imports that may be a clock that jumped, and days with imports after which it
 was none. Chosen: a shop is closed for weeks, and not for a quarter of a year."""

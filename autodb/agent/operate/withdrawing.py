@@ -50,7 +50,7 @@ def withdraw(
             )
         if row.looked_at is not None:
             raise UnusableInput(
-                f"recording {number} was imported only to be looked at; nothing depends on it"
+                f"recording {number} was imported only to be explained; nothing depends on it"
             )
         cuts = counted_cuts(row)
         done = Withdrawn(number, len(cuts), _taken_back(session, row))

@@ -24,9 +24,9 @@ def keep_calibration(
     coefficients = calibration.coefficients.tolist()
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
         alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
-        told_apart = last.cut_sd is not None
+        separated = last.cut_sd is not None
         close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
-        if told_apart and close:
+        if separated and close:
             return last.version, False
     version = _newest_version(session, machine_id, calibration.axis) + 1
     sources = list(

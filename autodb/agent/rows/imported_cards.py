@@ -54,7 +54,7 @@ def imported_card(session: Session, machine_id: int, material: str) -> KienzleCa
     """Return the card of a material that was imported last; None where there is none for a machine.
 
     The name may be written in any case, with or without blanks and dashes. A card that the machine
-    made itself tells it nothing: its cuts would count twice.
+    made itself adds no information: its cuts would count twice.
     """
     owner = session.get_one(models.Machine, machine_id)
     rows = session.scalars(

@@ -26,7 +26,7 @@ from autodb.store.models.learning import EVERY
 
 LAW = "thin_shear_zone"
 OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
-"""What keys of errors begin with that are of what feels a machine's forces."""
+"""What keys of errors begin with that are of what senses a machine's forces."""
 
 
 def as_posterior(row: models.CuttingParameters) -> PairPosterior:
@@ -153,10 +153,10 @@ def pair_name(pair: models.Pair) -> str:
 
 @dataclass(frozen=True)
 class Start:
-    """What is believed of a pair before cuts are learnt, and from what.
+    """The posterior of a pair before cuts are learnt, and what it is from.
 
     ``row``: the related pair's parameters, where it is from one; ``prior``: what other machines
-    know, where it is from that. ``before``: what was believed of the law before any of the pair's
+    know, where it is from that. ``before``: the posterior of the law before any of the pair's
     cuts, as it is kept; None: not known.
     """
 

@@ -1,7 +1,7 @@
-"""How far a machine's refresh has looked: a pass goes on from the mark that the last one left.
+"""How far a machine's refresh has come: a pass goes on from the mark that the last one left.
 
-What a pass costs is then what came in since. Where what feels forces, or what a person decided, is
-no longer what it was (``basis_of``), every cut is looked at once more.
+What a pass costs is then what came in since. Where what senses forces, or what a person decided, is
+no longer what it was (``basis_of``), every cut is examined once more.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from autodb.store import models
 CUTS_A_PASS = 2000
 """New cuts that one pass takes: as much as a kill may undo. Chosen: some ten seconds' work."""
 SENSED_OVER_TIME = ("drive", "table", FUSION)
-"""Kinds of estimators that feel cuts which were recorded over time, the surest last."""
+"""Kinds of estimators that sense cuts which were recorded over time, the surest last."""
 
 CALIBRATIONS, ESTIMATORS = SENSORS = ("calibrations", "estimators")
 """Of a basis, what forces are sensed with."""
@@ -26,7 +26,7 @@ CALIBRATIONS, ESTIMATORS = SENSORS = ("calibrations", "estimators")
 
 @dataclass(frozen=True)
 class Mark:
-    """The last cut and the last sensed force that passes have looked at, by id; what by."""
+    """The last cut and the last sensed force that passes have examined, by id; what by."""
 
     cut: int
     force: int
@@ -37,8 +37,8 @@ class Mark:
 class Span:
     """What a pass looks at: cuts with ids above ``after`` and up to ``upto`` are sensed.
 
-    ``old`` and ``force``: the cut and the sensed force up to which passes before have looked;
-    ``anew``: of every pair all forces are looked at again, not those of new cuts alone.
+    ``old`` and ``force``: the cut and the sensed force up to which passes before have come;
+    ``anew``: of every pair all forces are examined again, not those of new cuts alone.
     """
 
     after: int

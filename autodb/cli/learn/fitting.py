@@ -65,9 +65,11 @@ def level_command(asked: AskedRecordings) -> None:
     )  # fmt: skip
     for k, name in enumerate("xyz"):
         half_mm = 1e3 * NORMAL_95 * model.lever_sd_m[k]
-        told = not any(f"arm's {name} " in sentence for sentence in model.not_excited)
+        determined = not any(f"arm's {name} " in sentence for sentence in model.not_excited)
         arm = (
-            (f"{1e3 * model.lever_m[k]:.1f}", f"{half_mm:.1f}") if told else ("not determined", "")
+            (f"{1e3 * model.lever_m[k]:.1f}", f"{half_mm:.1f}")
+            if determined
+            else ("not determined", "")
         )
         shares = [f"{100.0 * share:.2f}" for share in model.matrix[k]]
         rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, f"{done.left_N[k]:.2g}")

@@ -1,6 +1,6 @@
 """`inspect`: the passive force of a turned cut, from the finished part.
 
-`sensors`: what a machine can feel, how well, since when.
+`sensors`: what a machine can sense, how well, since when.
 """
 
 from pathlib import Path
@@ -66,7 +66,7 @@ def sensors_command(
     from autodb.agent.sense.sensors import sensors_of
 
     with opened_store(db) as store, store.reading() as session:
-        found, unfelt = sensors_of(session, name)
+        found, not_sensed = sensors_of(session, name)
     rows = table(
         f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
     )  # fmt: skip
@@ -78,5 +78,5 @@ def sensors_command(
         )  # fmt: skip
     if found:
         show(rows)
-    if unfelt:
-        say(f"{', '.join(unfelt)}: not sensed, and never taken as 0")
+    if not_sensed:
+        say(f"{', '.join(not_sensed)}: not sensed, and never taken as 0")

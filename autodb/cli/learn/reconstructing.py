@@ -40,7 +40,7 @@ class ChosenEstimator(StrEnum):
 
 
 DRIVE_HZ = 10.0
-"""Frequency up to which drive models tell loads unless another is asked for."""
+"""Frequency up to which drive models estimate loads unless another is asked for."""
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time with position and effort.")
@@ -126,7 +126,7 @@ def reconstruct_command(
     Or the forces that a machine's network, its table dynamometer, or all of them together measure.
     """
     from autodb.files.targets import check_target, write_text
-    from autodb.reports.loads import render_loads, write_table
+    from autodb.reports.load_page import render_loads, write_table
 
     _check(
         _Given(estimator, machine, moves, terms, removed),
@@ -142,18 +142,18 @@ def reconstruct_command(
             cut = moves_of(recording, axis, columns, group, resample)
             progress(f"identifying from {moves.name}")
             air = moves_of(moves, axis, columns, group, resample)
-            told = _Told([_by_moves(cut, air, term_names(terms), how)])
+            made = _Sensed([_by_moves(cut, air, term_names(terms), how)])
         else:
             cut = _cut_of(recording, axis, columns, group, resample)
             with opened_store(db) as store:
-                told = TELLERS[estimator](store, str(machine), cut, how, progress)
+                made = TELLERS[estimator](store, str(machine), cut, how, progress)
         progress(f"writing {out.name}")
-        write_table(cut.t_s, told.sensed, out)
+        write_table(cut.t_s, made.sensed, out)
         if page is not None:
-            write_text(page, render_loads(recording.name, cut.t_s, told.sensed))
+            write_text(page, render_loads(recording.name, cut.t_s, made.sensed))
     say_time(cut)
-    _show(told.sensed)
-    for sentence in told.not_heard:
+    _show(made.sensed)
+    for sentence in made.not_heard:
         say(f"not used: {sentence}")
     say(f"load: {out}")
     if page is not None:
@@ -216,8 +216,8 @@ class _How:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """What sensors told, and which told nothing and why."""
+class _Sensed:
+    """The forces that sensors estimated, and which sensed nothing and why."""
 
     sensed: "list[ReconstructedLoad]"
     not_heard: tuple[str, ...] = ()
@@ -225,42 +225,42 @@ class _Told:
 
 def _by_drives(
     store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
-) -> _Told:
+) -> _Sensed:
     from autodb.agent.sense.reconstructing import reconstruct_on_machine
 
     sensed = reconstruct_on_machine(
         store, machine, cut, axis=how.axis, bandwidth_hz=how.bandwidth_hz or DRIVE_HZ,
         observer=how.observer, scale=how.scale, progress=progress,
     )  # fmt: skip
-    return _Told(sensed)
+    return _Sensed(sensed)
 
 
 def _by_network(
     store: "Store", machine: str, cut: "records.Recording", _how: _How, progress: "Step"
-) -> _Told:
+) -> _Sensed:
     from autodb.agent.sense.networks import forces_on_machine
 
-    return _Told(forces_on_machine(store, machine, cut, progress=progress))
+    return _Sensed(forces_on_machine(store, machine, cut, progress=progress))
 
 
 def _by_table(
     store: "Store", machine: str, cut: "records.Recording", how: _How, _progress: "Step"
-) -> _Told:
+) -> _Sensed:
     from autodb.agent.sense.dynamometers import forces_on_table
 
     sensed = forces_on_table(
         store, machine, cut, bandwidth_hz=how.bandwidth_hz, removed_kg=how.removed_kg
     )
-    return _Told(sensed)
+    return _Sensed(sensed)
 
 
 def _by_all(
     store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
-) -> _Told:
+) -> _Sensed:
     from autodb.agent.sense.fusing import fused_on_machine
 
     made = fused_on_machine(store, machine, cut, bandwidth_hz=how.bandwidth_hz, progress=progress)
-    return _Told(made.sensed, made.not_heard)
+    return _Sensed(made.sensed, made.not_heard)
 
 
 TELLERS = {
@@ -299,7 +299,7 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
 def _show(sensed: "list[ReconstructedLoad]") -> None:
     import numpy as np
 
-    from autodb.reports.loads import MARKS, load_rms, scale_words
+    from autodb.reports.load_page import MARKS, load_rms, scale_words
 
     marks = MARKS if any(one.said is None for one in sensed) else ()
     rows = table(

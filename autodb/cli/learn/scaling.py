@@ -1,4 +1,4 @@
-"""`scale`: what an ampere of a feed drive is, told by a known load."""
+"""`scale`: what an ampere of a feed drive is, determined from a known load."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -61,18 +61,18 @@ def scale(
     with opened_store(db) as store, working(f"scaling by {recording.name}") as progress:
         loaded = moves_of(recording, axis, columns, group, resample)
         if added_mass is not None:
-            told = scaling.by_mass(
+            found = scaling.by_mass(
                 store, machine, loaded, mass_kg=added_mass, axis=axis, progress=progress
             )
         else:
-            told = _by_force(store, machine, loaded, axis, standard_cut, known)
-        stated = scaling.stated(store, machine, told.axis)
-        kept = scaling.keep_scale(store, machine, told, recording, columns=columns)
-    say(f"{told.axis}: force constant {told.newtons_per_ampere:.4g} N/A ± {told.percent:.2g} % "
-        f"(95 %), by {told.source}")  # fmt: skip
-    _compare(told, stated)
+            found = _by_force(store, machine, loaded, axis, standard_cut, known)
+        stated = scaling.stated(store, machine, found.axis)
+        kept = scaling.keep_scale(store, machine, found, recording, columns=columns)
+    say(f"{found.axis}: force constant {found.newtons_per_ampere:.4g} N/A ± {found.percent:.2g} % "
+        f"(95 %), by {found.source}")  # fmt: skip
+    _compare(found, stated)
     there = ", already there" if kept.already_there else ""
-    say(f"{told.axis}: scale {kept.version} of machine '{machine}'{there}; 'autodb reconstruct' "
+    say(f"{found.axis}: scale {kept.version} of machine '{machine}'{there}; 'autodb reconstruct' "
         "uses it")  # fmt: skip
 
 
@@ -119,17 +119,18 @@ def _cut_named(words: str) -> "Callable[[str], ReferenceForce]":
     return of
 
 
-def _compare(told: "DeterminedScale", stated: "Scale | None") -> None:
+def _compare(found: "DeterminedScale", stated: "Scale | None") -> None:
     """Say whether the machine's file is borne out."""
     if stated is None:
         return
-    off = told.newtons_per_ampere - stated.per_ampere
+    off = found.newtons_per_ampere - stated.per_ampere
     sd = float(
         (
-            (told.share * told.newtons_per_ampere) ** 2 + (stated.share * stated.per_ampere) ** 2
+            (found.share * found.newtons_per_ampere) ** 2 + (stated.share * stated.per_ampere) ** 2
         ) ** 0.5
     )  # fmt: skip
     verdict = "agrees" if abs(off) < APART_SDS * sd else "does not agree"
     say(
-        f"{told.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N/A by {stated.source}"
+        f"{found.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N/A "
+        f"by {stated.source}"
     )

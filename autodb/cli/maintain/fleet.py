@@ -114,7 +114,7 @@ def _machines(
     from sqlalchemy import select
 
     from autodb.agent.fleet.tasks import MachineTask
-    from autodb.agent.learn.together import RECORDINGS
+    from autodb.agent.learn.shared_priors import RECORDINGS
     from autodb.agent.rows.machines import find_machine
     from autodb.errors import UnusableInput
     from autodb.store import models

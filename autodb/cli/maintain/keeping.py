@@ -25,7 +25,7 @@ def doctor(
         typer.Option(
             "--backups",
             metavar="FOLDER",
-            help="Restore the newest backup_command in it aside, and check.",
+            help="Restore its newest backup in a temporary place, and check that.",
         ),
     ] = None,
     db: Database = None,
@@ -45,8 +45,8 @@ def doctor(
     done = {finding.check.name for finding in findings}
     why_not = "the file comes first"
     if on_server(url):
-        looked = OF_ROWS[0].name in done
-        why_not = "they lie on the machines' computers" if looked else "the schema comes first"
+        checked = OF_ROWS[0].name in done
+        why_not = "they lie on the machines' computers" if checked else "the schema comes first"
     for check in (*OF_ITS_VALUES, *OF_THE_CONTENT):
         if check.name not in done:
             rows.add_row(check.name, "", "", f"not checked: {why_not}")
@@ -57,7 +57,7 @@ def doctor(
 
 
 def _say_what_was_found(findings: "list[Finding]") -> None:
-    """Print what passed checks tell, and of failed ones some examples and what to do."""
+    """Print what passed checks found, and of failed ones some examples and what to do."""
     for finding in findings:
         found, check = finding.outcome.found, finding.check
         for line in found[:EXAMPLES]:

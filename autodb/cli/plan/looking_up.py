@@ -1,4 +1,4 @@
-"""`lookup`: one cut of a pair, or the pairs that a machine knows; nothing is stored."""
+"""`lookup`: one cut of a pair, or the pairs that a machine has; nothing is stored."""
 
 import re
 from typing import TYPE_CHECKING, Annotated, Any
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, MachineName, opened_store, say, show, table
-from autodb.cli.plan.answers import Json, say_answer, show_predicted
+from autodb.cli.plan.predict_and_trace import Json, say_answer, show_predicted
 
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed

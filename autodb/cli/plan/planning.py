@@ -96,8 +96,9 @@ def _show(found: "ProposedCuts") -> None:
         )
     for statement in found.open:
         say(statement)
-    if found.not_told:
-        say(f"not determined by these cuts, nor by what was tried: {', '.join(found.not_told)}")
+    if found.not_determined:
+        missing = ", ".join(found.not_determined)
+        say(f"not determined by these cuts, nor by what was tried: {missing}")
 
 
 def _words(cut: "JobCut") -> tuple[str, str, str]:

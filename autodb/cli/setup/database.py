@@ -128,8 +128,8 @@ def show_machine_command(
         owner = find_machine(session, name)
         for axis in owner.axes:
             current = current_calibrations(session, owner.id, axis.name)
-            feels = "; ".join(map(_feels, current)) or "not calibrated"
-            rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", feels)
+            senses = "; ".join(map(_senses, current)) or "not calibrated"
+            rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", senses)
         stated = flat(as_file(owner))
     show(rows)
     for key, value in stated.items():
@@ -137,7 +137,7 @@ def show_machine_command(
             say(f"{key} = {value}")
 
 
-def _feels(row: "models.CalibrationVersion") -> str:
+def _senses(row: "models.CalibrationVersion") -> str:
     from autodb.agent.rows.calibrations import holds_for
 
     holds = holds_for(row).words()

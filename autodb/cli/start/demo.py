@@ -21,7 +21,7 @@ from autodb.files.targets import hidden, replace_by
 from autodb.records import Recording, read
 from autodb.reports.explanation import explanation_fragment
 from autodb.reports.explanation_files import write_answer
-from autodb.reports.machine import machine_page
+from autodb.reports.machine_page import machine_page
 from autodb.reports.page import render_page
 from autodb.store import Store, create_store, open_store
 

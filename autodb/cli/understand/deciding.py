@@ -74,7 +74,7 @@ def show_mismatch_command(number: Number, db: Database = None) -> None:
         say(
             f"mismatch {row.id}: {row.channel} of recording {recording.id}: {_name(recording.path)}"
         )
-        for what, text in _told(row):
+        for what, text in _details(row):
             say(f"{what}: {text}")
         rows = _numbers(row)
     if rows.row_count:
@@ -87,7 +87,7 @@ def _name(path: str) -> str:
     return Path(path).name
 
 
-def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
+def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     """Return what is kept of a mismatch, a line each: what it is and its text."""
     from autodb.explain.answer.advice import advice
 
@@ -105,8 +105,8 @@ def _told(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     for held in row.parameters_of_pairs:
         pair = f"{held.pair.material.name} / {held.pair.tool.name}"
         yield "made", f"{pair} version {held.version} (parameters {held.id})"
-    told = advice(row.confirmed_term or row.term)
-    yield "advice", f"{told.check} ({told.source})"
+    one = advice(row.confirmed_term or row.term)
+    yield "advice", f"{one.check} ({one.source})"
 
 
 def _places(row: "Mismatch") -> "Iterator[str]":

@@ -20,13 +20,13 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
     from autodb.explain import Explained
-    from autodb.explain.together import RecordingSetup
+    from autodb.explain.several_recordings import RecordingSetup
     from autodb.records import CutTable, Recording
 
 RecordingFiles = Annotated[
     list[Path],
     typer.Argument(
-        readable=False, help="The recording or cut table; several are looked at together too."
+        readable=False, help="The recording or cut table; several are explained together too."
     ),
 ]
 Simulations = Annotated[
@@ -141,26 +141,26 @@ def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: S
 def _several(
     recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
 ) -> None:
-    from autodb.explain.together import explain_together
+    from autodb.explain.several_recordings import explain_together
     from autodb.reports.explanation_files import write_together
 
-    looked = []
+    explained_all = []
     for number, recording in enumerate(recordings):
         progress(f"{recording.name}, {number + 1} of {len(recordings)}")
-        looked.append(look(number))
+        explained_all.append(look(number))
     found = explain_together(
-        [setup for setup, _, _ in looked],
-        [explained.explanation.channels for _, explained, _ in looked],
+        [setup for setup, _, _ in explained_all],
+        [explained.explanation.channels for _, explained, _ in explained_all],
     )
     progress("writing the reports")
-    write_together([explained for _, explained, _ in looked], found, folder)
-    for _, explained, _ in looked:
+    write_together([explained for _, explained, _ in explained_all], found, folder)
+    for _, explained, _ in explained_all:
         for note in explained.notes:
             typer.echo(note, err=True)
     if json:
         say((folder / "together.json").read_text(encoding="utf-8").rstrip())
         return
-    for recording, (_, explained, kept) in zip(recordings, looked, strict=True):
+    for recording, (_, explained, kept) in zip(recordings, explained_all, strict=True):
         say(f"{recording}:")
         _say_causes(explained, kept)
     say("together:")
@@ -174,7 +174,7 @@ def _several(
 
 
 def _setup(measured: "Recording | CutTable", machine: str | None) -> "RecordingSetup":
-    from autodb.explain.together import setup_of
+    from autodb.explain.several_recordings import setup_of
 
     setup = setup_of(measured)
     return setup if machine is None else setup.model_copy(update={"machine": machine})

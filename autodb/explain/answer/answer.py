@@ -97,7 +97,7 @@ class Considered:
 class ChannelTrace:
     """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,).
 
-    ``close_up``: of a waveform, from when to when some turns are worth a close look.
+    ``close_up``: of a waveform, from when to when some turns are shown enlarged.
     """
 
     x_name: Literal["t", "cut"]

@@ -71,8 +71,8 @@ def move_that_tells(
     found = {name: _from_rival(reading, number, name) for name in rivals[:NEAREST]}
     best = {**dict.fromkeys(never), **found}
     lines = [_line(b, (term.name, name), level, reading.unit) for name, b in best.items()]
-    if None in best.values() and term.told_apart_by:
-        lines.append(term.told_apart_by)
+    if None in best.values() and term.distinguished_by:
+        lines.append(term.distinguished_by)
     return " ".join(lines)
 
 

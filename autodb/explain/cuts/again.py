@@ -1,4 +1,4 @@
-"""Cuts of a table made again at its end, as what would tell two explanations of it apart."""
+"""Cuts of a table made again at its end, to distinguish two explanations of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.apart import Teller, Trials
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.carried import Elsewhere
-from autodb.explain.cuts.look import FoundInCuts
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.distinguishing import Teller, Trials
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.cuts.trials import CutTrial
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ class Again(Trials):
     @cached_property
     def cuts(self) -> Elsewhere:
         """All cuts of all trials."""
-        table, rows = self.looked.stack, self.rows
+        table, rows = self.result.stack, self.rows
         simulation = table.simulation[:, rows]
         stack = replace(
             table,
@@ -49,23 +49,23 @@ class Again(Trials):
         return Elsewhere(stack, self.own(stack), {})
 
 
-def made_again(looked: FoundInCuts, own: Own, *, unit: str) -> Teller:
-    """Return what tells effects apart by the table's cuts made again, those of each condition.
+def made_again(result: FoundInCuts, own: Own, *, unit: str) -> Teller:
+    """Return what distinguishes effects by the table's cuts made again, those of each condition.
 
     Every effect must say how it is built ``anew``.
     """
-    known = looked.stack.known
-    first = _one_of_each(looked.stack)
+    known = result.stack.known
+    first = _one_of_each(result.stack)
     rounds = [
         Again(
-            looked,
+            result,
             [_trial(known, row, times) for row in first],
             np.repeat(first, times),
             own,
         )
         for times in TIMES
     ]
-    return Teller(looked, rounds, unit)
+    return Teller(result, rounds, unit)
 
 
 def _one_of_each(stack: Stack) -> Rows:

@@ -5,7 +5,7 @@ that is changed (of an edge that was not seen, the mean of those that were), a d
 clock, a warm-up by what the machine does, a run of harder cuts if it reached the table's end. A
 curve keeps its last value beyond what was seen.
 
-Sizes that the table hardly holds would run away there, so that two things are believed beforehand:
+Sizes that the table hardly holds would run away there, so that two things have a prior:
 edges of one table wear alike but for a spread, and the simulation's own terms are nearly right.
 """
 
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.cuts.carried import following
-from autodb.explain.cuts.fit import CutsFit, fit_cuts
-from autodb.explain.cuts.look import FoundInCuts
-from autodb.explain.cuts.table import Conditions, table_conditions
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts
+from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -42,42 +42,42 @@ class Ahead:
     sd: Array
 
 
-def ahead(looked: FoundInCuts, table: CutTable, simulation: dict[str, Array]) -> Ahead:
-    """Return what follows a table that was looked through: the simulation and what was found.
+def ahead(result: FoundInCuts, table: CutTable, simulation: dict[str, Array]) -> Ahead:
+    """Return what follows a table that was searched: the simulation and what was found.
 
     ``table``: the conditions of the cuts that follow, in its columns as they were recorded before;
-    ``simulation``: (m,) [N] of every component that was looked at. Where nothing was found it is
+    ``simulation``: (m,) [N] of every component that was searched. Where nothing was found it is
     the simulation as it is; else its own terms are re-tuned too, as in the corrected channel.
 
     Raises UnusableInput where a component or a condition is missing that was there before.
     """
-    stack = looked.stack
+    stack = result.stack
     known = _same_edges(stack.known, table_conditions(table))
     _check(stack.names, stack.known, table, known, simulation)
     plain = np.stack([simulation[name] for name in stack.names])
-    there = following(looked, known, plain)
-    choices = looked.found.choices
+    there = following(result, known, plain)
+    choices = result.found.choices
     if not choices:
         return Ahead(stack.names, plain, there.stack.sd)
-    coefficients, covariance = _believed(looked, fit_cuts(stack, looked.own, choices))
+    coefficients, covariance = _with_prior(result, fit_cuts(stack, result.own, choices))
     columns = there.columns(choices)
     variance = np.einsum("cmp,pq,cmq->cm", columns, covariance, columns)
     sd = np.sqrt(there.stack.sd**2 + np.maximum(variance, 0.0))
     return Ahead(stack.names, plain + columns @ coefficients, sd)
 
 
-def _believed(looked: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
-    """Return coefficients (p,) and covariance (p, p) of a fit with what is believed beforehand.
+def _with_prior(result: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
+    """Return coefficients (p,) and covariance (p, p) of a fit with these priors.
 
     With C the covariance of the fit and Λ the precision of the posterior, whose mean costs nothing:
     (1 + CΛ)⁻¹ of both.
     """
     precision = np.zeros_like(found.covariance)
-    for name, at in zip(looked.own, found.places, strict=False):
-        size = _of_own(looked, name, found.coefficients[at])
+    for name, at in zip(result.own, found.places, strict=False):
+        size = _of_own(result, name, found.coefficients[at])
         precision[at, at] = np.diag(1.0 / (RETUNED * size) ** 2)
-    places = found.places[len(looked.own) :]
-    for choice, at in zip(looked.found.choices, places, strict=True):
+    places = found.places[len(result.own) :]
+    for choice, at in zip(result.found.choices, places, strict=True):
         edges = int(choice.shape.shape.get("edges", 0))
         if edges > 1:
             precision[at, at] = _alike(found, at, edges)
@@ -87,11 +87,11 @@ def _believed(looked: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
     return solved[:, 0], solved[:, 1:]
 
 
-def _of_own(looked: FoundInCuts, name: str, coefficients: Array) -> Array:
+def _of_own(result: FoundInCuts, name: str, coefficients: Array) -> Array:
     """Return the size of an own term whose coefficients are shares or, of an edge, N/mm."""
     if name != "edge_force":
         return np.ones_like(coefficients)
-    size = np.abs(looked.stack.edge_N_mm)
+    size = np.abs(result.stack.edge_N_mm)
     return np.asarray(np.where(size > 0, size, float(size.max()) or 1.0))
 
 

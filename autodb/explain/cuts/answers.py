@@ -14,14 +14,18 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
-from autodb.explain.cuts.apart import after_forces
+from autodb.explain.cuts.candidates.effect_parameters import (
+    EffectInCuts,
+    effect_parameters,
+    shape_words,
+)
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.parameters import EffectInCuts, effect_parameters, shape_words
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.cuts.retuned import mistuned_of_cuts, retuned_of_cuts
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
@@ -46,34 +50,34 @@ def explain_cuts(
 
     ``simulation``: force channel → (n,) in the table's order of cuts.
     """
-    looked = look_in_cuts(stack_of(table, simulation, includes), includes)
-    return answers(table, looked, frozenset(includes or ()))
+    result = look_in_cuts(stack_of(table, simulation, includes), includes)
+    return answers(table, result, frozenset(includes or ()))
 
 
 def answers(
-    table: CutTable, looked: FoundInCuts, includes: frozenset[str]
+    table: CutTable, result: FoundInCuts, includes: frozenset[str]
 ) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Return the answer of every component and its trace."""
-    told = _Told(looked, includes)
+    found = _Answers(result, includes)
     return {
-        name: (told.answer(i, table.unit(name)), told.trace(i))
-        for i, name in enumerate(looked.stack.names)
+        name: (found.answer(i, table.unit(name)), found.trace(i))
+        for i, name in enumerate(result.stack.names)
     }
 
 
-class _Told:
+class _Answers:
     """The fit of what was found, and how sure each name is."""
 
-    def __init__(self, looked: FoundInCuts, includes: frozenset[str]) -> None:
-        self.looked, self.includes, self.stack = looked, includes, looked.stack
-        self.choices, self.own = looked.found.choices, looked.own
+    def __init__(self, result: FoundInCuts, includes: frozenset[str]) -> None:
+        self.result, self.includes, self.stack = result, includes, result.stack
+        self.choices, self.own = result.found.choices, result.own
         self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
         self.standing = {
-            c.candidate.key: _limited(self.stack, c, of_missing(looked.search, looked.found, c))
+            c.candidate.key: _limited(self.stack, c, of_missing(result.search, result.found, c))
             for c in self.choices
         }
-        self.own_terms = mistuned_of_cuts(looked)
-        self.teller = after_forces(looked)
+        self.own_terms = mistuned_of_cuts(result)
+        self.teller = after_forces(result)
         self._apart: dict[str, str | None] = {}
 
     def part(self, number: int) -> Array:
@@ -90,7 +94,7 @@ class _Told:
         sensed = [(n, c) for n, c in enumerate(self.choices) if self.sensed(n, component)]
         causes = [self._cause(n, c, component) for n, c in sensed]
         causes.sort(key=lambda cause: cause.term == UNKNOWN)
-        again = retuned_of_cuts(self.looked, self.own_terms, self.fit, component, beside=causes)
+        again = retuned_of_cuts(self.result, self.own_terms, self.fit, component, beside=causes)
         return (*causes, *again)
 
     def _cause(self, number: int, choice: Choice, component: int) -> Cause:
@@ -109,10 +113,10 @@ class _Told:
         )
 
     def apart(self, choice: Choice) -> str | None:
-        """Return the cuts that would tell an effect from its nearest rivals."""
+        """Return the cuts that would distinguish an effect from its nearest rivals."""
         key, rivals = choice.candidate.key, self.standing[choice.candidate.key].near
         if key not in self._apart:
-            self._apart[key] = self.teller.told_apart(choice, _name(choice), rivals)
+            self._apart[key] = self.teller.distinguishing(choice, _name(choice), rivals)
         return self._apart[key]
 
     def _size(self, number: int, component: int) -> IntervalValue:
@@ -169,8 +173,8 @@ class _Told:
         """Return the arrays behind the answer."""
         stack = self.stack
         correction = self._correction(component, self.causes(component))
-        taken = set(self.looked.found.keys)
-        offers = self.looked.search.offers(())
+        taken = set(self.result.found.keys)
+        offers = self.result.search.offers(())
         return ChannelTrace(
             x_name="cut",
             x=stack.known.number,
@@ -192,7 +196,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
-    """Return the standing with what no table of this kind tells apart added to it."""
+    """Return the standing with what no table of this kind distinguishes added to it."""
     known, also = stack.known, []
     thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
     if choice.candidate.term == "edge_force" and not thin:
@@ -212,14 +216,14 @@ def _name(choice: Choice) -> str:
 
 
 def _unnamed(
-    told: _Told, number: int, choice: Choice, component: int, size: IntervalValue
+    found: _Answers, number: int, choice: Choice, component: int, size: IntervalValue
 ) -> Cause:
-    stack = told.stack
-    part = told.part(number)[component]
+    stack = found.stack
+    part = found.part(number)[component]
     difference = (stack.recording - stack.simulation)[component]
     share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
     variables = choice.candidate.variables
-    sure = told.standing[choice.candidate.key]
+    sure = found.standing[choice.candidate.key]
     return Cause(
         term=UNKNOWN,
         kind="missing",
@@ -232,5 +236,5 @@ def _unnamed(
         parameters={"size": size},
         alternatives=sure.near,
         variables=variables,
-        to_tell_apart=told.apart(choice),
+        to_tell_apart=found.apart(choice),
     )

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.look import FoundInCuts, own_columns_of_cuts
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.cut_search import FoundInCuts, own_columns_of_cuts
+from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.telling import held_coefficients
 
@@ -69,32 +69,32 @@ class CutsAccount:
 
 
 def fit_cuts_account(
-    looked: FoundInCuts, choices: tuple[Choice, ...], there: Elsewhere
+    result: FoundInCuts, choices: tuple[Choice, ...], there: Elsewhere
 ) -> CutsAccount:
     """Fit a set to the table and carry it to other cuts; shapes are held."""
-    here = Elsewhere(looked.stack, looked.own, {c.candidate.key: c.candidate for c in choices})
+    here = Elsewhere(result.stack, result.own, {c.candidate.key: c.candidate for c in choices})
     built = [c.shape.law.raw() for c in choices if isinstance(c.shape.law, LawColumns)]
     raw = np.concatenate([*(c.raw() for c in here.own.values()), *built], axis=2)
-    stack = looked.stack
+    stack = result.stack
     coefficients, root = held_coefficients(stack.white(raw), stack.difference, variance=1.0)
     return CutsAccount(there.columns(choices), coefficients, root)
 
 
-def elsewhere(looked: FoundInCuts, known: Conditions, row: int) -> Elsewhere:
+def elsewhere(result: FoundInCuts, known: Conditions, row: int) -> Elsewhere:
     """Return cuts that follow a table, like the cut in a row of it but for their conditions."""
-    return _built(looked, _stack(looked.stack, known, row))
+    return _built(result, _stack(result.stack, known, row))
 
 
-def following(looked: FoundInCuts, known: Conditions, simulation: Array) -> Elsewhere:
+def following(result: FoundInCuts, known: Conditions, simulation: Array) -> Elsewhere:
     """Return cuts that follow a table and whose simulation (C, m) [N] is given."""
-    table = looked.stack
+    table = result.stack
     length = _scaled(table.edge_mm, table.known, known, 0, area=False)
-    return _built(looked, _with(table, known, simulation, length))
+    return _built(result, _with(table, known, simulation, length))
 
 
-def _built(looked: FoundInCuts, stack: Stack) -> Elsewhere:
-    made = [*named_effects(stack, frozenset(looked.own)), *families(stack)]
-    return Elsewhere(stack, own_columns_of_cuts(stack, list(looked.own)), {s.key: s for s in made})
+def _built(result: FoundInCuts, stack: Stack) -> Elsewhere:
+    made = [*named_effects(stack, frozenset(result.own)), *families(stack)]
+    return Elsewhere(stack, own_columns_of_cuts(stack, list(result.own)), {s.key: s for s in made})
 
 
 def _stack(table: Stack, known: Conditions, row: int) -> Stack:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import qr
 
-from autodb.explain.cuts.table import Conditions
+from autodb.explain.cuts.stack import Conditions
 
 Array = NDArray[np.float64]
 

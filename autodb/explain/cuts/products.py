@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw
-from autodb.explain.cuts.evidence import TableProducts
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.few_rows import TableProducts
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Candidate
 from autodb.explain.engine.search import DETAIL
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.fit import all_columns
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.cuts_fit import all_columns
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
 

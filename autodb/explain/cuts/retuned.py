@@ -7,8 +7,8 @@ import numpy as np
 
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.fit import CutsFit
-from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.cuts_fit import CutsFit
 from autodb.explain.cuts.profile import profiled_value
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries
@@ -16,22 +16,22 @@ from autodb.fitting import NORMAL_95
 from autodb.terms.vocabulary import term_called
 
 
-def mistuned_of_cuts(looked: FoundInCuts) -> dict[str, Mistuned]:
+def mistuned_of_cuts(result: FoundInCuts) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
-    return {name: _judged(looked, [name]) for name in looked.own}
+    return {name: _judged(result, [name]) for name in result.own}
 
 
-def _judged(looked: FoundInCuts, names: Collection[str]) -> Mistuned:
+def _judged(result: FoundInCuts, names: Collection[str]) -> Mistuned:
     places, first = list[int](), 0
-    for name, columns in looked.own.items():
+    for name, columns in result.own.items():
         after = first + columns.mix.shape[2]
         places += range(first, after) if name in names else ()
         first = after
-    return of_mistuned(looked.search, looked.found, places)
+    return of_mistuned(result.search, result.found, places)
 
 
 def retuned_of_cuts(
-    looked: FoundInCuts,
+    result: FoundInCuts,
     own: Mapping[str, Mistuned],
     fitted: CutsFit,
     component: int,
@@ -40,14 +40,14 @@ def retuned_of_cuts(
 ) -> list[Cause]:
     """Return the own terms of one component whose coefficient changes, as ``mistuned_of_cuts``.
 
-    ``beside``: what else is told of the component.
+    ``beside``: what else is said of the component.
     """
     causes = {}
-    for number, (name, columns) in enumerate(looked.own.items()):
+    for number, (name, columns) in enumerate(result.own.items()):
         change = _change(columns, fitted, fitted.places[number], component)
         if change.low * change.high > 0:
-            causes[name] = _cause(looked, name, change, component, own[name].standing)
-    return own_term_entries(own, causes, beside=beside, jointly=partial(_judged, looked))
+            causes[name] = _cause(result, name, change, component, own[name].standing)
+    return own_term_entries(own, causes, beside=beside, jointly=partial(_judged, result))
 
 
 def _change(columns: LawColumns, fitted: CutsFit, at: slice, component: int) -> IntervalValue:
@@ -62,10 +62,10 @@ def _place(columns: LawColumns, component: int) -> int:
 
 
 def _cause(
-    looked: FoundInCuts, name: str, change: IntervalValue, component: int, sure: Standing
+    result: FoundInCuts, name: str, change: IntervalValue, component: int, sure: Standing
 ) -> Cause:
     """Return the entry of an own term whose coefficient changes by ``change``."""
-    stack, columns = looked.stack, looked.own[name]
+    stack, columns = result.stack, result.own[name]
     term, sign = term_called(name), float(stack.sign[component])
     column = columns.raw()[component, :, _place(columns, component)]
     peak, half = float(np.max(np.abs(column))), change.high - change.value

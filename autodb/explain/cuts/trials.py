@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.table import Conditions
+from autodb.explain.cuts.stack import Conditions
 
 Array = NDArray[np.float64]
 

@@ -5,10 +5,16 @@ predict(model, inputs).interval()
 sentences(model, ("current", "feed", "force"), ("A", "mm/rev", "N"))
 """
 
-from autodb.fitting.anfis.fit import Learner, fit_anfis, fit_consequents
+from autodb.fitting.anfis.fitted_system import Learner, fit_anfis, fit_consequents
 from autodb.fitting.anfis.hybrid import Hybrid
 from autodb.fitting.anfis.memberships import BELL, GAUSS, Membership
-from autodb.fitting.anfis.model import (
+from autodb.fitting.anfis.monotone import Monotone, NotMonotone
+from autodb.fitting.anfis.premises import Premises, clusters, nearby, premise_grid
+from autodb.fitting.anfis.sentences import plain_consequents, rule_sentences
+from autodb.fitting.anfis.settling import PremisesNotSettled, Projection
+from autodb.fitting.anfis.standardised import Unvarying
+from autodb.fitting.anfis.sums import Sums
+from autodb.fitting.anfis.system import (
     Anfis,
     AnfisPrediction,
     Hull,
@@ -19,12 +25,6 @@ from autodb.fitting.anfis.model import (
     tally,
     without_rows,
 )
-from autodb.fitting.anfis.monotone import Monotone, NotMonotone
-from autodb.fitting.anfis.premises import Premises, clusters, nearby, premise_grid
-from autodb.fitting.anfis.scaling import Unvarying
-from autodb.fitting.anfis.sentences import plain_consequents, rule_sentences
-from autodb.fitting.anfis.settling import PremisesNotSettled, Projection
-from autodb.fitting.anfis.sums import Sums
 
 __all__ = [
     "BELL",

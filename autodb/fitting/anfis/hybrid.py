@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.learned import LearningCourse, rows_apart
+from autodb.fitting.anfis.premise_search import changes, projected
 from autodb.fitting.anfis.premises import Premises, premise_limits
-from autodb.fitting.anfis.projection import changes, projected
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class Hybrid:
         low, high = premise_limits(start, rows.x)
         here = start.at(np.clip(start.vector, low, high))
         point = projected(fitted, here)
-        told = LearningCourse.begin(here, point.consequents, point.left, judged)
+        course = LearningCourse.begin(here, point.consequents, point.left, judged)
         step, changed = self.step, 0
         for epoch in range(self.epochs):
             gradient = -2.0 * changes(fitted, here, point)[0].T @ point.left
@@ -45,11 +45,11 @@ class Hybrid:
                 break
             here = start.at(np.clip(here.vector - step * gradient / size, low, high))
             point = projected(fitted, here)
-            told = told.then(here, point.consequents, point.left, judged)
-            factor = factor_of(told.errors[changed:])
+            course = course.then(here, point.consequents, point.left, judged)
+            factor = factor_of(course.errors[changed:])
             if factor != 1.0:
                 step, changed = step * factor, epoch + 1
-        return told
+        return course
 
 
 def factor_of(errors: Sequence[float]) -> float:

@@ -17,7 +17,7 @@ NARROWEST, WIDEST = 0.1, 4.0
 the range to one over which a set hardly varies."""
 FLATTEST = 1.0
 """Least b of a bell that is learned: with less its curvature has no end at each row that its centre
-passes, and learning no optimum that a processor could tell. Chosen."""
+passes, and learning no optimum that differs between processors. Chosen."""
 BELL_SLOPE = 2.0
 """b of a bell before anything is learned (Jang 1993, section V)."""
 HALF_HEIGHT = float(np.sqrt(2.0 * np.log(2.0)))

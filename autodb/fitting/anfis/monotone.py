@@ -9,7 +9,7 @@ programming; Hettich and Kortanek 1993, SIAM Review 35:380).
 
 **What is guaranteed.** At every point of the constraint set - a grid over the box with its
 corners, and every point added - the slope is at least half of ``MARGIN``, up to rounding. Between
-these points a lower slope was looked for at ``CHECKED`` low-discrepancy points and downhill from
+these points a lower slope was searched for at ``CHECKED`` low-discrepancy points and downhill from
 the lowest of them, and none was found; that is a search, not a proof. Outside the box nothing is
 guaranteed. The premises are as they were learned, without the constraint.
 """

@@ -1,6 +1,7 @@
 """The rules' if-parts: which fuzzy set of each input a rule asks for, and how much it then counts.
 
-Inputs are scaled here (``autodb.fitting.anfis.scaling``): the training range of each is −1 … 1.
+Inputs are scaled here (``autodb.fitting.anfis.standardised``): the training range of each is −1 …
+1.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.memberships import BELL, HALF_HEIGHT, NARROWEST, Membership
-from autodb.fitting.anfis.scaling import scaling
+from autodb.fitting.anfis.standardised import scaling
 
 Array = NDArray[np.float64]
 
@@ -109,7 +110,7 @@ def premise_limits(premises: Premises, x: Array) -> tuple[Array, Array]:
     """Return the lowest and highest parameters (q,) that scaled inputs (n, d) let be learned.
 
     No set is narrower, at half height, than the widest gap between neighbouring values of its
-    input: what it does there no row could tell.
+    input: what it does there no row could show.
     """
     low, high = [], []
     for j, sets in enumerate(premises.sets):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting.anfis.model import Anfis
 from autodb.fitting.anfis.premises import Premises
-from autodb.fitting.anfis.scaling import Scaling
+from autodb.fitting.anfis.standardised import Scaling
+from autodb.fitting.anfis.system import Anfis
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def rule_sentences(
     A unit may be empty. *About* is where in the training range the membership is highest.
     """
     coefficients = plain_consequents(model)
-    told = []
+    said = []
     for asked, plane in zip(model.premises.rules, coefficients, strict=True):
         parts = [
             f"{name} is {_set(model, j, int(m), unit)}"
@@ -50,8 +50,8 @@ def rule_sentences(
         )
         first = f"{'−' if plane[0] < 0 else ''}{abs(plane[0]):.4g}"
         unit = f" {units[-1]}" if units[-1] else ""
-        told.append(f"If {' and '.join(parts)}, then {names[-1]} = {first}{terms}{unit}")
-    return tuple(told)
+        said.append(f"If {' and '.join(parts)}, then {names[-1]} = {first}{terms}{unit}")
+    return tuple(said)
 
 
 def plain_consequents(model: Anfis | Rules) -> Array:

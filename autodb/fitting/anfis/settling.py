@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting.anfis.learned import LearningCourse, rows_apart
+from autodb.fitting.anfis.premise_search import Free, PremiseSearch, free_of, projected
 from autodb.fitting.anfis.premises import Premises
-from autodb.fitting.anfis.projection import Free, PremiseSearch, free_of, projected
-from autodb.fitting.anfis.scaling import LearnerRows
+from autodb.fitting.anfis.standardised import LearnerRows
 
 Array = NDArray[np.float64]
 
@@ -154,7 +154,7 @@ def _after(
 ) -> _Place | None:
     """Return the place after a step, halved until it is lower; None where none is.
 
-    ``near``: the sum of squares knows no difference any more, but the gradient does.
+    ``near``: the sum of squares no longer changes, but the gradient does.
     """
     for _ in range(HALVINGS):
         there = _Place(rows, free, np.clip(place.here + step, free.low, free.high))
@@ -187,20 +187,20 @@ class Projection:
         free = free_of(start, rows.x)
         search = PremiseSearch.begin(fitted, free)
         point = search.point
-        told = LearningCourse.begin(search.premises, point.consequents, point.left, judged)
+        course = LearningCourse.begin(search.premises, point.consequents, point.left, judged)
         slow = 0
-        while told.steps < self.most_steps:
+        while course.steps < self.most_steps:
             after = search.after(fitted, free)
             if after is None:
                 break
             gain = 1.0 - after.cost / search.cost
             search, slow = after, slow + 1 if gain < self.smallest_gain else 0
             point = search.point
-            told = told.then(search.premises, point.consequents, point.left, judged)
-            if slow >= self.idle or (held.any() and told.stale >= self.patience):
+            course = course.then(search.premises, point.consequents, point.left, judged)
+            if slow >= self.idle or (held.any() and course.stale >= self.patience):
                 break
-        if held.any() or told.steps >= self.most_steps:
-            return told
+        if held.any() or course.steps >= self.most_steps:
+            return course
         there = free.at(settle_premises(fitted, free, search.here))
         point = projected(fitted, there)
-        return replace(told.then(there, point.consequents, point.left, None), premises=there)
+        return replace(course.then(there, point.consequents, point.left, None), premises=there)

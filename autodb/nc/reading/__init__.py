@@ -1,6 +1,6 @@
 """Turning programs read: the moves of the tool, with feed, speed and the line they stand on."""
 
-from autodb.nc.reading.moves import (
+from autodb.nc.reading.paths import (
     Arc,
     CuttingSpeed,
     Feed,
@@ -13,7 +13,7 @@ from autodb.nc.reading.moves import (
     Revolutions,
     Speed,
 )
-from autodb.nc.reading.program import (
+from autodb.nc.reading.turning_program import (
     TurningProgram,
     program_text,
     read_program,

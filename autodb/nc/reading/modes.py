@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.moves import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
+from autodb.nc.reading.paths import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
 
 INCH_MM = 25.4
 """Millimetres in an inch (exact by definition)."""

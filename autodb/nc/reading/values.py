@@ -1,4 +1,4 @@
-"""The words of a block told apart: those that name what to do, and letters with values."""
+"""The words of a block sorted: those that name what to do, and letters with values."""
 
 from collections.abc import Mapping
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
-from autodb.proofs.runs.runs import Origin
+from pydantic import TypeAdapter
+
+from autodb.proofs.runs.run_file import Origin
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,46 @@ class ProofResult(Protocol):
 
     def to_json(self) -> str:
         """Return it as JSON."""
+
+
+class KeptAsJson:
+    """A dataclass that a proof's folder keeps as JSON."""
+
+    def to_json(self) -> str:
+        """Return it as JSON, as ``from_json`` reads it."""
+        return TypeAdapter(type(self)).dump_json(self, indent=1).decode() + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return what was written; raises pydantic's ValidationError on any other text."""
+        return TypeAdapter(cls).validate_json(text)
+
+
+Check = tuple[str, str, str, bool]
+"""What is checked, what it is, what it must be, and whether it is."""
+
+
+class CheckedScore(KeptAsJson):
+    """The score of a proof that passes where all of its checks do."""
+
+    def checks(self) -> list[Check]:
+        """Return all that must be."""
+        raise NotImplementedError
+
+    @property
+    def passed(self) -> bool:
+        """Say whether everything is within its limits."""
+        return all(passed for *_, passed in self.checks())
+
+    def limits(self, title: str) -> TextTable:
+        """Return the table of the checks."""
+        rows = tuple((*cells, passed_words(passed)) for *cells, passed in self.checks())
+        return TextTable(title, ("", ">found", ">must be", ""), rows)
+
+
+def passed_words(passed: bool) -> str:
+    """Return what a cell says of a check."""
+    return "passed" if passed else "FAILED"
 
 
 def origin_line(found: ProofResult) -> str:

@@ -1,8 +1,8 @@
-"""The calibration card: how well each axis of a machine feels force, on one page."""
+"""The calibration card: how well each axis of a machine senses force, on one page."""
 
-from autodb.reports.card.axis import AxisCard, axis_card
+from autodb.reports.card.axis_figures import AxisCard, axis_card
 from autodb.reports.card.files import check_card_target, write_card
-from autodb.reports.card.machine import CalibrationCard, not_sensed, when_again
+from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
 from autodb.reports.card.render import render_card
 
 __all__ = [

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.records import CutTable
-from autodb.sensing.ranges.moved import CurrentChange, moved_between
+from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
 
 Array = NDArray[np.float64]

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.files.targets import hidden, needs_folder, replace_by
-from autodb.reports.card.machine import CalibrationCard
+from autodb.reports.card.machine_card import CalibrationCard
 from autodb.reports.card.render import render_card
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-"""Names under which a browser that prints without a screen is looked for."""
+"""Names under which a browser that prints without a screen is searched for."""
 PRINT_S = 180
 """Seconds after which a browser that prints one page is taken to hang."""
 WINDOW_PX = "860,1200"

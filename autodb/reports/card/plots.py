@@ -6,7 +6,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.reports import figures
-from autodb.reports.card.axis import AxisCard
+from autodb.reports.card.axis_figures import AxisCard
 
 Array = NDArray[np.float64]
 
@@ -14,7 +14,7 @@ PLOT_PX, SMALL_PX = 310, 210
 
 
 def sensed_as(axis: AxisCard) -> str:
-    """Return what the axis tells: a torque, or which force."""
+    """Return what the axis senses: a torque, or which force."""
     c = axis.calibration
     return "Torque" if c.unit == "N·m" else f"Force {c.component.upper()}"
 
@@ -39,7 +39,7 @@ def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
 
 
 def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
-    """Draw reference less estimate against every input; return also the inputs that tell nothing.
+    """Draw reference less estimate against every input; return also the inputs that show nothing.
 
     Those are not known in all cuts, or the same in all.
     """
@@ -71,7 +71,7 @@ def _against(axis: AxisCard, name: str, values: Array, *, id_: str) -> Markup:
 
 
 def _add(made: go.Figure, axis: AxisCard, x: Array, y: Array) -> None:
-    """Add the cuts, those set aside in another tone; each says its number."""
+    """Add the cuts, those excluded in another tone; each says its number."""
     for rows, tone, name in (
         (~axis.sudden, "corrected", "cut"),
         (axis.sudden, "warn", "transient, cut"),

@@ -6,9 +6,9 @@ from autodb import __version__
 from autodb.fitting import NORMAL_95
 from autodb.reports import figures
 from autodb.reports.card import plots
-from autodb.reports.card.axis import AxisCard, OneCut
+from autodb.reports.card.axis_figures import AxisCard, OneCut
 from autodb.reports.card.conditions import FEWEST
-from autodb.reports.card.machine import CalibrationCard, not_sensed, when_again
+from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
 from autodb.sensing.ranges.choosing import FOLDS
 from autodb.sensing.ranges.outliers import numbers, outlier_sentences
@@ -43,7 +43,7 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "id": id_,
         "name": AXIS_NAMES[c.axis],
         "holds": c.holds.words(),
-        "felt_as": plots.sensed_as(axis),
+        "sensed_as": plots.sensed_as(axis),
         "calibration": c,
         "version": f"version {card.versions[number]}" if card.versions else "not stored",
         "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
@@ -60,7 +60,7 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "residual_plots": residuals,
         "still": still,
         "trials": _trials(axis),
-        "set_aside": _set_aside(axis),
+        "excluded": _excluded(axis),
         "outliers": outlier_sentences(c.outliers),
         "more_repeats": axis.repeated - len(axis.repeats),
         "fewest": FEWEST,
@@ -121,7 +121,7 @@ def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
     ]  # fmt: skip
 
 
-def _set_aside(axis: AxisCard) -> str:
+def _excluded(axis: AxisCard) -> str:
     c = axis.calibration
     if not c.transients:
         return ""

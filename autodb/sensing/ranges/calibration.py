@@ -68,7 +68,7 @@ class Calibration:
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
-    ``holds``: of which cuts it tells the force.
+    ``holds``: of which cuts it senses the force.
     """
 
     form: CurrentForm
@@ -99,7 +99,7 @@ class Calibration:
     def shared_covariance(self) -> Array:
         """Covariance of coefficients and offset that is common to all that is sensed with them.
 
-        (p + 1, p + 1), or (p, p) where no offset was looked for.
+        (p + 1, p + 1), or (p, p) where no offset was fitted.
         """
         shared = self.errors.shared(self.form.scaling(self.coefficients))
         p = len(self.coefficients)
@@ -115,7 +115,7 @@ class Calibration:
 
     @property
     def offered(self) -> bool:
-        """Whether the axis feels force well enough to be used."""
+        """Whether the axis senses force well enough to be used."""
         return self.scores.r_squared_low > OFFER_R_SQUARED
 
     @property
@@ -145,7 +145,7 @@ class SensedForces:
 
 
 def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
-    """Return name and values (n,) of the current that an axis feels force with, or None.
+    """Return name and values (n,) of the current that an axis senses force with, or None.
 
     The rise of the range over its air value where both are there, else the range, else the current.
     """
@@ -343,7 +343,7 @@ def _scores(errors: Array, points: Points) -> Scores:
 
 
 def sense(table: CutTable, calibration: Calibration) -> SensedForces:
-    """Return the force that a calibrated axis feels in every row of a table."""
+    """Return the force that a calibrated axis senses in every row of a table."""
     signal = current_signal(table, calibration.axis)
     n = len(table)
     if signal is None:

@@ -32,9 +32,9 @@ class SensedCut:
 
 
 def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[SensedCut]:
-    """Return what an axis feels in each cut of a table, with the calibration that holds for it.
+    """Return what an axis senses in each cut of a table, with the calibration that holds for it.
 
-    Of the calibrations, of one axis, no two hold for the same cut; one that is refused feels
+    Of the calibrations, of one axis, no two hold for the same cut; one that is not usable senses
     nothing.
     """
     axis = calibrations[0].axis
@@ -67,13 +67,13 @@ def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | s
 
 
 def sensed_force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
-    """Return the force (n,) that an axis feels, N; NaN where it feels none."""
+    """Return the force (n,) that an axis senses, N; NaN where it senses none."""
     sensed = [one.force_N for one in sense_each(table, calibrations)]
     return np.array([np.nan if force is None else force for force in sensed])
 
 
 BEYOND = 0.5
-"""Share of the currents' span by which a current is looked for beyond them. Chosen."""
+"""Share of the currents' span by which a current may lie beyond them. Chosen."""
 HALVINGS = 50
 
 

@@ -10,9 +10,9 @@ in how the error changes along the part; where C hardly changes, F is not sensed
 
 C_work is that of a round bar in bending (Euler and Bernoulli), I = π d⁴/64: held in a chuck
 a³/(3 E I) at a distance a from the jaws; between centres a²(L − a)²/(3 E I L). Source: P1 section
-13 names the way (part inspection, its reference 2) for components that no drive feels; formulas are
-those of bent beams, integrated anew in the tests. They leave out shear: of a round steel bar in a
-chuck 0.54 (d/a)² of the bending, 6 % at a = 3 d.
+13 names the way (part inspection, its reference 2) for components that no drive senses; formulas
+are those of bent beams, integrated anew in the tests. They leave out shear: of a round steel bar in
+a chuck 0.54 (d/a)² of the bending, 6 % at a = 3 d.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from autodb.fitting import NORMAL_95
 Array = NDArray[np.float64]
 
 FEWEST = 3
-"""Places that tell a force and what the tool was set off by."""
+"""Places that determine a force and what the tool was set off by."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class MeasuredPart:
 
     ``compliance_mm_N`` (n,): of work, tool and machine together; ``share``: its relative sd, of all
     places alike (E, d⁴); ``noise_mm``: sd of one measured diameter; ``setting_mm``: sd of what the
-    radius is off by everywhere, infinite where nobody knows.
+    radius is off by everywhere, infinite where it is unknown.
     """
 
     error_mm: Array
@@ -103,7 +103,7 @@ class Inspected:
 
 
 def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
-    """Return the force that a part's errors tell, by generalised least squares.
+    """Return the force that a part's errors give, by generalised least squares.
 
     Not sensed where its 95 % interval is wider than ``range_N``, the range in which it may lie.
 
@@ -121,7 +121,7 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     known = np.diag([0.0, 0.0 if np.isinf(measured.setting_mm) else measured.setting_mm**-2])
     inner = columns.T @ columns / noise**2 + known
     if np.linalg.cond(inner) > 1e15:
-        return _not_sensed("the compliance is the same at all places, and nobody knows the setting")
+        return _not_sensed("the compliance is the same at all places, and the setting is unknown")
     covariance = np.linalg.inv(inner)
     force, off = covariance @ (columns.T @ (0.5 * measured.error_mm)) / noise**2
     own_sd = float(np.sqrt(covariance[0, 0]))

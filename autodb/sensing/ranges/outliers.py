@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 TRANSIENT_WINDOW = 4
-"""Rows on each side that a row is compared with when transients are looked for."""
+"""Rows on each side that a row is compared with when transients are searched for."""
 TRANSIENT_SPREADS = 10.0
 """A row this many robust standard deviations off its neighbours is a transient."""
 
@@ -28,7 +28,7 @@ def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> ND
     In each group, in the order of the rows, the residual from a robust line is compared with the
     median over the 2·TRANSIENT_WINDOW + 1 rows around it (Hampel's identifier). A start, a stop or
     a rapid inside a row makes the current jump though the cut goes on. Groups of fewer rows than
-    half of that tell nothing.
+    half of that show nothing.
     """
     _, of, rows = np.unique(groups, return_inverse=True, return_counts=True)
     judged = rows[of.ravel()] > TRANSIENT_WINDOW

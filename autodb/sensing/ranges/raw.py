@@ -2,7 +2,7 @@
 
 Phase currents go through the demodulator, the range is split into air approach and cut, and each
 part gives its mean range with its standard error; a dynamometer's forces give their quasi-static
-mean over the cut. What disturbs a part of it is left out and said, what spoils it sets it aside.
+mean over the cut. What disturbs a part of it is left out and said, what spoils it excludes it.
 
 Means of a range in air and in cut with their standard errors, without what disturbs them.
 """
@@ -21,7 +21,13 @@ from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import faults, rejections
-from autodb.sensing.ranges.loads import AXES, QUICK_S, PhaseLoad, has_phase_currents, phase_load_of
+from autodb.sensing.ranges.phase_loads import (
+    AXES,
+    QUICK_S,
+    PhaseLoad,
+    has_phase_currents,
+    phase_load_of,
+)
 from autodb.sensing.ranges.rejections import FEWEST_S
 
 Array = NDArray[np.float64]
@@ -96,7 +102,7 @@ AVERAGE_S = 0.5
 """What range and force are averaged over: half of it before an event already shows it."""
 SPINDLE = "spindle.current.range"
 SPEED_SPREAD = 0.003
-"""How well a spindle's speed is known of which only the side file tells; chosen, some slip."""
+"""How well a spindle's speed is known which only the side file states; chosen, some slip."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +142,7 @@ def cut_of_recording(
         _set_aside(recording, rejections.range_at_limit(load, parts, axis=axis, t_s=recording.t_s))
     spindle = _spindle(recording, parts)
     if spindle is None:
-        notes.append("chatter was not looked for: the spindle's speed is not known")
+        notes.append("chatter was not searched for: the spindle's speed is not known")
     else:
         seen = rejections.chatters(
             found.loads, found.forces, parts, rate_hz=found.rate_hz, spindle=spindle
@@ -288,7 +294,7 @@ def stated_by(side_file: SideFile) -> dict[str, float]:
 
 
 def _during(recording: Recording, cut: slice) -> dict[str, float]:
-    """Return means over the cut of what tells which calibration holds: velocity, temperature.
+    """Return means over the cut of what decides which calibration holds: velocity, temperature.
 
     The velocity of an axis that records its position only is what it travelled over the time.
     """

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.sensing.ranges.loads import PhaseLoad
+from autodb.sensing.ranges.phase_loads import PhaseLoad
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ CHATTERS_N, CHATTERS_A, LEAST_A = 0.05, 0.02, 0.01
 """Shares that a narrow band's rms is least: of the resultant force, of the range's rise in cut, and
 of the range itself. Chosen: the virtual lathe's ringing, 5 % over 18 Hz, stays below."""
 FAST_S = 0.2
-"""A range averaged over more is too smooth to tell a limit from a lull. Chosen."""
+"""A range averaged over more is too smooth to distinguish a limit from a lull. Chosen."""
 HARMONICS, ELECTRICAL_SPREAD = 12, 0.003
 """Multiples of a drive's frequency that its own ripples reach, and how well that is known."""
 

@@ -78,13 +78,13 @@ class Repeats:
         shift = self.estimate.mean - self.reference.mean
         return [
             f"{self.reference.n} repeats: reference and estimate {means} on average",
-            f"process {_told(self.process, unit)}; sensing {_told(self.sensing, unit)}",
+            f"process {_stated(self.process, unit)}; sensing {_stated(self.sensing, unit)}",
             f"variances {_verdict(self.variances)}; means {_verdict(self.means)}",
             f"estimate less reference {shift:+.3g} {unit}, in pairs {_verdict(self.bias)}",
         ]
 
 
-def _told(variance: Variance, unit: str) -> str:
+def _stated(variance: Variance, unit: str) -> str:
     sd = [float(np.sqrt(v)) for v in (variance.value, variance.low, variance.high)]
     return f"sd {sd[0]:.3g} {unit} ({sd[1]:.3g} to {sd[2]:.3g})"
 

@@ -2,8 +2,8 @@
 
 F_P = T⁻¹ (S⁻¹ (F_M − zero) − F_G − F_CF − F_E − heat), P4 equation 8 with what it leaves out. Chips
 heat the sensor (P4 section 5.2): in each recording its drift, level · u with T du/dt = cutting − u
-(``terms.table.thermal_drift``), is told by the rows in which nothing is cut, each component by its
-own level, all by one time constant.
+(``terms.table.thermal_drift``), is estimated from the rows in which nothing is cut, each component
+by its own level, all by one time constant.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Rows = NDArray[np.bool_]
 TIMES_S = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Time constants of heating that are tried. Chosen."""
 AIR_S = 1.0
-"""Time without a cut, before and after one, that tells a drift at least."""
+"""Time without a cut, before and after one, that a drift is estimated from at least."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class TableForces:
     """Force of the work on the tool in machine axes and its sd (3, n), N.
 
     ``heat_N`` (3, n): what was taken off in the dynamometer's frame; ``time_constant_s``: None
-    where no drift was told, and ``why`` then says why.
+    where no drift was estimated, and ``why`` then says why.
     """
 
     force_N: Array
@@ -93,8 +93,8 @@ def table_forces(
 def heat_of(left_N: Array, cutting: Rows, t_s: Array) -> Heat:
     """Return the drift of a sensor from what it reads (3, n) while nothing is cut.
 
-    Beside it a constant each, which is what the zero has moved by since it was told. Without air
-    before and after the cut nothing is told of it, and nothing taken off.
+    Beside it a constant each, which is what the zero has moved by since it was measured. Without
+    air before and after the cut it is not estimated, and nothing taken off.
     """
     none = np.zeros_like(left_N)
     air = np.flatnonzero(~cutting)

@@ -2,9 +2,9 @@
 
 The zero from rest upright; mass and the sensor's matrix from what rest in other tilts adds, least
 squares over the rests (P4 section 4, with the mass alone): what a component reads of a weight that
-does not lie along it is crosstalk. How sensitive the sensor is as a whole cannot be told from the
-mass and stays as calibrated. Moments m r from what turning adds. A moment that no move excited is
-said by name: a component along the axis that turns shows only while another axis speeds up.
+does not lie along it is crosstalk. How sensitive the sensor is as a whole cannot be determined from
+the mass and stays as calibrated. Moments m r from what turning adds. A moment that no move excited
+is said by name: a component along the axis that turns shows only while another axis speeds up.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,20 +21,21 @@ from autodb.sensing.table.model import G_M_S2, TableModel, TableMotion, readings
 Array = NDArray[np.float64]
 
 CUTOFF_HZ = 20.0
-"""Frequency up to which moves in air are looked at. Chosen: tables turn more slowly."""
+"""Frequency up to which moves in air are used. Chosen: tables turn more slowly."""
 STILL_RAD_S = 0.002
 """Rate below which an axis rests. Chosen."""
 SHORTEST_S, SETTLING_S = 0.5, 0.3
 """Length of a rest that counts, and its first part, in which the table still swings. Chosen."""
 UPRIGHT, TILTED = 1e-4, 0.02
-"""1 − cos of the lean up to which a table is upright, and from which on it tells a mass (11°)."""
+"""1 − cos of the lean up to which a table is upright, and from which on it determines a mass
+(11°)."""
 SHARE_SD, GAIN_SD = 0.03, 0.005
 """Standard deviations of what a component reads of another (that of ``terms.table.crosstalk``),
-and of its own sensitivity, before anything was told. Chosen."""
-TOLD_M = 0.01
-"""Standard deviation of a lever arm above which it is not told. Chosen."""
+and of its own sensitivity, before any move. Chosen."""
+DETERMINED_M = 0.01
+"""Standard deviation of a lever arm above which it is not determined. Chosen."""
 STEPS = 6
-"""Of Gauss and Newton to mass and matrix, whose product is what rests tell."""
+"""Of Gauss and Newton to mass and matrix, whose product is what rests determine."""
 BLOCK_S = 0.5
 """Length of blocks whose errors are taken as independent."""
 
@@ -77,7 +78,7 @@ class TableMoves:
 def identify_table(
     recordings: Sequence[Recording], kinematics: Kinematics, *, cutoff_hz: float = CUTOFF_HZ
 ) -> TableModel:
-    """Return what recordings of moves without a cut tell of a table dynamometer.
+    """Return what recordings of moves without a cut determine of a table dynamometer.
 
     Raises UnusableInput where no rest upright or no tilted one is among them, or a channel is
     missing.
@@ -91,7 +92,7 @@ def identify_table(
         for one in recordings
     ]
     rests = [rest for one in seen for rest in one.rests()]
-    _refuse_untold(recordings[0], rests)
+    _refuse_few(recordings[0], rests)
     zero_N = np.mean([rest.mean_N for rest in rests if rest.lean < UPRIGHT], axis=0)
     noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
     mass_kg, matrix, weighed = _weighed(rests, zero_N)
@@ -113,7 +114,7 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
     return np.asarray(np.sqrt(squares / rows))
 
 
-def _refuse_untold(recording: Recording, rests: Sequence[Rest]) -> None:
+def _refuse_few(recording: Recording, rests: Sequence[Rest]) -> None:
     if not any(rest.lean < UPRIGHT for rest in rests):
         raise UnusableInput(
             f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} "
@@ -153,7 +154,8 @@ def _weighed(rests: Sequence[Rest], zero_N: Array) -> tuple[float, Array, Array]
 def _moments(
     seen: Sequence[TableMoves], zero_N: Array, mass_kg: float, matrix: Array
 ) -> tuple[Array, Array, list[str]]:
-    """Return moments (3,), their covariance (3, 3), and what no move told of them, in words."""
+    """Return moments (3,), their covariance (3, 3), and what no move determined of them, in
+    words."""
     inner, right = np.zeros((3, 3)), np.zeros(3)
     blocks = []
     for one in seen:
@@ -168,20 +170,20 @@ def _moments(
             right += swung.T @ rest
             blocks.append((swung, rest))
     if np.max(np.abs(inner)) == 0.0:
-        return np.zeros(3), np.zeros((3, 3)), [_untold(k) for k in range(3)]
+        return np.zeros(3), np.zeros((3, 3)), [_not_determined(k) for k in range(3)]
     moments = np.linalg.pinv(inner, rcond=1e-9) @ right
     # Errors go together within a block: the covariance is that of the blocks' sums
     pushes = np.array([swung.T @ (rest - swung @ moments) for swung, rest in blocks])
     inverse = np.linalg.pinv(inner, rcond=1e-9)
     covariance = inverse @ (pushes.T @ pushes) @ inverse
     weak = np.diag(inner) < 1e-9 * np.max(np.diag(inner))
-    untold = weak | (np.sqrt(np.diag(covariance)) > TOLD_M * mass_kg)
-    moments = np.where(untold, 0.0, moments)
-    covariance[untold, :] = covariance[:, untold] = 0.0
-    return moments, covariance, [_untold(int(k)) for k in np.flatnonzero(untold)]
+    unknown = weak | (np.sqrt(np.diag(covariance)) > DETERMINED_M * mass_kg)
+    moments = np.where(unknown, 0.0, moments)
+    covariance[unknown, :] = covariance[:, unknown] = 0.0
+    return moments, covariance, [_not_determined(int(k)) for k in np.flatnonzero(unknown)]
 
 
-def _untold(component: int) -> str:
+def _not_determined(component: int) -> str:
     name = "xyz"[component]
     return (
         f"the lever arm's {name} is not determined; turn the table about an axis that is not "

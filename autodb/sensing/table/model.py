@@ -36,8 +36,8 @@ class TableModel:
     it reads of a force in each component; ``weighed`` (10, 10): covariance of the mass and the
     matrix, row by row; ``moment_kg_m`` (3,): mass times the place of its centre from the centre of
     rotation, in the dynamometer's frame, and their covariance ``swung`` (3, 3); ``noise_N`` (3,):
-    what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move told, and the
-    move that would, by sentence: its moment is then 0.
+    what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move determined,
+    and the move that would, by sentence: its moment is then 0.
     """
 
     kinematics: Kinematics

@@ -20,8 +20,8 @@ class Machines:
 
 
 @dataclass(frozen=True)
-class Feels:
-    """A machine's force sensors, and the forces that none of them feels."""
+class Senses:
+    """A machine's force sensors, and the forces that none of them senses."""
 
     sensors: list[Sensor]
     not_sensed: list[str]

@@ -1,4 +1,4 @@
-"""Who is signed in with a browser: a cookie stands for a token, which is looked at each time.
+"""Who is signed in with a browser: a cookie stands for a token, which is checked each time.
 
 A cookie comes with every request that a browser sends here, also with one that a page of another
 site had it send. So whatever changes something has to bring the session's own number besides,

@@ -1,4 +1,4 @@
-"""One machine: its axes and limits, what it can feel, its drives, and what moved and when."""
+"""One machine: its axes and limits, what it can sense, its drives, and what moved and when."""
 
 from fastapi import APIRouter, Request, Response
 from sqlalchemy import select
@@ -12,7 +12,7 @@ from autodb.agent.sense.sensors import Sensor, sensors_of
 from autodb.files.machine import AxisLimits
 from autodb.reports import axis
 from autodb.reports.figures import quantity
-from autodb.reports.machine import calibration_plots
+from autodb.reports.machine_page import calibration_plots
 from autodb.reports.page import CalibrationPlot, calibration_plot, equation_words
 from autodb.store import models
 from autodb.web.html import service_page

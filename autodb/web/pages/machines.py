@@ -1,4 +1,4 @@
-"""Machines at a glance: what each feels, when it was last heard, and what waits for a person."""
+"""Machines at a glance: what each senses, when it was last heard, and what waits for a person."""
 
 from typing import Annotated
 

@@ -12,7 +12,7 @@ from autodb.agent.answer.overview import MismatchSaid, mismatch_said
 from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject
 from autodb.errors import UnusableInput
-from autodb.reports.explanation import TERM_WORDS, certainty_words
+from autodb.reports.explanation import certainty_words, term_words
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import day, read_state
 from autodb.web.receive.apart import MismatchToExplain
@@ -41,7 +41,7 @@ def of_machine(
         title=f"{machine}: mismatches",
         machine=machine,
         here="mismatches",
-        mismatches=[(one, words(one.term), day(one.created_at)) for one in reversed(found)],
+        mismatches=[(one, term_words(one.term), day(one.created_at)) for one in reversed(found)],
         decided=decided,
     )
 
@@ -88,11 +88,6 @@ def decide_page(
     return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)
 
 
-def words(term: str) -> str:
-    """Return what a term is called."""
-    return TERM_WORDS.get(term, term.replace("_", " "))
-
-
 def _shown(request: Request, number: int, *, said: str = "", status: int = 200) -> Response:
     def asked(session: Session) -> tuple[MismatchSaid, dict[str, object]]:
         row = mismatch(session, number)
@@ -107,12 +102,12 @@ def _shown(request: Request, number: int, *, said: str = "", status: int = 200) 
     return service_page(
         request,
         "mismatch.html.j2",
-        title=f"{words(found.term)} ({found.channel})",
+        title=f"{term_words(found.term)} ({found.channel})",
         status=status,
         machine=found.machine,
         here="mismatches",
         mismatch=found,
-        words=words,
+        words=term_words,
         sure=certainty_words(found.confidence),
         day=day,
         said=said,

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from autodb.agent.operate.access import Access
 from autodb.files.targets import sync, write_text
-from autodb.web.http.answers import adapter
 from autodb.web.http.logs import LOG
+from autodb.web.http.responses import adapter
 
 ACCEPTED = "accepted"
 

@@ -67,7 +67,7 @@ class ProgramToPredict:
 
 @dataclass(frozen=True)
 class MismatchToExplain:
-    """Explain a mismatch' recording against what its machine knows now; nothing is kept."""
+    """Explain a mismatch' recording against its machine's models now; nothing is kept."""
 
     mismatch: int
     path: Path

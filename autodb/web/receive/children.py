@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from autodb.errors import UnusableInput
-from autodb.web.http.answers import adapter
 from autodb.web.http.logs import LOG
+from autodb.web.http.responses import adapter
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
 
@@ -142,7 +142,7 @@ class Children:
 
 def _ask(process: subprocess.Popen[bytes], request: Request) -> None:
     assert process.stdin is not None
-    with contextlib.suppress(BrokenPipeError):  # what it ended of is told by its status
+    with contextlib.suppress(BrokenPipeError):  # its status says how it ended
         process.stdin.write(adapter(Request).dump_json(request, exclude_defaults=True) + b"\n")
         process.stdin.close()
 

@@ -13,8 +13,8 @@ from starlette.concurrency import run_in_threadpool
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.errors import UnusableInput
 from autodb.files.job import JobCut
-from autodb.web.http.answers import adapter, tag_of
 from autodb.web.http.problems import problems
+from autodb.web.http.responses import adapter, tag_of
 from autodb.web.http.said import BatchLine, End
 from autodb.web.http.settings import MIB
 from autodb.web.routes.asked import EXAMPLES, pair_of, read_cut

@@ -7,8 +7,8 @@ from fastapi import APIRouter, Body, Request, Response
 from autodb.agent.answer.overview import mismatch_said
 from autodb.agent.operate.access import noting
 from autodb.agent.operate.deciding import Decided, confirm, mismatch, reject
-from autodb.web.http.answers import json_answer
 from autodb.web.http.problems import problems
+from autodb.web.http.responses import json_answer
 from autodb.web.http.said import Decision
 from autodb.web.routes.machines import Number
 from autodb.web.service import Operates, Service, service_of
@@ -45,7 +45,7 @@ def confirm_route(
     responses=DECIDES,
 )
 def rejected(request: Request, access: Operates, number: Number) -> Response:
-    """Reject what was said to be left out: cuts that stood aside for it are learnt after all."""
+    """Reject a mismatch: cuts that were excluded for it are learnt after all."""
     service = service_of(request)
     also = noting(access, "mismatch rejected", "mismatch")
     return _said(service, reject(service.store, number, by=access.who, also=also))

@@ -1,4 +1,5 @@
-"""Machines, what they can feel, what they know: everything that is read by name or number."""
+"""Machines, what they can sense, what they have learnt: everything that is read by name or
+number."""
 
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -20,10 +21,10 @@ from autodb.agent.answer.tracing import Node, trace
 from autodb.agent.operate.access import noted
 from autodb.agent.operate.deciding import mismatch, mismatches
 from autodb.agent.sense.sensors import sensors_of
-from autodb.web.http import answers
-from autodb.web.http.answers import unchanged
+from autodb.web.http import responses
 from autodb.web.http.problems import problems
-from autodb.web.http.said import AuditLine, Feels, Machines, Step
+from autodb.web.http.responses import unchanged
+from autodb.web.http.said import AuditLine, Machines, Senses, Step
 from autodb.web.service import Administers, Reads, service_of
 
 PAGE = 100
@@ -44,7 +45,7 @@ def answer_from_state(request: Request, kind: Any, asked: Callable[[Session], ob
     if known is not None:
         return known
     with service.store.reading() as session:
-        return answers.conditional(request, kind, asked(session), mark)
+        return responses.conditional(request, kind, asked(session), mark)
 
 
 def documented_answer(kind: Any) -> dict[str, Any]:
@@ -70,11 +71,11 @@ def machines_route(
 
 
 @router.get(
-    "/machines/{machine:path}/sensors", summary="Its force sensors", **documented_answer(Feels)
+    "/machines/{machine:path}/sensors", summary="Its force sensors", **documented_answer(Senses)
 )
 def sensors_route(request: Request, _access: Reads, machine: MachineName) -> Response:
-    """List a machine's force sensors, how near they come, and the forces that nothing feels."""
-    return answer_from_state(request, Feels, lambda session: Feels(*sensors_of(session, machine)))
+    """List a machine's force sensors, how near they come, and the forces that nothing senses."""
+    return answer_from_state(request, Senses, lambda session: Senses(*sensors_of(session, machine)))
 
 
 @router.get(

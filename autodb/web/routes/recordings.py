@@ -8,8 +8,8 @@ from starlette.concurrency import run_in_threadpool
 
 from autodb.errors import UnusableInput
 from autodb.readers import READERS
-from autodb.web.http.answers import adapter
 from autodb.web.http.problems import problems
+from autodb.web.http.responses import adapter
 from autodb.web.http.said import Importing
 from autodb.web.http.settings import MIB
 from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe

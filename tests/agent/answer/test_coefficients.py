@@ -27,9 +27,9 @@ def test_another_program_gets_the_numbers_that_the_machine_believes(standard_lea
     done = standard_learnt("export", "--coefficients", FILE, "--machine", "lathe-1")
     assert done.code == 0, done.err
     assert f"{FILE}: 1 pairs" in done.out
-    told = json.loads(Path(FILE).read_text(encoding="utf-8"))
+    written = json.loads(Path(FILE).read_text(encoding="utf-8"))
     schema = json.loads((kit("schema") / "coefficients.schema.json").read_text(encoding="utf-8"))
-    Draft202012Validator(schema).validate(told)
+    Draft202012Validator(schema).validate(written)
     (pair,) = read_coefficients(Path(FILE)).pairs
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:

@@ -16,10 +16,10 @@ from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.forward.prediction import ToolOf
 from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import BY_NAME
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.prior import any_metal
+from autodb.pairs.updating import posterior_of_readings
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once
 from tests.helpers.campaigns import first
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 URL = "sqlite:///autodb.sqlite3"
 TOOL = {"diameter_mm": 10.0, "teeth": 4.0, "helix_deg": 30.0, "rake_deg": 0.0}
-RPM, RATE_HZ = 2400.0, 4000.0
+RPM, RATE_HZ = 2400.0, 2000.0
 K_N_MM2, EDGE_N_MM = (1800.0, 600.0, 300.0), (20.0, 25.0, 0.0)
 OUT = (0.012, -0.004, -0.009, 0.001)
 T = np.arange(0.0, 0.9, 1.0 / RATE_HZ)

@@ -75,7 +75,7 @@ def _row(machine: int, pair: int, version: int, posterior: PairPosterior, **more
 
 @pytest.fixture(scope="module")
 def database(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a database with a machine that believes something of two tools and one steel."""
+    """Return a database with a machine that has posteriors of two tools and one steel."""
     path = tmp_path_factory.mktemp("store") / "made.sqlite3"
     create_store(f"sqlite:///{path}")
     opened = open_store(f"sqlite:///{path}")

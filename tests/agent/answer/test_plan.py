@@ -101,7 +101,7 @@ def test_a_bad_range_is_one_line(calibrated: Cli, text: str) -> None:
     assert len(done.err.strip().splitlines()) == 1
 
 
-def test_a_machine_that_feels_nothing_says_so(cli: Cli) -> None:
+def test_a_machine_that_senses_nothing_says_so(cli: Cli) -> None:
     cli("init")
     cli("machine", "add", "lathe-1")
     Path("job.toml").write_text(JOB, encoding="utf-8")

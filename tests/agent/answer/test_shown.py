@@ -28,7 +28,7 @@ from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import DEPTH, FEED
 from autodb.reports.pair import force_map_plots
 from autodb.store import Store, models, open_store
-from tests.helpers.site import ODD, filled
+from tests.helpers.site import STRANGE, filled
 
 MACHINE = "lathe-1"
 CUT = JobCut(operation="turn", diameter_mm=50.0, depth_mm=2.0, feed_mm_rev=0.25, speed_m_min=200.0)
@@ -225,8 +225,8 @@ def test_what_is_not_there_any_more_is_not_explained(store: Store) -> None:
 
 
 def test_machines_are_seen_with_what_waits(session: Session) -> None:
-    odd, lathe = machines_seen(session, most=10)
-    assert (odd.name, odd.feels, odd.recordings, odd.last_refreshed_at) == (ODD, (), 0, None)
+    one, lathe = machines_seen(session, most=10)
+    assert (one.name, one.feels, one.recordings, one.last_refreshed_at) == (STRANGE, (), 0, None)
     assert (lathe.feels, lathe.recordings, lathe.open_mismatches) == (("x", "y", "z"), 4, 2)
     assert lathe.last_refreshed_at is not None
     assert [one.name for one in machines_seen(session, most=10, like="ATHE")] == [MACHINE]

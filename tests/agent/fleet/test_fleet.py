@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, select
 
 from autodb.agent.fleet.sharing import learn_fleet
+from autodb.agent.learn.shared_priors import known_from, newest_prior
 from autodb.agent.learn.starting import start_of
-from autodb.agent.learn.together import known_from, newest_prior
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import as_file, find_machine, update_machine
 from autodb.agent.sense.gain_check import standard_cut
@@ -122,7 +122,7 @@ def test_recordings_of_others_are_traced_where_their_machine_shares_them(
     assert f"prior 1: {FLEET.materials[0]}, version 1, {MACHINES - 2} machines" in traced
 
 
-def test_a_pair_s_own_cuts_are_not_told_to_it_again(shop: Store) -> None:
+def test_a_pair_s_own_cuts_do_not_count_twice(shop: Store) -> None:
     """Its start is the same whether the others' sums hold it or not."""
     material = FLEET.materials[1]
     learn_fleet(shop)
@@ -201,7 +201,7 @@ def test_one_that_agrees_again_comes_back(shop: Store) -> None:
     assert {one.machines for one in done.materials} == {MACHINES}
 
 
-def test_a_standard_cut_says_how_a_machine_feels(shop: Store) -> None:
+def test_a_standard_cut_says_how_a_machine_senses(shop: Store) -> None:
     """The published cut of the kit, 485.78 N along, 325.78 N across, sensed a fifth too large."""
     with shop.reading() as session:
         assert standard_cut(session, find_machine(session, "lathe-0").id) is None

@@ -141,7 +141,7 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
     for name in shops.names(6):
         added(store, name, PAIRS[:1], cuts=3)
     machines = [MachineTask(url, name, None) for name in shops.names(6)]
-    told: list[RefreshedMachine] = []
+    said: list[RefreshedMachine] = []
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     with workers_here(2) as client:
         workers = client.run(os.getpid)
@@ -149,13 +149,13 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
         assert max(client.run(_blas_threads).values()) == 2
 
         def tell(one: RefreshedMachine) -> None:
-            if not told:
+            if not said:
                 os.kill(next(iter(workers.values())), signal.SIGKILL)
-            told.append(one)
+            said.append(one)
 
         refresh_all(client, machines, tell)
         assert client.submit(pinned, _blas_threads, pure=False).result() == 1
-    assert sorted((one.machine, one.failed) for one in told) == [
+    assert sorted((one.machine, one.failed) for one in said) == [
         (name, None) for name in shops.names(6)
     ]
     with store.reading() as session:

@@ -115,7 +115,7 @@ def test_a_swing_once_a_revolution_is_no_chatter() -> None:
 def test_without_a_speed_chatter_is_not_looked_for_and_that_is_said() -> None:
     found = read(made(2, CutDisturbance(chatter_share=0.3, chatter_hz=_away(2))), _no_speed)
     assert isinstance(found, raw.RawCut)
-    assert found.notes == ("chatter was not looked for: the spindle's speed is not known",)
+    assert found.notes == ("chatter was not searched for: the spindle's speed is not known",)
 
 
 @pytest.mark.parametrize("seed", first(3, SEEDS))

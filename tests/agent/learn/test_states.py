@@ -1,4 +1,4 @@
-"""Cuts that are not of a pair's usual state stand aside, are explained, and become a state."""
+"""Cuts that are not of a pair's usual state are excluded, are explained, and become a state."""
 
 import contextlib
 import json
@@ -57,8 +57,8 @@ def worn(learnt: Cli, sample_jobs: Path) -> Iterator[Cli]:
 
 
 @pytest.fixture
-def set_aside(worn: Cli, once: Once) -> Cli:
-    """Return it once they stand aside; `said.txt` is what was said then."""
+def excluded(worn: Cli, once: Once) -> Cli:
+    """Return it once they are excluded; `said.txt` is what was said then."""
     before = Path.cwd()
 
     def refresh() -> None:
@@ -96,15 +96,15 @@ def _may_also_be(term: str) -> None:
     store.close()
 
 
-def test_cuts_stand_aside_are_named_and_once_confirmed_are_a_state(set_aside: Cli) -> None:
-    worn = set_aside
+def test_outlying_cuts_are_named_and_once_confirmed_are_a_state(excluded: Cli) -> None:
+    worn = excluded
     done = Path("said.txt").read_text()
     assert "are outliers from its normal cutting state" in done
     assert "force.y: tool_wear (missing)" in done
     usual = _rows()[-1]
     assert (usual["version"], usual["state"]) == (2, None)
 
-    # Left alone they stay aside, and nothing is explained again
+    # Left alone they stay excluded, and nothing is explained again
     again = worn("refresh", "--machine", "lathe-1").out
     assert "nothing new" in again
     assert "2 mismatches are undecided" in again
@@ -322,8 +322,8 @@ def test_wear_that_no_cutting_time_tells_makes_a_state_as_any_cause(
     assert [row["state"] for row in _rows()] == [None, None, "tool_wear"]
 
 
-def test_rejected_they_are_learnt_after_all(set_aside: Cli) -> None:
-    worn = set_aside
+def test_rejected_they_are_learnt_after_all(excluded: Cli) -> None:
+    worn = excluded
     before = _rows()[-1]
     for number in (1, 2):
         assert worn("mismatch", "reject", number).code == 0

@@ -116,9 +116,9 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     assert "status: open" in shown
     assert "made:" not in shown
     assert "A·s/mm" in shown
-    told = advice("asymmetry")
-    assert f"advice: {told.check} ({told.source})" in shown
-    assert f"asymmetry: {told.check}\n" in said
+    entry = advice("asymmetry")
+    assert f"advice: {entry.check} ({entry.source})" in shown
+    assert f"asymmetry: {entry.check}\n" in said
     shutil.copy("autodb.sqlite3", "undecided.sqlite3")
     done = machine("mismatch", "confirm", 1, "--by", "Ann")
     assert "x.current: version 2 of machine 'mill', started from version 1" in done.out
@@ -167,7 +167,7 @@ def test_a_confirmed_term_of_another_size_is_mistuned(machine: Cli) -> None:
 
 
 def test_a_term_found_where_the_model_came_from(machine: Cli) -> None:
-    """The version that has seen the recording is not believed: its rows would count twice."""
+    """The version that has seen the recording is no prior: its rows would count twice."""
     written("b.csv", 2)
     machine("identify", "b.csv", "--machine", "mill")
     number = mismatch(Path("b.csv"), machine, "asymmetry")

@@ -11,12 +11,12 @@ import pytest
 
 from autodb.cli import commands
 from autodb.proofs.runs.keeping import commands_run
-from autodb.proofs.runs.keeping.children import CASES
 from autodb.proofs.runs.keeping.commands_run import Bench
 from autodb.proofs.runs.keeping.commands_summary import KilledCommand, Twice, commands_summary_of
 from autodb.proofs.runs.keeping.folders import folder_state, masks_of
+from autodb.proofs.runs.keeping.forked import CASES
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, Command
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.store import create_store
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
@@ -37,13 +37,13 @@ def judged(
     start.mkdir()
     create_store(f"sqlite:///{start / 'autodb.sqlite3'}")
     with closing(_there(start)) as file:
-        file.execute("CREATE TABLE told (n INTEGER, at REAL)")
+        file.execute("CREATE TABLE notes (n INTEGER, at REAL)")
         file.commit()
     return lambda step: Bench(Command("careless", step), start, tmp_path / "work")
 
 
 def _there(folder: Path) -> sqlite3.Connection:
-    return sqlite3.connect(folder / "told.sqlite3", timeout=10.0)
+    return sqlite3.connect(folder / "notes.sqlite3", timeout=10.0)
 
 
 def _kills(bench: Bench) -> list[KilledCommand]:
@@ -54,8 +54,8 @@ def _careful() -> None:
     """Tell one row and its time, in one transaction."""
     with closing(_there(Path())) as file, file:
         file.execute("BEGIN IMMEDIATE")
-        file.execute("DELETE FROM told")
-        file.execute("INSERT INTO told VALUES (1, ?)", (time.time(),))
+        file.execute("DELETE FROM notes")
+        file.execute("INSERT INTO notes VALUES (1, ?)", (time.time(),))
         time.sleep(PAUSE_S)
 
 
@@ -65,7 +65,7 @@ def test_a_careful_command_is_sound(judged: Callable[..., Bench]) -> None:
         assert not (one.unsound or one.other or one.stray or one.status), one
     twice = bench.twice()
     assert twice.sound
-    assert twice.left_out == ("told.at",)
+    assert twice.left_out == ("notes.at",)
 
 
 def test_a_file_that_is_left_is_found(judged: Callable[..., Bench]) -> None:
@@ -100,15 +100,15 @@ def test_a_file_half_written_in_sight_is_found(judged: Callable[..., Bench]) -> 
 def test_rows_that_are_lost_or_count_twice_are_found(judged: Callable[..., Bench]) -> None:
     def adds() -> None:
         with closing(_there(Path())) as file:
-            if file.execute("SELECT count(*) FROM told").fetchone() == (2,):
+            if file.execute("SELECT count(*) FROM notes").fetchone() == (2,):
                 return
             for n in (1, 2):
-                file.execute("INSERT INTO told VALUES (?, 0.0)", (n,))
+                file.execute("INSERT INTO notes VALUES (?, 0.0)", (n,))
                 file.commit()
                 time.sleep(PAUSE_S)
 
     bench = judged(adds)
-    assert {"told.sqlite3: told"} in [set(one.other) for one in _kills(bench)]
+    assert {"notes.sqlite3: notes"} in [set(one.other) for one in _kills(bench)]
     assert not bench.twice().sound
 
 
@@ -151,13 +151,13 @@ def test_columns_that_differ_are_left_out_and_no_others(tmp_path: Path) -> None:
     for at, folder in enumerate(folders):
         folder.mkdir()
         with closing(_there(folder)) as file:
-            file.execute("CREATE TABLE told (n INTEGER, at REAL)")
-            file.executemany("INSERT INTO told VALUES (?, ?)", [(1, at), (2, 0.5 + at)])
+            file.execute("CREATE TABLE notes (n INTEGER, at REAL)")
+            file.executemany("INSERT INTO notes VALUES (?, ?)", [(1, at), (2, 0.5 + at)])
             file.commit()
         (folder / "page.html").write_text(f"<p>\nmade {at}\n</p>")
         (folder / "same.txt").write_text("same")
     masks = masks_of(*folders)
-    assert masks == {"told.sqlite3": {"told.at"}, "page.html": {".line 2"}}
+    assert masks == {"notes.sqlite3": {"notes.at"}, "page.html": {".line 2"}}
     assert folder_state(folders[0], masks) == folder_state(folders[1], masks)
     (folders[1] / "page.html").write_text("<b>\nmade 1\n</p>")
     assert folder_state(folders[0], masks) != folder_state(folders[1], masks)
@@ -165,7 +165,7 @@ def test_columns_that_differ_are_left_out_and_no_others(tmp_path: Path) -> None:
 
 def test_the_summary_fails_where_anything_was_found() -> None:
     killed = KilledCommand("refresh", CASES[1], (), (), (), 2, "")
-    twice = Twice("refresh", (0, 2), (), (), (), "", ("told.at",))
+    twice = Twice("refresh", (0, 2), (), (), (), "", ("notes.at",))
     origin = Origin("faults-commands", "1", "g", "p")
 
     def passes(*judged: KilledCommand | Twice) -> bool:

@@ -19,14 +19,7 @@ from sqlalchemy.engine import Engine
 
 from autodb.agent.ingest.arrival import Arrival
 from autodb.cli import run
-from autodb.proofs.runs.keeping.faults_run import (
-    CLOCKS,
-    MACHINE,
-    State,
-    prepare,
-    state_of,
-    take,
-)
+from autodb.proofs.runs.keeping.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
 from autodb.store import models, open_store
 from autodb.store.engines import LOCKED_MS
 
@@ -199,7 +192,7 @@ def test_one_that_writes_for_longer_is_said(
 
 
 def test_recordings_that_come_out_of_order_and_again(work: Path, undisturbed: State) -> None:
-    """The pair believes the same, whichever came first, and however often."""
+    """The pair's posterior is the same, whichever came first, and however often."""
     inbox, later = work / "in", work / "later"
     later.mkdir()
     for name in ("week-0.csv", "again.csv"):

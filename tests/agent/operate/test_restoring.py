@@ -44,7 +44,7 @@ def test_a_backup_of_a_released_version_is_upgraded(cli: Cli) -> None:
 
 
 def _text(path: Path) -> None:
-    path.write_text("no database, but long enough to be looked at as one " * 20)
+    path.write_text("no database, but long enough to be read as one " * 20)
 
 
 def _of_another_program(path: Path) -> None:
@@ -95,7 +95,7 @@ def test_what_is_no_database_of_ours_is_never_replaced(
     assert "is there and cannot be read as a database" in line
 
 
-def test_a_damaged_database_is_found_and_set_aside_by_a_restore(cli: Cli) -> None:
+def test_a_damaged_database_is_found_and_moved_by_a_restore(cli: Cli) -> None:
     cli("init")
     for number in range(200):
         cli("machine", "add", f"machine-{number}")

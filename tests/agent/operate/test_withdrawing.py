@@ -1,4 +1,4 @@
-"""What is only looked at teaches nothing; what is withdrawn, and what came of it, holds no more."""
+"""What is only explained teaches nothing; what is withdrawn, and what came of it, holds no more."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -87,10 +87,10 @@ def test_what_is_explained_teaches_nothing(there: Cli) -> None:
     assert _counting() == counted
     assert "nothing new" in there("refresh", *MACHINE).out
     _same(before)
-    assert "only looked at" in there("trace", "recording", TUESDAY).out
+    assert "only explained" in there("trace", "recording", TUESDAY).out
 
 
-def test_what_was_looked_at_counts_once_it_is_imported(there: Cli) -> None:
+def test_what_was_explained_counts_once_it_is_imported(there: Cli) -> None:
     counted = _counting()
     there("explain", "tuesday.csv", *MACHINE, "--out", "ex")
     assert "imported, 8 rows, 8 cuts" in there("import", "tuesday.csv", *MACHINE).out

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer.answer import Cause
-from autodb.explain.cuts.apart import Parted, Trials, after_forces
+from autodb.explain.cuts.candidates.hard_runs import gain_step, hard_spot_of_cuts
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.runs import gain_step, hard_spot_of_cuts
 from autodb.explain.cuts.carried import elsewhere, fit_cuts_account
-from autodb.explain.cuts.fit import fit_cuts
-from autodb.explain.cuts.look import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import fit_cuts
+from autodb.explain.cuts.distinguishing import Parted, Trials, after_forces
 from autodb.explain.cuts.trials import (
     CUTS,
     LEAST,
@@ -137,24 +137,24 @@ def _pair(case: Case, table: Table, *, seed: int = 3) -> tuple[CutTable, CutTabl
     return CutTable(path, {**table, **sensed}), CutTable(path, {"cut": table["cut"], **simulated})
 
 
-def _looked(case: Case) -> FoundInCuts:
+def _searched(case: Case) -> FoundInCuts:
     recording, simulation = _pair(case, case.table)
     simulated = {name: simulation[name] for name in case.names}
     return look_in_cuts(stack_of(recording, simulated, SHEAR), SHEAR)
 
 
 def _as_named(case: Case) -> tuple[FoundInCuts, Choice]:
-    """Return a table as looked through, explained by the effect that it was made with alone."""
-    looked = _looked(case)
-    offers = looked.search.offers((), [s for s in looked.search.candidates if s.term == case.term])
+    """Return a table as searched, explained by the effect that it was made with alone."""
+    result = _searched(case)
+    offers = result.search.offers((), [s for s in result.search.candidates if s.term == case.term])
     best = max(offers, key=lambda offer: offer.worth)
-    found = looked.search.settled((best.choice,))
-    return replace(looked, found=found), found.choices[0]
+    found = result.search.settled((best.choice,))
+    return replace(result, found=found), found.choices[0]
 
 
 def _best(case: Case) -> Parted:
-    looked, choice = _as_named(case)
-    best = after_forces(looked).best(choice, case.rival)
+    result, choice = _as_named(case)
+    best = after_forces(result).best(choice, case.rival)
     assert best is not None
     return best
 
@@ -182,7 +182,7 @@ def test_the_cuts_asked_for_tell_the_two_apart(name: str) -> None:
     best = _best(case)
     assert EXPECTED[name] in best.trial.words
     assert best.gap.odds > SEPARATES
-    once_more = _with(case.table, plain_trials(_looked(case).stack.known)[0])
+    once_more = _with(case.table, plain_trials(_searched(case).stack.known)[0])
     for table in (case.table, once_more):
         before = _named(case, table)
         assert any({case.term, case.rival} <= {c.term, *c.alternatives} for c in before)
@@ -210,12 +210,12 @@ def test_without_alternatives_nothing_is_asked_for() -> None:
 
 
 def test_what_no_cut_separates_is_not_asked_for() -> None:
-    looked, choice = _as_named(CASES["wear"])
-    teller = after_forces(looked)
-    sets = looked.found.choices, looked.found.choices
+    result, choice = _as_named(CASES["wear"])
+    teller = after_forces(result)
+    sets = result.found.choices, result.found.choices
     assert all(trials.best(*sets) is None for trials in teller.rounds)
-    assert teller.told_apart(choice, "tool_wear", []) is None
-    assert teller.told_apart(choice, "tool_wear", ["nose_radius"]) is None
+    assert teller.distinguishing(choice, "tool_wear", []) is None
+    assert teller.distinguishing(choice, "tool_wear", ["nose_radius"]) is None
 
 
 def test_a_fresh_edge_parts_wear_from_drift_by_what_had_worn() -> None:
@@ -223,14 +223,14 @@ def test_a_fresh_edge_parts_wear_from_drift_by_what_had_worn() -> None:
     case = CASES["wear"]
     best = _best(case)
     last = {name: values[-1:] for name, values in case.table.items()}
-    row = usual(_looked(case).stack.known)
+    row = usual(_searched(case).stack.known)
     last["cutting.depth"] = case.table["cutting.depth"][row : row + 1]
     assert_allclose(best.gap.peak, _worn(last)["force.z"][0], rtol=0.25)
 
 
 @pytest.mark.parametrize("make", [plain_trials, paired])
 def test_trials_stay_near_what_the_table_shows(make: Callable[..., list[CutTrial]]) -> None:
-    known = _looked(CASES["edge or thin"]).stack.known
+    known = _searched(CASES["edge or thin"]).stack.known
     seen = {"feed": known.thickness_mm, "depth": known.depth_mm, "speed": known.speed_m_min}
     trials = make(known)
     assert len({trial.words for trial in trials}) == len(trials)
@@ -249,7 +249,7 @@ def test_trials_stay_near_what_the_table_shows(make: Callable[..., list[CutTrial
 
 
 def test_only_what_the_table_has_is_changed() -> None:
-    known = _looked(CASES["wear"]).stack.known
+    known = _searched(CASES["wear"]).stack.known
     bare = replace(
         known, thickness_mm=None, speed_m_min=None, edge=None, cutting_time_s=None,
         recorded=frozenset(), other={},
@@ -265,22 +265,22 @@ def test_only_what_the_table_has_is_changed() -> None:
 def test_the_table_s_own_cuts_carried_to_themselves_are_the_fit() -> None:
     """Shapes, scales, knots, scatter and simulation come from the table, whatever follows it."""
     for name in ("wear", "edge or thin", "depth or edge"):
-        looked, _ = _as_named(CASES[name])
-        stack = looked.stack
+        result, _ = _as_named(CASES[name])
+        stack = result.stack
         rows = np.flatnonzero(stack.known.depth_mm == stack.known.depth_mm[usual(stack.known)])
-        there = elsewhere(looked, stack.known, usual(stack.known))
+        there = elsewhere(result, stack.known, usual(stack.known))
         assert_allclose(there.stack.simulation, stack.simulation, rtol=1e-6)
         assert_allclose(there.stack.sd, stack.sd, rtol=1e-6)
-        carried = fit_cuts_account(looked, looked.found.choices, there).force
-        fitted = np.sum(fit_cuts(stack, looked.own, looked.found.choices).parts, axis=0)
+        carried = fit_cuts_account(result, result.found.choices, there).force
+        fitted = np.sum(fit_cuts(stack, result.own, result.found.choices).parts, axis=0)
         assert_allclose(carried[:, rows], fitted[:, rows], rtol=1e-3, atol=0.1)
 
 
 def test_every_candidate_is_carried_as_it_is() -> None:
     """In every shape the columns of the table's own cuts are those that the table has."""
-    looked = _looked(CASES["depth or edge"])
-    there = elsewhere(looked, looked.stack.known, usual(looked.stack.known))
-    for candidate in looked.search.candidates:
+    result = _searched(CASES["depth or edge"])
+    there = elsewhere(result, result.stack.known, usual(result.stack.known))
+    for candidate in result.search.candidates:
         if candidate.anew is not None:  # those that a scan found are of rows, which go on
             continue
         for form in range(len(candidate.forms)):
@@ -290,15 +290,15 @@ def test_every_candidate_is_carried_as_it_is() -> None:
             here = candidate.forms[form].law().reshape(columns.shape)
             if "turns" in candidate.key:
                 continue
-            white = looked.stack.white(columns).reshape(columns.shape)
+            white = result.stack.white(columns).reshape(columns.shape)
             assert_allclose(white, here, rtol=1e-6, atol=1e-6 * np.abs(here).max() + 1e-12)
 
 
 def test_runs_and_steps_go_on_where_they_reached_the_end() -> None:
-    looked = _looked(CASES["wear"])
-    stack, count = looked.stack, len(looked.stack.known)
+    result = _searched(CASES["wear"])
+    stack, count = result.stack, len(result.stack.known)
     (trial, *_) = plain_trials(stack.known)
-    there = elsewhere(looked, trial.known, usual(stack.known)).stack
+    there = elsewhere(result, trial.known, usual(stack.known)).stack
     for end, share in ((count, 1.0), (count - 5, 0.0)):
         candidate = hard_spot_of_cuts(stack, 10, end, 0, tries=1)
         assert candidate.anew is not None
@@ -313,19 +313,19 @@ def test_runs_and_steps_go_on_where_they_reached_the_end() -> None:
 
 
 def test_trials_are_judged_each_by_itself() -> None:
-    looked, choice = _as_named(CASES["wear"])
-    teller = after_forces(looked)
+    result, choice = _as_named(CASES["wear"])
+    teller = after_forces(result)
     other = teller.instead(choice, "sensor_drift")
     assert other is not None
     best = teller.best(choice, "sensor_drift")
     assert best is not None
-    alone = Trials(looked, [best.trial]).best(looked.found.choices, other.choices)
+    alone = Trials(result, [best.trial]).best(result.found.choices, other.choices)
     assert alone is not None
     assert_allclose(alone.gap.odds, best.gap.odds, rtol=1e-9)
 
 
 def test_conditions_join_in_their_order() -> None:
-    known = _looked(CASES["wear"]).stack.known
+    known = _searched(CASES["wear"]).stack.known
     trials = plain_trials(known)
     whole = joined_trials([trial.known for trial in trials])
     assert len(whole) == CUTS * len(trials)

@@ -14,19 +14,12 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
-from autodb.explain.cuts.candidates.laws import (
-    added,
-    each,
-    only,
-    per_depth,
-    relative,
-    values_of,
-)
-from autodb.explain.cuts.fit import held_out_square
-from autodb.explain.cuts.look import look_in_cuts, stack_of
-from autodb.explain.cuts.noise import with_noise
+from autodb.explain.cuts.candidates.laws import added, each, only, per_depth, relative, values_of
+from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
+from autodb.explain.cuts.cuts_fit import held_out_square
 from autodb.explain.cuts.products import products
-from autodb.explain.cuts.table import edge_read_off
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import edge_read_off
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.search import alike_terms
 from autodb.records import CutTable
@@ -353,10 +346,10 @@ def test_cuts_left_out_of_the_fit_are_predicted() -> None:
     table = _table(3)
     recording, simulation = _pair(table, _depth(table), seed=3)
     names = tuple(STRENGTH_N_MM2)
-    looked = look_in_cuts(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
-    whole = held_out_square(looked.stack, looked.own, looked.found.choices)
+    result = look_in_cuts(stack_of(recording, {n: simulation[n] for n in names}, BOTH), BOTH)
+    whole = held_out_square(result.stack, result.own, result.found.choices)
     assert whole < 1.2
-    assert held_out_square(looked.stack, looked.own, ()) > 1.5 * whole
+    assert held_out_square(result.stack, result.own, ()) > 1.5 * whole
 
 
 def test_terms_that_look_alike() -> None:

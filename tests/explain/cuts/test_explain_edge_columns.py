@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cuts.look import look_in_cuts, stack_of
-from autodb.explain.cuts.noise import with_noise
-from autodb.explain.cuts.table import Conditions, table_conditions
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
@@ -118,8 +118,8 @@ def test_names_of_edges_do_not_matter() -> None:
         recording = CutTable(Path("cuts"), {**table, "tool.edge": edge, "force.y": sensed})
         stack = stack_of(recording, {"force.y": force}, SHEAR)
         seen, freedom = with_noise(stack)
-        looked = look_in_cuts(stack, SHEAR)
-        found.append((seen.sd, freedom, looked.stack.sd, looked.found))
+        result = look_in_cuts(stack, SHEAR)
+        found.append((seen.sd, freedom, result.stack.sd, result.found))
     (sd, freedom, last, one), (other_sd, other_freedom, other_last, other) = found
     assert_allclose(other_freedom, freedom, rtol=1e-9)
     assert_allclose(other_sd, sd, rtol=1e-9)

@@ -18,7 +18,7 @@ from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
 from autodb.explain.cuts.candidates.moved_words import FORCE, cause_sentences
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
-from autodb.reports.card.moving import what_moved
+from autodb.reports.card.run_course import what_moved
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.chosen import current_of
 from autodb.sensing.ranges.forms import (
@@ -145,7 +145,7 @@ def test_a_force_that_was_not_measured_is_named_beside_the_gain() -> None:
             assert "or the force itself, which was not measured" in cause.statement
 
 
-def test_the_constant_of_a_sensor_is_told_from_what_lies_behind_the_motor() -> None:
+def test_the_constant_of_a_sensor_is_distinguished_from_what_lies_behind_the_motor() -> None:
     (whole,) = moved_in(run(104, Move(sensor=0.15), noise=READ_WELL))
     assert "The current in air went with it" in whole.statement
     (part,) = moved_in(run(104, Move(gain=0.15), noise=READ_WELL))

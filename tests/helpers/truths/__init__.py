@@ -1,8 +1,8 @@
 """What really happens, for every term, in another functional form than the term's: numpy only.
 
-Each truth is a measured channel with the effect, the other terms it must be told from, and coloured
-noise; what has to be recovered is the effect as a curve and, where it means the same in both forms,
-its main parameter. No truth imports a term.
+Each truth is a measured channel with the effect, the other terms it must be distinguished from, and
+coloured noise; what has to be recovered is the effect as a curve and, where it means the same in
+both forms, its main parameter. No truth imports a term.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ class Truth:
     instance; ``effect`` (n,) the channel with it less the channel without it; ``within`` the
     largest relative rms of its recovered curve, after whatever the terms ``modulo`` could say
     equally well is taken out of both; ``sd`` (n,) the noise of each row; ``main`` name, true value
-    and relative tolerance of its main parameter; ``looked`` where a search begins that the term
+    and relative tolerance of its main parameter; ``begin_at`` where a search begins that the term
     cannot know without the recording.
     """
 
@@ -40,7 +40,7 @@ class Truth:
     main: tuple[str, float, float] | None = None
     of: str = ""
     modulo: tuple[str, ...] = ()
-    looked: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    begin_at: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 def truth(

@@ -119,7 +119,8 @@ def hard_spot() -> Truth:
     effect = np.where((number >= 61) & (number <= 84), harder, 0.0) * total(loads)
     places = tuple(np.arange(10.0, 160.0, 15.0))
     return truth("hard_spot", table, loads, effect, within=0.2, **SCATTER,
-                 main=("factor", 1.25, 0.03), looked={"first": places, "last": places})  # fmt: skip
+                 main=("factor", 1.25, 0.03),
+                 begin_at={"first": places, "last": places})  # fmt: skip
 
 
 def depth_error() -> Truth:

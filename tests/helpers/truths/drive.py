@@ -48,7 +48,8 @@ def cogging() -> Truth:
     effect = (3.0 * np.cos(angle + 0.4) + 0.5 * np.cos(2 * angle)) * (1 + 0.0005 * m["position"])
     waves = np.arange(5.0, 60.0, 0.25)
     return truth("cogging", m, base(m), effect, within=0.25, noise=NOISE,
-                 main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
+                 main=("period", 23.0, 0.005),
+                 begin_at={"period": tuple(300.0 / waves)})  # fmt: skip
 
 
 def _magnets(position: Array, *, width: float) -> Array:
@@ -68,7 +69,8 @@ def cogging_table() -> Truth:
     effect = 6.0 * _magnets(m["position"], width=1.5) * (1 + 0.0005 * m["position"])
     waves = np.arange(12.0, 14.0, 0.05)
     return truth("cogging table", m, base(m), effect, within=0.25, noise=NOISE,
-                 main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
+                 main=("period", 23.0, 0.005),
+                 begin_at={"period": tuple(300.0 / waves)})  # fmt: skip
 
 
 def cogging_harmonics() -> Truth:
@@ -77,7 +79,8 @@ def cogging_harmonics() -> Truth:
     effect = 6.0 * _magnets(m["position"], width=5.0) * (1 + 0.0005 * m["position"])
     waves = np.arange(12.0, 14.0, 0.05)
     return truth("cogging harmonics", m, base(m), effect, within=0.25, noise=NOISE,
-                 main=("period", 23.0, 0.005), looked={"period": tuple(300.0 / waves)})  # fmt: skip
+                 main=("period", 23.0, 0.005),
+                 begin_at={"period": tuple(300.0 / waves)})  # fmt: skip
 
 
 def inertia() -> Truth:
@@ -142,7 +145,7 @@ def external_load() -> Truth:
     effect = 15.0 * (1 - np.cos(np.pi * flank)) / 2 * (1 + 0.1 * np.sin(40.0 * t))
     when = tuple(np.arange(0.5, 17.0, 1.5))
     return truth("external_load", m, base(m), effect, within=0.2, noise=NOISE,
-                 main=("level", 15.0, 0.05), looked={"start": when, "end": when})  # fmt: skip
+                 main=("level", 15.0, 0.05), begin_at={"start": when, "end": when})  # fmt: skip
 
 
 def windage() -> Truth:
@@ -171,7 +174,7 @@ def gain() -> Truth:
     effect = factor * total(loads)
     return truth("gain", m, loads, effect, within=0.2, noise=NOISE,
                  main=("factor", 1.0 + float(factor[-1]), 0.06),
-                 looked={"start": (4.0, 8.0, 16.0, 24.0), "duration": (2.0, 10.0)})  # fmt: skip
+                 begin_at={"start": (4.0, 8.0, 16.0, 24.0), "duration": (2.0, 10.0)})  # fmt: skip
 
 
 def lag() -> Truth:
@@ -196,7 +199,7 @@ def saturation() -> Truth:
     loads["inertia"] = (MASS + 0.02) * m["acceleration"]
     tops = tuple(float(q) for q in np.quantile(np.abs(limited), (0.9, 0.97, 0.999)))
     return truth("saturation", m, loads, limited - wanted, within=0.2, noise=NOISE,
-                 main=("limit", 42.0, 0.03), looked={"limit": tops})  # fmt: skip
+                 main=("limit", 42.0, 0.03), begin_at={"limit": tops})  # fmt: skip
 
 
 def lost_sign() -> Truth:

@@ -93,7 +93,7 @@ def friction_ripple() -> Truth:
     effect = 3.0 * (4.0 * np.abs(phase - 0.5) - 1.0) * sense(m)
     waves = np.arange(5.0, 60.0, 0.25)
     return truth("position_friction periodic", m, base(m), effect, within=0.2, noise=NOISE,
-                 main=("period", 10.0, 0.002), looked={"period": tuple(300.0 / waves)},
+                 main=("period", 10.0, 0.002), begin_at={"period": tuple(300.0 / waves)},
                  modulo=("coulomb",))  # fmt: skip
 
 

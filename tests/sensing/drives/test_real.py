@@ -203,12 +203,12 @@ def test_the_asymmetry_of_a_real_axis_is_named_and_helps_on_its_other_recording(
 
 def test_wear_is_named_on_real_turning_and_starts_again_at_an_edge_change(vicomtech: Path) -> None:
     table = wear.read(vicomtech)
-    looked = wear.looked_at(wear.hidden(table), wear.fresh_edge(table))
+    looked = wear.searched(wear.hidden(table), wear.fresh_edge(table))
     assert wear.terms(looked)[0] == "tool_wear"
     assert looked.search.cleared(looked.found).keys == looked.found.keys  # each stands in its set
     with_wear, with_drift = wear.scores(looked)
     assert with_wear > with_drift + 1000.0
-    mixed = wear.looked_at(wear.shuffled(wear.hidden(table)), wear.fresh_edge(table))
+    mixed = wear.searched(wear.shuffled(wear.hidden(table)), wear.fresh_edge(table))
     assert "tool_wear" not in wear.terms(mixed)
 
 

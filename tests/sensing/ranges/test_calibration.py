@@ -1,4 +1,4 @@
-"""Calibration recovers a known line, says what it cannot feel, and uses reference forces."""
+"""Calibration recovers a known line, says what it cannot sense, and uses reference forces."""
 
 from collections.abc import Callable
 from dataclasses import replace

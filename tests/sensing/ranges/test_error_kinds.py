@@ -1,4 +1,4 @@
-"""The two kinds of error are told apart, and outliers and lonely cuts are named."""
+"""The two kinds of error are separated, and outliers and lonely cuts are named."""
 
 import numpy as np
 import pytest

@@ -79,7 +79,7 @@ def test_exchanged_cuts_of_a_protocol_are_named() -> None:
     assert named >= 55
 
 
-def test_one_odd_current_is_no_exchange() -> None:
+def test_one_outlying_current_is_no_exchange() -> None:
     """A stop within a row lowers every axis' current of that cut."""
     for seed in SEEDS:
         table = lathe_cuts(seed)
@@ -89,8 +89,8 @@ def test_one_odd_current_is_no_exchange() -> None:
             values = table[f"{axis}.current.range"].copy()
             values[i] = 0.5 * (values[i] + table[f"{axis}.current.air"][i])
             halved[f"{axis}__current__range"] = values
-        odd = with_channels(table, **halved)
-        found = faults.exchanged(odd, forces_of(odd), AXES, names_of(odd))
+        outlying = with_channels(table, **halved)
+        found = faults.exchanged(outlying, forces_of(outlying), AXES, names_of(outlying))
         assert all(check.passed for check in found)
 
 

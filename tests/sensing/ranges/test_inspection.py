@@ -1,4 +1,4 @@
-"""The passive force from a turned part: beams, known forces, and where nothing is told."""
+"""The passive force from a turned part: beams, known forces, and where nothing is determined."""
 
 from dataclasses import replace
 
@@ -83,14 +83,14 @@ def test_a_known_setting_tells_more() -> None:
     assert tight.sd_N < 0.98 * loose.sd_N
 
 
-def test_where_nothing_is_told_it_is_not_sensed_and_says_why() -> None:
+def test_where_nothing_is_determined_it_is_not_sensed_and_says_why() -> None:
     stiff = RoundBar(diameter_mm=80.0, length_mm=150.0, modulus_MPa=210_000.0)
     hardly = MeasuredPart(np.zeros(8), held_in_a_chuck(stiff, PLACES), SHARE, NOISE_MM)
     found = passive_force(hardly, range_N=400.0)
     assert np.isnan(found.force_N)
     assert "interval is" in str(found.why_not)
     alike = MeasuredPart(np.zeros(8), np.full(8, 1e-4), SHARE, NOISE_MM)
-    assert "nobody knows the setting" in str(passive_force(alike, range_N=400.0).why_not)
+    assert "the setting is unknown" in str(passive_force(alike, range_N=400.0).why_not)
 
 
 def test_what_cannot_be_used_is_refused() -> None:

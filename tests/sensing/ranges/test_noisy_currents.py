@@ -13,6 +13,7 @@ from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, CurrentForm, MeasuredCuts
+from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]
 CUTS = 80
@@ -93,10 +94,11 @@ def test_a_cut_without_an_error_of_its_own_has_the_others() -> None:
     assert_allclose(sensed.current_sd, [0.3, np.sqrt(0.125), 0.4])
 
 
-def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
-    """n = 200 calibrations, two cuts of each: one read well, one badly. 99.9 % binomial limits."""
+@pytest.mark.parametrize("n", first(1, [60, 200]))
+def test_intervals_of_cuts_hold_whatever_their_currents_errors(n: int) -> None:
+    """n calibrations, two cuts of each: one read well, one badly. 99.9 % binomial limits."""
     rng, held = np.random.default_rng(11), np.zeros(2)
-    for _ in range(200):
+    for _ in range(n):
         known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
         found = calibration.calibrate(known, "z")
         new = _table(rng, np.array([0.02, 2.0]))
@@ -104,7 +106,7 @@ def test_intervals_of_cuts_hold_whatever_their_currents_errors() -> None:
         shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
         held += np.abs(sensed.force_N - new["force.z"]) < 1.96 * np.sqrt(sensed.sd_N**2 + shared)
         assert sensed.sd_N[1] > 150.0
-    low, high = (int(binom.ppf(p, 200, 0.95)) for p in (0.0005, 0.9995))
+    low, high = (int(binom.ppf(p, n, 0.95)) for p in (0.0005, 0.9995))
     assert np.all((low <= held) & (held <= high)), held
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.sensing.ranges.moved import moved_between, pooled_sd
+from autodb.sensing.ranges.repeated_cut import moved_between, pooled_sd
 from autodb.sensing.ranges.repeats import (
     Sample,
     equal_means,
@@ -74,7 +74,7 @@ def test_a_bias_is_seen_in_pairs_first() -> None:
     assert np.mean([r.bias.differ for r in shifted]) > np.mean([r.means.differ for r in shifted])
 
 
-def test_repeats_are_told_in_sentences() -> None:
+def test_repeats_are_described_in_sentences() -> None:
     found = repeats(*_run(np.random.default_rng(53), bias=-60.0))
     first, split, tests, shift = found.lines("N")
     assert first.startswith("12 repeats: reference and estimate 4")

@@ -1,4 +1,4 @@
-"""Parts of a recorded cut, and what is looked for in them: the laws of each, on plain arrays."""
+"""Parts of a recorded cut, and what is searched for in them: the laws of each, on plain arrays."""
 
 import numpy as np
 import pytest
@@ -88,7 +88,7 @@ def test_a_load_that_turns_slowly_is_at_no_limit_unless_it_is_cut_off(period_s: 
         assert_allclose(found.level, 5.5, rtol=0.002)
 
 
-def test_rises_at_odd_moments_are_no_lubrication() -> None:
+def test_rises_at_random_moments_are_no_lubrication() -> None:
     def load(at_s: tuple[float, ...]) -> signals.Pulses | None:
         noise = 0.01 * np.random.default_rng(7).standard_normal(T.size)
         bumps = sum(np.exp(-0.5 * ((T - s) / 0.1) ** 2) for s in at_s)

@@ -55,8 +55,8 @@ def test_an_axis_that_stands_or_correlates_badly_is_not_unplugged() -> None:
 
 def test_without_an_operation_a_standing_axis_is_a_candidate_too() -> None:
     table = unplugged(lathe_cuts(SEEDS[0]), "x", 1, 0.9)
-    untold = replace(table, texts={})
-    (check,) = faults.silent(untold, forces_of(untold), AXES).values()
+    without_texts = replace(table, texts={})
+    (check,) = faults.silent(without_texts, forces_of(without_texts), AXES).values()
     assert "if x stands still in these cuts, state it by 'operation'" in check.sentence
 
 
@@ -79,7 +79,7 @@ def test_where_nothing_was_cut_no_axis_is_unplugged() -> None:
 
 
 @pytest.mark.usefixtures("calibrated_once")
-def test_an_unplugged_sensor_is_told_with_a_protocol() -> None:
+def test_an_unplugged_sensor_is_found_with_a_protocol() -> None:
     for seed in SEEDS:
         table = lathe_cuts(seed)
         bare = unplugged(without_forces(table), "spindle", seed, 0.05)

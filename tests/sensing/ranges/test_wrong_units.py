@@ -49,7 +49,7 @@ def test_a_wrong_unit_is_named(mistake: Mistake) -> None:
         assert f"as if {mistake}; {mistake.remedy}" in check.sentence
 
 
-def test_a_feed_a_minute_is_told_from_a_feed_in_micrometres() -> None:
+def test_a_feed_a_minute_is_distinguished_from_a_feed_in_micrometres() -> None:
     """Both are some hundreds; over several speeds only one goes with the force."""
     for seed in SEEDS:
         table = lathe_cuts(seed)

@@ -1,6 +1,5 @@
 """A database with a lathe that has learnt nothing, and who may send to it."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,14 +28,6 @@ def url(made: bytes, tmp_path: Path) -> str:
     path = tmp_path / "sent.sqlite3"
     path.write_bytes(made)
     return f"sqlite:///{path}"
-
-
-@pytest.fixture
-def store(url: str) -> Iterator[Store]:
-    """Return the copy, opened."""
-    opened = open_store(url)
-    yield opened
-    opened.close()
 
 
 @pytest.fixture

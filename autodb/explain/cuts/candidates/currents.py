@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.candidates.hard_runs import SHORTEST
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     Rows,
@@ -22,18 +23,17 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.runs import SHORTEST
-from autodb.explain.cuts.candidates.sensors import drift_courses
+from autodb.explain.cuts.candidates.sensor_faults import drift_courses
 from autodb.explain.cuts.candidates.signs import grows
-from autodb.explain.cuts.look import Library
-from autodb.explain.cuts.table import FEWEST, Conditions, Stack, table_conditions
+from autodb.explain.cuts.cut_search import Library
+from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
 Make = Callable[[Stack, Callable[[Rows], Array], int], SpreadLaw]
 Course = tuple[Callable[[Rows], Array], int, dict[str, float], int]
-"""Columns over the cuts, their number, what they are told by, and how many were looked through."""
+"""Columns over the cuts, their number, what their shape is, and how many were tried."""
 
 RISE, AIR = 0, 1
 GAIN, OFFSET, FRICTION, WEAR = "gain", "sensor_drift", "coulomb", "tool_wear"
@@ -46,7 +46,7 @@ REPEATED = 3
 """Cuts of one condition from which on it has a level of its own: no calibration is right in each.
 Chosen."""
 MOST_STEPS = 60
-"""Cuts at which a step is looked for at most, evenly over the run, the last one included."""
+"""Cuts at which a step is tried at most, evenly over the run, the last one included."""
 SPEEDS = 2
 """Highest power of the speed by which friction in air is followed. Chosen."""
 
@@ -242,7 +242,7 @@ def _step(stack: Stack, start: int, tries: int) -> Course:
 
 def _form(stack: Stack, make: Make, course: Course, component: int | None) -> CandidateForm:
     """Return a course of one component, or of all alike (None)."""
-    shape, width, told, tries = course
+    shape, width, variables, tries = course
     law = make(stack, shape, width)
     columns = alike(stack, law) if component is None else only(stack, law, component)
-    return CandidateForm(columns, told, tries=tries)
+    return CandidateForm(columns, variables, tries=tries)

@@ -10,13 +10,15 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.chip import (
+from autodb.explain.cuts.candidates.chip_forces import (
     band_candidates,
     edge_force_candidates,
     size_candidates,
     speed_candidates,
 )
-from autodb.explain.cuts.candidates.engaged import (
+from autodb.explain.cuts.candidates.cold_machine import warming_candidates
+from autodb.explain.cuts.candidates.edge_wear import wear_candidates
+from autodb.explain.cuts.candidates.engagement_errors import (
     deflection_candidates,
     depth_candidates,
     nose_candidates,
@@ -30,10 +32,8 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.sensors import drift_candidates, gain_candidates
-from autodb.explain.cuts.candidates.warming import warming_candidates
-from autodb.explain.cuts.candidates.worn import wear_candidates
-from autodb.explain.cuts.table import Stack
+from autodb.explain.cuts.candidates.sensor_faults import drift_candidates, gain_candidates
+from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 
 Array = NDArray[np.float64]
@@ -110,7 +110,7 @@ def _pair(stack: Stack, first: str, second: str) -> Candidate:
 
 
 def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
-    """Return the named effects that a table can tell of; ``own``: terms that are re-tuned."""
+    """Return the named effects that a table can show; ``own``: terms that are re-tuned."""
     found = [
         *edge_force_candidates(stack, own), *size_candidates(stack), *speed_candidates(stack),
         *band_candidates(stack), *wear_candidates(stack, own), *depth_candidates(stack),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.explain.cuts.table import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack
 
 Array = NDArray[np.float64]
 Rows = slice

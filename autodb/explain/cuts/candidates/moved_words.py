@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET, WEAR
-from autodb.sensing.ranges.moved import CurrentChange
+from autodb.sensing.ranges.repeated_cut import CurrentChange
 
 FORCE = "shear"
 """The cutting force itself: the term of the chip, of another size than the reference."""
@@ -23,7 +23,7 @@ LAST = "from the first cut to the last"
 
 
 def cause_sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
-    """Yield what is said of causes: each with what else it may be, and what would tell."""
+    """Yield what is said of causes: each with what else it may be, and what would decide."""
     for cause in causes:
         sure = "" if cause.term == "unknown" else f" (confidence {cause.confidence:.2f})"
         head, *rest = cause.statement.split(". ", maxsplit=1)
@@ -79,7 +79,7 @@ def amount(change: IntervalValue, term: str) -> str:
 
 
 def moved_words(change: IntervalValue, *, air: bool) -> str:
-    """Return by how much a current moved, as the repeated cut alone tells it."""
+    """Return by how much a current moved, as the repeated cut alone shows it."""
     return f"{amount(change, '')} {'of the current in air' if air else 'of the rise'}"
 
 
@@ -89,7 +89,7 @@ def undecided_words(size: str, names: tuple[str, ...]) -> str:
 
 
 def held_out_words(with_it: float, without: float, unit: str) -> str:
-    """Return how far cuts left out of the fit are told."""
+    """Return how far cuts left out of the fit are predicted."""
     return (
         f"Held-out cuts are predicted to within {with_it:.2g} {unit} with it, {without:.2g} "
         f"{unit} without it."

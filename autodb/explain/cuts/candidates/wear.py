@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.fit import fit_cuts
-from autodb.explain.cuts.look import FoundInCuts
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.cuts_fit import fit_cuts
 from autodb.explain.engine.candidates import UNKNOWN
 
 Array = NDArray[np.float64]
 
 BENDS = (0.3, 3.0)
-"""Powers of cutting time that are looked through."""
+"""Powers of cutting time that are tried."""
 SLOW = ("tool_wear", "sensor_drift", "gain", UNKNOWN)
 """Effects whose curves over time would take up part of the law."""
 
@@ -34,7 +34,7 @@ class WearLaw:
         return np.asarray(self.sign * rate * depth_mm * cutting_time_s**self.power)
 
 
-def wear_law(looked: FoundInCuts, component: int) -> WearLaw:
+def wear_law(result: FoundInCuts, component: int) -> WearLaw:
     """Return the law of one component, whatever curve the search has found for it.
 
     The simulation is taken for the force of a fresh edge as it is: a factor on it would take up the
@@ -43,12 +43,12 @@ def wear_law(looked: FoundInCuts, component: int) -> WearLaw:
 
     Raises ValueError where the table has no cutting time.
     """
-    stack, known = looked.stack, looked.stack.known
+    stack, known = result.stack, result.stack.known
     if known.cutting_time_s is None or known.edge is None:
         raise ValueError("a law of wear needs tool.edge and tool.cutting_time")
     sd, time_s, depth_mm = stack.sd[component], known.cutting_time_s, known.depth_mm
     longest = float(time_s.max())
-    grown = (_without_others(looked)[component] / sd) * float(stack.sign[component])
+    grown = (_without_others(result)[component] / sd) * float(stack.sign[component])
     member = known.edge[:, None] == known.edges[None, :]
 
     def rates(power: float) -> tuple[Array, float]:
@@ -63,9 +63,9 @@ def wear_law(looked: FoundInCuts, component: int) -> WearLaw:
     return WearLaw(power, found, float(stack.sign[component]))
 
 
-def _without_others(looked: FoundInCuts) -> Array:
+def _without_others(result: FoundInCuts) -> Array:
     """Return the difference without the parts of effects that no course of time is put down to."""
-    stack, choices = looked.stack, looked.found.choices
-    parts = fit_cuts(stack, looked.own, choices).parts[len(looked.own) :]
+    stack, choices = result.stack, result.found.choices
+    parts = fit_cuts(stack, result.own, choices).parts[len(result.own) :]
     taken = [p for p, c in zip(parts, choices, strict=True) if c.candidate.term not in SLOW]
     return np.asarray(stack.recording - stack.simulation - np.sum(taken, axis=0))

@@ -37,19 +37,19 @@ def field_error(cells: Cells, predicted_A: Array, weight_A: float) -> float:
 def contour_errors(made: Traced, predicted_A: Array) -> list[Contour]:
     """Return the errors of a predicted current (n,) at each feed, where the axis moves."""
     run = made.contour
-    real, told = (_averaged(one - made.axis.weight_A) for one in (run.current_A, predicted_A))
+    real, predicted = (_averaged(one - made.axis.weight_A) for one in (run.current_A, predicted_A))
     found = []
     for feed in np.unique(made.feed[made.feed >= 0.0]):
         rows = (made.feed == feed) & (np.abs(run.motion.v) >= MOVES_MM_S)
         mean = float(np.mean(np.abs(real[rows])))
         whole = float(np.mean(np.abs(real[rows] + made.axis.weight_A)))
-        off = float(np.mean(np.abs(told[rows] - real[rows])))
+        off = float(np.mean(np.abs(predicted[rows] - real[rows])))
         sense = np.sign(run.motion.v[rows])
         found.append(
             Contour(
                 error=off / whole,
                 of_friction=off / mean,
-                high=float(np.mean(sense * (told[rows] - real[rows]))) / mean,
+                high=float(np.mean(sense * (predicted[rows] - real[rows]))) / mean,
             )
         )
     return found

@@ -1,4 +1,5 @@
-"""One reference machine: the friction field and the contour of its axes, told in several ways."""
+"""One reference machine: the friction field and the contour of its axes, estimated in several
+ways."""
 
 from dataclasses import dataclass
 
@@ -22,7 +23,7 @@ ORACLE, KNOWN = "oracle", "truth without wander"
 class AxisModelErrors:
     """Errors of one way on one axis, shares: of the measured field and of the true one; of the
     contour, over its current and over its friction, mean of the feeds; by how much its friction is
-    predicted too high; of the weight, None where none is told.
+    predicted too high; of the weight, None where none is estimated.
     """
 
     way: str
@@ -46,22 +47,22 @@ class _Prediction:
 
 def run_axis_gate(seed: int) -> list[AxisModelErrors]:
     """Identify the axes of a seed's machine the published way."""
-    told = []
+    errors = []
     for name in AXES:
         made = recorded_axis(seed, name)
         where = segments(made)
-        told.append(_told(PUBLISHED, _published(made, where), made, where))
-    return told
+        errors.append(_errors_of(PUBLISHED, _published(made, where), made, where))
+    return errors
 
 
 def run_axes(seed: int) -> list[AxisModelErrors]:
     """Identify them in every way."""
-    told = []
+    errors = []
     for name in AXES:
         made = recorded_axis(seed, name)
         where = segments(made)
-        told += [_told(way, one, made, where) for way, one in _ways(made, where).items()]
-    return told
+        errors += [_errors_of(way, one, made, where) for way, one in _ways(made, where).items()]
+    return errors
 
 
 def _ways(made: Traced, where: SweepSegments) -> dict[str, _Prediction]:
@@ -88,10 +89,10 @@ def _published(made: Traced, where: SweepSegments) -> _Prediction:
     )
 
 
-def _told(way: str, one: _Prediction, made: Traced, where: SweepSegments) -> AxisModelErrors:
+def _errors_of(way: str, one: _Prediction, made: Traced, where: SweepSegments) -> AxisModelErrors:
     true_A = made.axis.weight_A
     errors = contour_errors(made, one.contour_A)
-    told = one.weight_A is not None and true_A > 0.0
+    weighed = one.weight_A is not None and true_A > 0.0
     return AxisModelErrors(
         way=way,
         axis=made.axis.name,
@@ -100,5 +101,5 @@ def _told(way: str, one: _Prediction, made: Traced, where: SweepSegments) -> Axi
         contour=float(np.mean([error.error for error in errors])),
         contour_friction=float(np.mean([error.of_friction for error in errors])),
         high=float(np.mean([error.high for error in errors])),
-        weight=abs(one.weight_A / true_A - 1.0) if told and one.weight_A is not None else None,
+        weight=abs(one.weight_A / true_A - 1.0) if weighed and one.weight_A is not None else None,
     )

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.machines.axis.reference_axis import AXES
 from autodb.proofs.runs.axis.axis_run import (
@@ -20,8 +19,8 @@ from autodb.proofs.runs.axis.published_axis import (
     PUBLISHED_ERROR,
     PUBLISHED_HIGH,
 )
-from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.3
 """Share by which the published way's median error may differ from the published one."""
@@ -44,16 +43,16 @@ def _rows(
     )
 
 
-def _row(told: list[AxisModelErrors]) -> AxisModelErrors:
+def _row(errors: list[AxisModelErrors]) -> AxisModelErrors:
     """Return the medians of the machines."""
-    weights = [one.weight for one in told if one.weight is not None]
+    weights = [one.weight for one in errors if one.weight is not None]
 
     def median(name: str) -> float:
-        return float(np.median([getattr(one, name) for one in told]))
+        return float(np.median([getattr(one, name) for one in errors]))
 
     return AxisModelErrors(
-        way=told[0].way,
-        axis=told[0].axis,
+        way=errors[0].way,
+        axis=errors[0].axis,
         measured=median("measured"),
         true=median("true"),
         contour=median("contour"),
@@ -63,12 +62,8 @@ def _row(told: list[AxisModelErrors]) -> AxisModelErrors:
     )
 
 
-def _said(passed: bool) -> str:
-    return "passed" if passed else "FAILED"
-
-
 @dataclass(frozen=True)
-class AxisGate:
+class AxisGate(KeptAsJson):
     """How the published way does on reference axes: a row an axis."""
 
     origin: Origin
@@ -90,16 +85,12 @@ class AxisGate:
         rows = [
             (
                 row.axis, percent(PUBLISHED_ERROR[row.axis]), percent(row.measured),
-                ratio(row.measured / PUBLISHED_ERROR[row.axis]), _said(_as_hard(row)),
-                percent(row.contour), percent(row.high), _said(_contour_as_hard(row)),
+                ratio(row.measured / PUBLISHED_ERROR[row.axis]), passed_words(_as_hard(row)),
+                percent(row.contour), percent(row.high), passed_words(_contour_as_hard(row)),
             )
             for row in self.rows
         ]  # fmt: skip
         return (TextTable("Gate: the published way, median of the machines", heads, tuple(rows)),)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_axis_gate`` reads it."""
-        return GATE.dump_json(self, indent=1).decode() + "\n"
 
 
 def _as_hard(row: AxisModelErrors) -> bool:
@@ -112,7 +103,7 @@ def _contour_as_hard(row: AxisModelErrors) -> bool:
 
 
 @dataclass(frozen=True)
-class Fields:
+class Fields(KeptAsJson):
     """How autodb does beside the published way and the oracle: rows of every axis and way."""
 
     origin: Origin
@@ -161,9 +152,10 @@ class Fields:
                 axis, percent(row.measured),
                 ratio(row.measured / self._of(axis, PUBLISHED).measured),
                 ratio(row.measured / self._of(axis, ORACLE).measured), percent(self.limit(axis)),
-                _said(self._near(axis)), percent(row.contour), _said(self._follows(axis)),
+                passed_words(self._near(axis)), percent(row.contour),
+                passed_words(self._follows(axis)),
                 "" if row.weight is None else f"{100.0 * row.weight:.2f} %",
-                "" if row.weight is None else _said(self._weighed(axis)),
+                "" if row.weight is None else passed_words(self._weighed(axis)),
             ))  # fmt: skip
         return TextTable("autodb, median of the machines", heads, tuple(rows))
 
@@ -181,24 +173,6 @@ class Fields:
             for row in self.rows
         )  # fmt: skip
         return TextTable("All ways, median of the machines", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_fields`` reads it."""
-        return FIELDS.dump_json(self, indent=1).decode() + "\n"
-
-
-GATE: TypeAdapter[AxisGate] = TypeAdapter(AxisGate)
-FIELDS: TypeAdapter[Fields] = TypeAdapter(Fields)
-
-
-def read_axis_gate(text: str) -> AxisGate:
-    """Return a gate that was written; raises pydantic's ValidationError on any other."""
-    return GATE.validate_json(text)
-
-
-def read_fields(text: str) -> Fields:
-    """Return fields that were written; raises pydantic's ValidationError on any other."""
-    return FIELDS.validate_json(text)
 
 
 def axis_gate_of(runs: Sequence[Finished[AxisModelErrors]], origin: Origin) -> AxisGate:

@@ -5,7 +5,7 @@ with seven parameters, for each direction; a straight line along the travel besi
 axis the weight is the mean of up and down at 500 mm/min and more. A segment's mean is the moving
 average too. The parameters over speed are those of the mean over the segments around the middle of
 the travel, which every level passes, not the mean of each segment's parameters: they are nearly
-degenerate, and means of such parameters stand for no curve. P2 knows nothing of acceleration and
+degenerate, and means of such parameters stand for no curve. P2 has no acceleration and
 standstill: there its friction follows the velocity's sign, and is none at standstill.
 """
 
@@ -27,7 +27,7 @@ PUBLISHED_CONTOUR = 0.15
 PUBLISHED_HIGH = (0.10, 0.15)
 """P2, section V: the contour's current is predicted so much too high."""
 WEIGHED_MM_S = 500.0 / 60.0
-"""P2, section III B: slower passes tell no weight."""
+"""P2, section III B: slower passes determine no weight."""
 STARTS = tuple((p3, p4, p6) for p3 in (0.3, 3.0) for p4 in (0.5, 2.0) for p6 in (1.0, 30.0))
 """mm/s, 1, mm/s."""
 
@@ -104,7 +104,7 @@ def _over_speed(cells: Cells, size: Array, sense: float) -> SevenParameters:
 
 
 def published_weight(cells: Cells) -> float:
-    """Return the mean of up and down over the speeds that tell the weight."""
+    """Return the mean of up and down over the speeds that determine the weight."""
     speed = np.abs(cells.v_mm_s)
     means = [
         0.5 * sum(float(cells.current_A[cells.v_mm_s == way * one].mean()) for way in (1.0, -1.0))

@@ -5,11 +5,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.runs.explain.explain_score import ScoredCase, brier, confidences, reliability
-from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
 CLEAR = 8.0  # clarity from which a decidable effect must be found
@@ -76,7 +75,7 @@ class EffectRow:
 
 
 @dataclass(frozen=True)
-class ExplainSummary:
+class ExplainSummary(KeptAsJson):
     """The score: ``bins`` are (answers, mean confidence, share right); ``confusion`` counts, for
     each hidden term of clear cases, what was named in its case, and how often."""
 
@@ -120,17 +119,7 @@ class ExplainSummary:
         heads = ("hidden", *(f">{name}" for name in columns))
         return TextTable("Hidden terms and named ones, clear cases", heads, tuple(rows))
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
 
-    @staticmethod
-    def from_json(text: str) -> "ExplainSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[ExplainSummary] = TypeAdapter(ExplainSummary)
 LIMIT_HEADS = ("", ">cases", ">share", ">exact 95 %", ">must be", "")
 EFFECT_HEADS = (
     "hidden", ">d", ">cases", ">dropped", ">decidable", ">exact set", ">undecidable: covered",

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.runs.explain.explain_score import brier, reliability
 from autodb.proofs.runs.explain.explain_summary import BIN_HEADS, LIMIT_HEADS, Limit
 from autodb.proofs.runs.explain.outside_run import Answered
-from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent, ratio
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 
 WRONGLY = 0.03
@@ -37,7 +36,7 @@ class OutsideRow:
 
 
 @dataclass(frozen=True)
-class OutsideSummary:
+class OutsideSummary(KeptAsJson):
     """The score; ``briers``: of all entries, of missing and of mistuned ones."""
 
     origin: Origin
@@ -70,18 +69,6 @@ class OutsideSummary:
                 tuple((str(n), f"{sure:.3f}", percent(right)) for n, sure, right in self.bins),
             ),
         )
-
-    def to_json(self) -> str:
-        """Return the summary as JSON."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "OutsideSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[OutsideSummary] = TypeAdapter(OutsideSummary)
 
 
 def outside_summary_of(runs: Sequence[Finished[Answered]], origin: Origin) -> OutsideSummary:

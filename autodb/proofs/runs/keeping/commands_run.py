@@ -1,6 +1,6 @@
 """Every command that writes: killed at a random moment and run again, and run twice at once.
 
-Twice undisturbed, from the same beginning, a command tells what it leaves and where that carries
+Twice undisturbed, from the same beginning, a command shows what it leaves and where that carries
 a clock; then a third time, after itself, what it leaves when it is repeated. Whatever is done to
 it, it must end in one of the two. SIGKILL comes at a moment drawn uniformly over the time of an
 undisturbed run, or, twice as often, over what follows its first write.
@@ -18,7 +18,9 @@ import numpy as np
 from sqlalchemy.orm import configure_mappers
 
 import autodb
-from autodb.proofs.runs.keeping.children import (
+from autodb.proofs.runs.keeping.commands_summary import FINE, KilledCommand, Twice
+from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, folder_state, masks_of
+from autodb.proofs.runs.keeping.forked import (
     Step,
     finished,
     killed,
@@ -27,8 +29,6 @@ from autodb.proofs.runs.keeping.children import (
     timed,
     two_at_once,
 )
-from autodb.proofs.runs.keeping.commands_summary import FINE, KilledCommand, Twice
-from autodb.proofs.runs.keeping.folders import DATABASE, State, faults_of, folder_state, masks_of
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, FIRST, Command, furnish, grow
 
 TURNS_A_TWICE = 6
@@ -99,7 +99,7 @@ class Bench:
     def __init__(self, command: Command, start: Path, work: Path) -> None:
         self._command, self._work = command, work
         home = Path(tempfile.mkdtemp(prefix="bench-", dir=start.parent))
-        self._base, self._aside = home / "base", home
+        self._base, self._copies = home / "base", home
         self._masks: dict[str, frozenset[str]] = {}
         _copied(start, self._work)
         for step in command.before:
@@ -132,7 +132,7 @@ class Bench:
         draw = np.random.default_rng([seed, 32])
         delay_s = float(draw.uniform(0.0, self._times.took_s - to_write_s))
         case = killed(self._work, self._command.words, delay_s, from_write=from_write)
-        unsound = faults_of(self._work, self._aside) + self._halves()
+        unsound = faults_of(self._work, self._copies) + self._halves()
         status = finished(self._work, self._command.words)
         words = "" if status in FINE else said(self._work)[-500:]
         rows, files = self._compared()
@@ -143,7 +143,7 @@ class Bench:
         _copied(self._base, self._work)
         statuses = two_at_once(self._work, self._command.words)
         words = "" if set(statuses) <= set(FINE) else said(self._work)[-500:]
-        unsound = faults_of(self._work, self._aside)
+        unsound = faults_of(self._work, self._copies)
         rows, files = self._compared()
         rows = tuple(name for name in rows if name.rpartition(": ")[2] not in self._command.shared)
         return Twice(

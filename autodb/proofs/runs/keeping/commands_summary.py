@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.keeping.children import CASES
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent
+from autodb.proofs.runs.keeping.forked import CASES
+from autodb.proofs.runs.run_file import Finished, Origin
 
 FINE = (0, 2)
 """Exit statuses: answered, or refused in one line, as what is there already may be."""
@@ -69,7 +66,7 @@ class OfCommand:
 
 
 @dataclass(frozen=True)
-class CommandsSummary:
+class CommandsSummary(CheckedScore):
     """Counts of all commands, and what was not compared."""
 
     origin: Origin
@@ -77,15 +74,11 @@ class CommandsSummary:
     rows: tuple[OfCommand, ...]
     left_out: tuple[str, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether every kill, and every two at once, ended as the undisturbed command."""
-        return all(passed for *_, passed in self._checks())
-
     def _sum(self, name: str) -> int:
         return sum(getattr(row, name) for row in self.rows)
 
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         kills, rounds = self._sum("kills"), self._sum("rounds")
         none = [
             (what, str(count), "0", count == 0)
@@ -108,7 +101,6 @@ class CommandsSummary:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, each command, and what was not compared."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         what = f"{self._sum('kills')} kills of {len(self.rows)} commands"
         rows = tuple(
             (f"`{row.command}`", *(str(n) for n in (
@@ -122,24 +114,12 @@ class CommandsSummary:
         )  # fmt: skip
         left = tuple((name,) for name in self.left_out)
         return (
-            TextTable(f"{what}, and two of it at once", ("", ">found", ">must be", ""), checks),
+            self.limits(f"{what}, and two of it at once"),
             TextTable("By command", heads, rows),
             TextTable(
                 "Clocks and what is drawn at random: not compared", ("column, or file",), left
             ),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _COMMANDS.dump_json(self, indent=1).decode()
-
-
-_COMMANDS: TypeAdapter[CommandsSummary] = TypeAdapter(CommandsSummary)
-
-
-def read_commands(text: str) -> CommandsSummary:
-    """Read what ``to_json`` wrote."""
-    return _COMMANDS.validate_json(text)
 
 
 def commands_summary_of(

@@ -1,6 +1,6 @@
-"""From which cut on can an event of a day be told? An ideal judge, who knows noise and all forms.
+"""From which cut on can an event of a day be decided? An ideal judge, given noise and all forms.
 
-At cut k the judge sees the first k cuts. It knows the true shape of the event and of all others
+At cut k the judge sees the first k cuts. It is given the true shape of the event and of all others
 that began by then, not their sizes; so the others, in each component, are free as the
 simulation's own terms are. The event's rivals are nothing at all, and every other effect that a
 table of cuts may have, at every shape of `concealed.cut_families`, each component with a size of
@@ -30,9 +30,9 @@ def decidable_from(day: Day, event: Event) -> int | None:
 
 
 def first_sure(case_at: Callable[[int], Case], begin: int, end: int) -> int | None:
-    """Return the first count of cuts, from ``begin`` to ``end``, whose case is told for sure.
+    """Return the first count of cuts, from ``begin`` to ``end``, whose case is decided.
 
-    Margins grow with the cuts but for scatter: of every STRIDE counts the last is looked at, and
+    Margins grow with the cuts but for scatter: of every STRIDE counts the last is examined, and
     each of those before it only where that one is sure.
     """
     at = max(begin, FEWEST)
@@ -45,7 +45,7 @@ def first_sure(case_at: Callable[[int], Case], begin: int, end: int) -> int | No
 
 
 def sure(case: Case) -> bool:
-    """Say whether a case is told; its margin is at most what the truth itself explains."""
+    """Say whether a case is decided; its margin is at most what the truth itself explains."""
     if oracle_explained(case) <= SURE:
         return False
     margin = oracle_verdict(case).margin

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autodb.explain.answer.answer import Cause, ChannelAnswer
 from autodb.explain.cuts.ahead import ahead
 from autodb.explain.cuts.answers import answers
-from autodb.explain.cuts.look import look_in_cuts, stack_of
+from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
 from autodb.proofs.runs.explain.explain_score import overlap
@@ -34,8 +34,8 @@ OVERLAPS = 0.5
 
 
 @dataclass(frozen=True)
-class EventTold:
-    """An event: when it began, could be told, and was told.
+class EventOutcome:
+    """An event: when it began, was decidable, and was named.
 
     ``decidable``: None where never, or so late that the day ends before its cut of decision;
     ``in_time``: named at the cut of decision, ``covered``: named then or among the alternatives;
@@ -69,7 +69,7 @@ class Invented:
 
 
 @dataclass(frozen=True)
-class DayTold:
+class DayOutcome:
     """A day: its events, what was invented, how often it was explained, errors of prediction.
 
     Errors are root mean squares over all cuts, N, of x, y, z: of the stored model alone, of what
@@ -78,7 +78,7 @@ class DayTold:
 
     seed: int
     explained: int
-    events: tuple[EventTold, ...]
+    events: tuple[EventOutcome, ...]
     invented: tuple[Invented, ...]
     alone_N: tuple[float, float, float]
     with_terms_N: tuple[float, float, float]
@@ -91,12 +91,12 @@ class DayTold:
         return 1.0 - float(np.sqrt(terms / alone))
 
 
-def run_day(seed: int) -> list[DayTold]:
+def run_day(seed: int) -> list[DayOutcome]:
     """Draw the day of a seed, walk through it and judge."""
     return [walked(draw_day(seed))]
 
 
-def walked(day: Day, *, step: int = STEP) -> DayTold:
+def walked(day: Day, *, step: int = STEP) -> DayOutcome:
     """Walk through a day."""
     count = day.bar.size
     decidable = {event.name: decidable_from(day, event) for event in day.events}
@@ -109,10 +109,12 @@ def walked(day: Day, *, step: int = STEP) -> DayTold:
         if following is not None:
             expected[:, following] = further
         gc.collect()  # a search and its products hold each other, some 100 MB each time
-    return DayTold(
+    return DayOutcome(
         seed=day.seed,
         explained=len(seen),
-        events=tuple(event_told(event, decidable[event.name], seen, count) for event in day.events),
+        events=tuple(
+            event_outcome(event, decidable[event.name], seen, count) for event in day.events
+        ),
         invented=tuple(invented(day, seen)),
         alone_N=_rms(day.measured - day.expected),
         with_terms_N=_rms(day.measured - expected),
@@ -130,12 +132,12 @@ def explained_day(day: Day, count: int, following: slice | None) -> tuple[Answer
     rows, includes = slice(0, count), list(day.world.parts)
     table = _table(day, rows, day.measured)
     simulation = dict(zip(FORCES, day.expected[:, rows], strict=True))
-    looked = look_in_cuts(stack_of(table, simulation, includes), includes)
-    found = answers(table, looked, frozenset(includes))
+    result = look_in_cuts(stack_of(table, simulation, includes), includes)
+    found = answers(table, result, frozenset(includes))
     force = np.zeros((3, 0))
     if following is not None:
         there = dict(zip(FORCES, day.expected[:, following], strict=True))
-        force = ahead(looked, _table(day, following), there).force
+        force = ahead(result, _table(day, following), there).force
     return {name: answer for name, (answer, _) in found.items()}, force
 
 
@@ -154,8 +156,8 @@ def _table(day: Day, rows: slice, forces: Array | None = None) -> CutTable:
 def names_it(answers_now: Answers, event: Event, count: int) -> bool:
     """Say whether an answer for the first cuts of a day names an event.
 
-    Its term must be missing in a component that feels it; wear of an edge with a rate of that edge
-    that is above zero for sure, a run of harder cuts with cuts that are mostly its own.
+    Its term must be missing in a component that it acts on; wear of an edge with a rate of that
+    edge that is above zero for sure, a run of harder cuts with cuts that are mostly its own.
     """
     return any(
         cause.kind == "missing"
@@ -176,7 +178,7 @@ def covers_it(answers_now: Answers, event: Event, count: int) -> bool:
 
 
 def _sensed(answers_now: Answers, event: Event, count: int) -> list[ChannelAnswer]:
-    """Return the answers of the components that feel an event in the first cuts."""
+    """Return the answers of the components that an event acts on in the first cuts."""
     sensed = np.any(event.part[:, :count] != 0.0, axis=1)
     return [answers_now[name] for name, there in zip(FORCES, sensed, strict=True) if there]
 
@@ -185,25 +187,25 @@ def _this_one(cause: Cause, answer: ChannelAnswer, event: Event, count: int) -> 
     if event.edge:
         rate = cause.parameters.get(f"rate edge {event.edge}")
         alone = cause.parameters["rate"] if event.edge == 1 else None
-        told_by = rate or alone
-        return told_by is not None and told_by.low > 0
+        shown = rate or alone
+        return shown is not None and shown.low > 0
     if event.term == "hard_spot":
         true = float(event.first), float(min(event.last, count))
         return any(overlap([one], true, step=1.0) >= OVERLAPS for one in answer.where.intervals)
     return True
 
 
-def event_told(
+def event_outcome(
     event: Event, decidable: int | None, seen: dict[int, Answers], count: int
-) -> EventTold:
-    """Return when an event was told."""
+) -> EventOutcome:
+    """Return when an event was named."""
     named = {at: names_it(now, event, at) for at, now in seen.items() if at >= event.first}
     first = next((at for at, there in named.items() if there), None)
     since = [there for at, there in named.items() if first is not None and at >= first]
     decision = None if decidable is None else decidable + WITHIN
     if decision is not None and decision > count:
         decidable = decision = None
-    return EventTold(
+    return EventOutcome(
         name=event.name,
         term=event.term,
         first=event.first,
@@ -255,6 +257,6 @@ def _wrong(day: Day, now: Answers, count: int) -> Iterator[tuple[str, str, Seque
 
 
 def _begun(day: Day, channel: str, count: int) -> list[Event]:
-    """Return the events that a component feels in the first cuts."""
+    """Return the events that act on a component in the first cuts."""
     at = FORCES.index(channel)
     return [event for event in day.events if np.any(event.part[at, :count] != 0.0)]

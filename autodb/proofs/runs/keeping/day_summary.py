@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.keeping.day_run import WITHIN, DayTold, EventTold, Invented
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent
+from autodb.proofs.runs.keeping.day_run import WITHIN, DayOutcome, EventOutcome, Invented
+from autodb.proofs.runs.run_file import Finished, Origin
 
 BETTER = 0.30
 """Share by which terms found must lower the error of predictions, on every day."""
@@ -47,7 +46,7 @@ class EventRow:
 
 
 @dataclass(frozen=True)
-class DaySummary:
+class DaySummary(KeptAsJson):
     """The score: a row a kind of event, invented names, and what predictions gain.
 
     ``invented``: term, component, days, explained cuts and whether a true event was among the
@@ -90,7 +89,7 @@ class DaySummary:
                 row.name, str(row.events), str(row.decidable), _of(row.in_time, row.decidable),
                 _of(row.covered, row.decidable), _of(row.ever, row.decidable),
                 "" if row.late is None else f"{row.late:+.0f}", percent(row.kept),
-                _said(row.passed),
+                passed_words(row.passed),
             )
             for row in self.rows
         )  # fmt: skip
@@ -106,7 +105,7 @@ class DaySummary:
             for term, channel, days, times, double in self.invented
         ]
         of = f"{self.days_with_invented} of {len(self.better)}"
-        rows.append(("any (none)", "", of, "", "", _said(not self.invented)))
+        rows.append(("any (none)", "", of, "", "", passed_words(not self.invented)))
         return TextTable("Invented", heads, tuple(rows))
 
     def _predictions(self) -> TextTable:
@@ -116,26 +115,10 @@ class DaySummary:
             ("stored model alone", *_newtons(self.alone_N), "", ""),
             ("with the terms found", *_newtons(self.with_terms_N),
              f"{percent(float(np.median(better)))}, worst day {percent(float(better.min()))}",
-             _said(self.predicts)),
+             passed_words(self.predicts)),
             ("scatter alone", *_newtons(self.scatter_N), "", ""),
         )  # fmt: skip
         return TextTable("Predictions of the next cuts", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "DaySummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[DaySummary] = TypeAdapter(DaySummary)
-
-
-def _said(passed: bool) -> str:
-    return "passed" if passed else "FAILED"
 
 
 def _of(count: int, whole: int) -> str:
@@ -146,7 +129,7 @@ def _newtons(values: Sequence[float]) -> list[str]:
     return [f"{value:.1f} N" for value in values]
 
 
-def day_summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> DaySummary:
+def day_summary_of(runs: Sequence[Finished[DayOutcome]], origin: Origin) -> DaySummary:
     """Return the score of finished runs in the order of their seeds."""
     days = [one for run in runs for one in run.judged]
     return DaySummary(
@@ -163,7 +146,7 @@ def day_summary_of(runs: Sequence[Finished[DayTold]], origin: Origin) -> DaySumm
     )
 
 
-def _rows(events: list[EventTold]) -> list[EventRow]:
+def _rows(events: list[EventOutcome]) -> list[EventRow]:
     kind = [next(row for row, begins in KINDS if event.name.startswith(begins)) for event in events]
     return [
         _row(name, [event for event, of in zip(events, kind, strict=True) if of == name])
@@ -171,18 +154,20 @@ def _rows(events: list[EventTold]) -> list[EventRow]:
     ]
 
 
-def _row(name: str, events: list[EventTold]) -> EventRow:
+def _row(name: str, events: list[EventOutcome]) -> EventRow:
     """Return the row of one kind of event."""
-    told = [event for event in events if event.decidable is not None]
-    late = [e.named - e.decidable for e in told if e.named is not None and e.decidable is not None]
+    decided = [event for event in events if event.decidable is not None]
+    late = [
+        e.named - e.decidable for e in decided if e.named is not None and e.decidable is not None
+    ]
     kept = [event.kept for event in events if event.kept is not None]
     return EventRow(
         name=name,
         events=len(events),
-        decidable=len(told),
-        in_time=sum(bool(event.in_time) for event in told),
-        covered=sum(bool(event.covered) for event in told),
-        ever=sum(event.named is not None for event in told),
+        decidable=len(decided),
+        in_time=sum(bool(event.in_time) for event in decided),
+        covered=sum(bool(event.covered) for event in decided),
+        ever=sum(event.named is not None for event in decided),
         late=float(np.median(late)) if late else None,
         kept=float(np.mean(kept)) if kept else None,
     )

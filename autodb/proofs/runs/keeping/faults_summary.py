@@ -3,11 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable
+from autodb.proofs.runs.run_file import Finished, Origin
 
 PHASES = (
     "before anything came in",
@@ -31,7 +28,7 @@ class Killed:
 
 
 @dataclass(frozen=True)
-class Kills:
+class Kills(CheckedScore):
     """Counts of kills by phase and by tenth, and of those that left something else."""
 
     origin: Origin
@@ -42,12 +39,8 @@ class Kills:
     other_rows: int
     other_files: int
 
-    @property
-    def passed(self) -> bool:
-        """Say whether every kill ended as the undisturbed run, and each phase of work was hit."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         total = sum(self.phases)
         hit = sum(self.phases[1:3])
         found = [
@@ -63,28 +56,15 @@ class Kills:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, and where the kills hit."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         phases = tuple((name, str(count)) for name, count in zip(PHASES, self.phases, strict=True))
         tenths = tuple(
             (f"{10 * k} to {10 * (k + 1)} %", str(count)) for k, count in enumerate(self.tenths)
         )
         return (
-            TextTable("SIGKILL in a refresh from an inbox", ("", ">found", ">must be", ""), checks),
+            self.limits("SIGKILL in a refresh from an inbox"),
             TextTable("How far it had come", ("", ">kills"), phases),
             TextTable("When, of the time of an undisturbed run", ("", ">kills"), tenths),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _KILLS.dump_json(self, indent=1).decode()
-
-
-_KILLS: TypeAdapter[Kills] = TypeAdapter(Kills)
-
-
-def read_faults(text: str) -> Kills:
-    """Read what ``to_json`` wrote."""
-    return _KILLS.validate_json(text)
 
 
 def faults_summary_of(runs: Sequence[Finished[Killed]], origin: Origin) -> Kills:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from autodb.pairs.disagreeing import Disagrees, compared, disagrees
 from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.machines.lathe.power_pairs import PowerPair
 from autodb.proofs.runs.pairs import pair_ours
@@ -28,7 +28,8 @@ Key = tuple[str, str]
 
 MACHINES, CUTS = 10, 12
 MATERIALS = 3
-"""Pairs that each machine shares with the others: as many as tell calibration from cutting."""
+"""Pairs that each machine shares with the others: as many as distinguish calibration from
+cutting."""
 LEARNT = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20)
 """Cuts of the new machine before its next are predicted."""
 ASKED = 20
@@ -117,7 +118,8 @@ def _course(
 def _learnt(
     rng: np.random.Generator, pair: PowerPair
 ) -> tuple[InformationOfCuts, InformationOfCuts]:
-    """Return what a pair's cuts told: with the errors of its machine's gains, and without."""
+    """Return the information of a pair's cuts: with the errors of its machine's gains, and
+    without."""
     start = _start(pair)
     posterior = posterior_of_readings(
         start, pair_ours.observed(pair, draw_read_cuts(rng, pair, TURN, CUTS))

@@ -9,20 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 from scipy.stats import binom
 
-from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.keeping.fleet_run import (
-    CAUSES,
-    LEARNT,
-    MACHINES,
-    WAYS,
-    Joined,
-    NamedOne,
-)
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent
+from autodb.proofs.runs.keeping.fleet_run import CAUSES, LEARNT, MACHINES, WAYS, Joined, NamedOne
+from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
 
@@ -66,7 +57,7 @@ class OfCause:
 
 
 @dataclass(frozen=True)
-class Fleets:
+class Fleets(CheckedScore):
     """The score; ``ratio`` of cuts needed among others that have its tool, to alone."""
 
     origin: Origin
@@ -76,12 +67,8 @@ class Fleets:
     ratio_se: float
     causes: tuple[OfCause, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         by_way = {one.way: one for one in self.ways}
         held = min(min(by_way[way].held) for way in WAYS[1:])
         quiet = next(one for one in self.causes if one.truth == CAUSES[0])
@@ -107,7 +94,6 @@ class Fleets:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, how soon machines predict, and who was named as what."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         heads = tuple(f">{n} cuts" for n in SHOWN)
         rows = tuple(
             (
@@ -124,7 +110,7 @@ class Fleets:
             for one in self.causes
         )  # fmt: skip
         return (
-            TextTable("A new machine, and one that is off", ("", ">found", ">must be", ""), checks),
+            self.limits("A new machine, and one that is off"),
             TextTable(
                 "Cuts until the error stays below 10 %; error after so many (and share held)",
                 ("starts from", ">cuts needed", ">never", *heads), rows,
@@ -135,18 +121,6 @@ class Fleets:
                  ">others named"), named,
             ),
         )  # fmt: skip
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _FLEETS.dump_json(self, indent=1).decode()
-
-
-_FLEETS: TypeAdapter[Fleets] = TypeAdapter(Fleets)
-
-
-def read_fleet(text: str) -> Fleets:
-    """Read what ``to_json`` wrote."""
-    return _FLEETS.validate_json(text)
 
 
 def needed(errors: Sequence[float]) -> int:

@@ -75,7 +75,7 @@ class Whole:
         return self._judged(folder, byte, bit, self.held, flipped(self.log, byte, bit))
 
     def _judged(self, folder: Path, byte: int, bit: int, held: bytes, log: bytes) -> Flip:
-        copy = folder / f"flipped-{secrets.token_hex(8)}.sqlite3"  # no connection knows it
+        copy = folder / f"flipped-{secrets.token_hex(8)}.sqlite3"  # no connection has it open
         found = _found(_written(copy, held, log), folder)
         flip = Flip(byte, bit, read_rows(copy) != self.content, *found)
         _removed(copy)

@@ -6,10 +6,10 @@ import signal
 from functools import cache
 from pathlib import Path
 
-from autodb.proofs.runs.keeping.children import finished, needs_forks
 from autodb.proofs.runs.keeping.commands_run import shop
 from autodb.proofs.runs.keeping.flips import Whole
 from autodb.proofs.runs.keeping.flips_summary import IN_FILE, IN_LOG, Flipped
+from autodb.proofs.runs.keeping.forked import finished, needs_forks
 from autodb.proofs.runs.keeping.writing_commands import OTHER, URL
 from autodb.store import models, open_store
 

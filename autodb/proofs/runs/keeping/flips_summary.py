@@ -3,12 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
-from autodb.proofs.runs.found import TextTable
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable
 from autodb.proofs.runs.keeping.flips import Flip
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 IN_FILE, IN_LOG = "in the file", "in the log of a killed program"
 
@@ -41,19 +38,15 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Flips:
+class Flips(CheckedScore):
     """Counts of the file and of the log."""
 
     origin: Origin
     seeds: tuple[int, int]
     rows: tuple[Counts, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether whatever changed a value of the file was found by both."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
+        """Return what must be."""
         in_file = next(row for row in self.rows if row.where == IN_FILE)
         missed = in_file.counting - in_file.by_both
         return [
@@ -64,7 +57,6 @@ class Flips:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, and the counts; of a log nothing is promised."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         rows = tuple(
             (row.where, *(str(n) for n in (
                 row.flips, row.counting, row.by_doctor, row.by_backup, row.by_both,
@@ -76,23 +68,9 @@ class Flips:
             ">found by `backup`", ">by both", ">not by both",
         )  # fmt: skip
         return (
-            TextTable(
-                "Bits that flip in a database's file", ("", ">found", ">must be", ""), checks
-            ),
+            self.limits("Bits that flip in a database's file"),
             TextTable("Where it flipped", heads, rows),
         )
-
-    def to_json(self) -> str:
-        """Return it as JSON."""
-        return _FLIPS.dump_json(self, indent=1).decode()
-
-
-_FLIPS: TypeAdapter[Flips] = TypeAdapter(Flips)
-
-
-def read_flips(text: str) -> Flips:
-    """Read what ``to_json`` wrote."""
-    return _FLIPS.validate_json(text)
 
 
 def flips_summary_of(runs: Sequence[Finished[Flipped]], origin: Origin) -> Flips:

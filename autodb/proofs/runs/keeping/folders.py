@@ -93,12 +93,12 @@ def masks_of(one: Path, other: Path) -> dict[str, frozenset[str]]:
     return masks
 
 
-def faults_of(folder: Path, aside: Path) -> list[str]:
-    """Return which databases of a folder are not sound, looked at in copies aside."""
+def faults_of(folder: Path, checked_in: Path) -> list[str]:
+    """Return which databases of a folder are not sound, checked in copies in another folder."""
     faults = []
     for name, path in files_in(folder).items():
         if is_database(path):
-            copy = _copied(path, aside)
+            copy = _copied(path, checked_in)
             try:
                 faults += [f"{name}: {one}" for one in _faults_of_file(copy)]
             except rowsums.UNREADABLE as error:
@@ -106,9 +106,9 @@ def faults_of(folder: Path, aside: Path) -> list[str]:
     return faults
 
 
-def _copied(path: Path, aside: Path) -> Path:
+def _copied(path: Path, checked_in: Path) -> Path:
     """Copy a database with its log: opened where it lies, it would be put in order."""
-    copy = aside / "looked-at.sqlite3"
+    copy = checked_in / "checked.sqlite3"
     for end in ("", *LOGS):
         copy.with_name(f"{copy.name}{end}").unlink(missing_ok=True)
     for end in ("", "-wal", "-journal"):

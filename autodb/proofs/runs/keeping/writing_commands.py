@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from autodb.assets import kit
-from autodb.proofs.runs.keeping.children import Step
+from autodb.proofs.runs.keeping.forked import Step
 from autodb.store import file_of, migrate, models, open_store, revisions
 
 URL = "sqlite:///autodb.sqlite3"

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 MOVING = {"x": ("face",), "z": ("turn", "taper")}
 """Cuts that a feed axis is calibrated and tested with: in the others it stands, or has few (X)."""
 COMPONENT = {"x": "x", "spindle": "y", "z": "z"}
-"""Force that an axis feels."""
+"""Force that an axis senses."""
 
 
 @dataclass(frozen=True)

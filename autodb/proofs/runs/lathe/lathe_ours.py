@@ -19,7 +19,7 @@ TEXTS = ("operation", "work.material", "tool")
 @dataclass(frozen=True)
 class SensedTestForces:
     """Force (n,) on an axis' test cuts and its standard deviation, N, of one cut and of the
-    calibration together; and the force that rules over current and speed tell, taken or not, None
+    calibration together; and the force that rules over current and speed give, taken or not, None
     where the calibration cuts are too few for their parameters.
     """
 

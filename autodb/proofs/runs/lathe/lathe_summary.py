@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from autodb.proofs.machines.lathe.reference_lathe import REGRESSION
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.lathe.lathe_run import AXES, AxisErrors
 from autodb.proofs.runs.lathe.published_lathe import PUBLISHED_RMSE_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.2
 """Share by which the published calibration's median may differ from the published error."""
@@ -56,13 +55,13 @@ class LatheRow:
 
     @property
     def covered(self) -> bool:
-        """Whether the share of intervals that hold is as stated, as far as the machines tell."""
+        """Whether the share of intervals that hold is as stated, as far as the machines show."""
         slack = SURE * self.held_se
         return HELD[0] - slack <= self.held <= HELD[1] + slack
 
 
 @dataclass(frozen=True)
-class LatheSummary:
+class LatheSummary(KeptAsJson):
     """The score: a row an axis, and the slope of reference over estimate of all axes."""
 
     origin: Origin
@@ -98,7 +97,7 @@ class LatheSummary:
             (
                 row.axis, str(row.cuts), f"{row.published_N:.0f} N",
                 f"{row.published_method_N:.1f} N",
-                ratio(row.published_method_N / row.published_N), _said(row.as_hard),
+                ratio(row.published_method_N / row.published_N), passed_words(row.as_hard),
             )
             for row in self.rows
             if row.published_N is not None
@@ -115,30 +114,16 @@ class LatheSummary:
                 row.axis, row.plan, f"{row.rmse_N:.1f} N",
                 "too few cuts" if row.rules_N is None else f"{row.rules_N:.1f} N",
                 f"{row.published_method_N:.1f} N",
-                f"{row.oracle_N:.1f} N", ratio(row.rmse_N / row.oracle_N), _said(row.better),
-                f"{percent(row.held)} ± {percent(row.held_se)}", _said(row.covered),
+                f"{row.oracle_N:.1f} N", ratio(row.rmse_N / row.oracle_N), passed_words(row.better),
+                f"{percent(row.held)} ± {percent(row.held_se)}", passed_words(row.covered),
             )
             for row in self.rows
         ]  # fmt: skip
         slope = f"slope of reference over estimate, all axes (1 ± {SLOPE_WITHIN:g})"
-        rows.append((slope, "", "", "", "", "", f"{self.slope:.3f}", _said(self.straight), "", ""))
+        rows.append(
+            (slope, "", "", "", "", "", f"{self.slope:.3f}", passed_words(self.straight), "", "")
+        )
         return TextTable("Median errors on test cuts", heads, tuple(rows))
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "LatheSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[LatheSummary] = TypeAdapter(LatheSummary)
-
-
-def _said(passed: bool) -> str:
-    return "passed" if passed else "FAILED"
 
 
 def lathe_summary_of(runs: Sequence[Finished[AxisErrors]], origin: Origin) -> LatheSummary:

@@ -1,4 +1,5 @@
-"""What autodb identifies of a reference mill from its sweeps, and tells of forces in its cuts."""
+"""What autodb identifies of a reference mill from its sweeps, and estimates of forces in its
+cuts."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""One reference mill: the forces in its cuts, told in several ways."""
+"""One reference mill: the forces in its cuts, estimated in several ways."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ Loads = Mapping[tuple[str, str], Array]
 
 PUBLISHED, OURS = "as published", "autodb"
 TERMS_ALONE, KNOWN = "autodb, its terms alone", "truth of the sweep"
-"""Every way; the last one knows all that there was when the sweep was run."""
+"""Every way; the last one is given all that there was when the sweep was run."""
 SCORED = ("x", "y")
 """P0 evaluates these axes."""
 SLOW_HZ = 10.0
@@ -92,7 +92,7 @@ def kept_of_axis(found: Identified, axis: MillAxis) -> KeptOfAxis:
 
 
 def known(mill: Mapping[str, MillAxis], cuts: list[RecordedMilledCut]) -> Loads:
-    """Return what the true laws of the sweep tell of the cuts: another day's friction is left."""
+    """Return what the true laws of the sweep give of the cuts: another day's friction is left."""
     return {
         (one.cut.name, name): one.axes[name].current_A * mill[name].newtons_per_ampere
         - one.air_N[name]
@@ -122,10 +122,12 @@ def published_forces(
 
 def force_errors(way: str, loads: Loads, cuts: list[RecordedMilledCut]) -> list[ForceErrors]:
     """Return the errors of a way, from where the feed begins to where it leaves the work."""
-    return [_told(way, loads[one.cut.name, name], one, name) for one in cuts for name in SCORED]
+    return [
+        _errors_of(way, loads[one.cut.name, name], one, name) for one in cuts for name in SCORED
+    ]
 
 
-def _told(way: str, load_N: Array, one: RecordedMilledCut, name: str) -> ForceErrors:
+def _errors_of(way: str, load_N: Array, one: RecordedMilledCut, name: str) -> ForceErrors:
     off_N = load_N - one.load_N[name]
     slow_N = signals.lowpass(off_N, rate_hz=RATE_HZ, cutoff_hz=SLOW_HZ)
     rows = (one.t >= one.begins_s) & (one.t <= one.ends_s)

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent, ratio
 from autodb.proofs.runs.mill.mill_run import OURS, PUBLISHED, SCORED, ForceErrors, KeptOfAxis
 from autodb.proofs.runs.mill.published_mill import MEAN_N, POCKET_N, SLOT_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 WITHIN = 0.25
 """Share by which the published way's median error may differ from the published one."""
@@ -48,25 +47,25 @@ def force_rows_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]]) -> tuple[F
     )
 
 
-def _row(told: list[ForceErrors]) -> ForceRow:
+def _row(errors: list[ForceErrors]) -> ForceRow:
     return ForceRow(
-        told[0].way,
-        told[0].cut,
-        told[0].axis,
-        float(np.median([one.rmse_N for one in told])),
-        float(np.median([one.slow_N for one in told])),
+        errors[0].way,
+        errors[0].cut,
+        errors[0].axis,
+        float(np.median([one.rmse_N for one in errors])),
+        float(np.median([one.slow_N for one in errors])),
     )
 
 
 def mean_N(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], way: str) -> float:
     """Return the mean over cuts and axes, median of the machines."""
     every = [[one for one in run.judged if isinstance(one, ForceErrors)] for run in runs]
-    means = [np.mean([one.rmse_N for one in told if one.way == way]) for told in every]
+    means = [np.mean([one.rmse_N for one in errors if one.way == way]) for errors in every]
     return float(np.median(means))
 
 
 @dataclass(frozen=True)
-class MillGate:
+class MillGate(KeptAsJson):
     """How the published way does on reference mills: a row a cut and axis, and the mean, N."""
 
     origin: Origin
@@ -100,10 +99,6 @@ class MillGate:
             ),
             TextTable("All cuts, median of the machines", ("cut", "axis", ">RMSE N"), every),
         )
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_mill_gate`` reads it."""
-        return GATE.dump_json(self, indent=1).decode() + "\n"
 
 
 @dataclass(frozen=True)
@@ -143,7 +138,7 @@ def _kept_row(kept: list[KeptOfAxis]) -> KeptRow:
 
 
 @dataclass(frozen=True)
-class ForcesGate:
+class ForcesGate(KeptAsJson):
     """How autodb does beside the published way: a row a cut, axis and way, means of the ways, and
     what was kept of the axes.
     """
@@ -184,7 +179,7 @@ class ForcesGate:
         rows = tuple(
             (
                 row.cut, row.axis, f"{row.rmse_N:.1f}", ratio(self._ratio(row)),
-                ratio(self._limit(row)), gate_check_words(self._ratio(row) <= self._limit(row)),
+                ratio(self._limit(row)), passed_words(self._ratio(row) <= self._limit(row)),
             )
             for row in self._limited()
         )  # fmt: skip
@@ -198,7 +193,7 @@ class ForcesGate:
         rows = tuple(
             (
                 row.axis, f"{row.near} of {row.machines}", f"{100.0 * row.worst_pole:.2f} %",
-                gate_check_words(row.near == row.machines),
+                passed_words(row.near == row.machines),
                 ", ".join(f"{form} ({count})" for form, count in row.forms),
                 f"{100.0 * row.mass:.2f} %", f"{100.0 * row.worst_mass:.2f} %",
             )
@@ -220,10 +215,6 @@ class ForcesGate:
             "Mean over cuts and axes, median of the machines", ("way", ">RMSE N"), rows
         )
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_forces`` reads it."""
-        return FORCES.dump_json(self, indent=1).decode() + "\n"
-
 
 def near_N(here_N: float, there_N: float) -> bool:
     """Say whether an error is as large as a published one."""
@@ -232,21 +223,7 @@ def near_N(here_N: float, there_N: float) -> bool:
 
 def said_near(here_N: float, there_N: float) -> str:
     """Say so as a cell has it."""
-    return gate_check_words(near_N(here_N, there_N))
-
-
-def gate_check_words(passed: bool) -> str:
-    """Return what a cell says of a check."""
-    return "passed" if passed else "FAILED"
-
-
-GATE: TypeAdapter[MillGate] = TypeAdapter(MillGate)
-FORCES: TypeAdapter[ForcesGate] = TypeAdapter(ForcesGate)
-
-
-def read_mill_gate(text: str) -> MillGate:
-    """Return a gate that was written; raises pydantic's ValidationError on any other."""
-    return GATE.validate_json(text)
+    return passed_words(near_N(here_N, there_N))
 
 
 def mill_gate_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> MillGate:
@@ -254,11 +231,6 @@ def mill_gate_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Ori
     return MillGate(
         origin, (runs[0].seed, runs[-1].seed), force_rows_of(runs), mean_N(runs, PUBLISHED)
     )
-
-
-def read_forces(text: str) -> ForcesGate:
-    """Return forces that were written; raises pydantic's ValidationError on any other."""
-    return FORCES.validate_json(text)
 
 
 def forces_of(runs: Sequence[Finished[ForceErrors | KeptOfAxis]], origin: Origin) -> ForcesGate:

@@ -1,4 +1,5 @@
-"""A reference mill and its plan of 181 cuts: forces told by models, networks and all together."""
+"""A reference mill and its plan of 181 cuts: forces estimated by models, networks and all
+together."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,12 +9,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.fitting import NORMAL_95
-from autodb.proofs.machines.mill.reference_mill import (
-    TRUTH_HZ,
-    MillAxis,
-    draw_mill,
-    swept_axis,
-)
+from autodb.proofs.machines.mill.reference_mill import TRUTH_HZ, MillAxis, draw_mill, swept_axis
 from autodb.proofs.machines.mill.reference_mill_moves import AXES, RATE_HZ
 from autodb.proofs.machines.mill.reference_milling import ALUMINIUM, C45, STRONGER, TeethLaw
 from autodb.proofs.machines.mill.reference_plan import (
@@ -37,8 +33,8 @@ from autodb.proofs.runs.mill.network_summary import (
     NETWORK,
     OWN,
     NetBand,
+    NetErrors,
     NetHeld,
-    NetTold,
 )
 from autodb.proofs.runs.mill.published_lstm import channels_of_cut, published_network
 from autodb.proofs.runs.mill.published_mill import PublishedFourSteps, published_four_steps
@@ -58,7 +54,7 @@ EVERY = 8
 
 @dataclass(frozen=True)
 class SweptMill:
-    """A mill with what its own sweep told of it."""
+    """A mill with what its own sweep determined of it."""
 
     seed: int
     mill: dict[str, MillAxis]
@@ -93,7 +89,7 @@ class SweptMill:
         }
 
 
-def run_networks(seed: int) -> list[NetTold | NetHeld | NetBand]:
+def run_networks(seed: int) -> list[NetErrors | NetHeld | NetBand]:
     """Tell the test cuts of a seed's mill in every way."""
     machine = SweptMill.swept(seed)
     training, tests = machine.cuts(TRAINING), machine.cuts(TESTS)
@@ -104,7 +100,7 @@ def run_networks(seed: int) -> list[NetTold | NetHeld | NetBand]:
     together = _fusions(machine, box, tables, training)
     heard = [_heard(machine, box, tables, cut) for cut in tests]
     better = _better(machine, box, tables, training)
-    told = {
+    estimated = {
         FOUR: [_four(machine, cut) for cut in tests],
         DRIVE: [one[0].value_N for one in heard],
         NETWORK: _networks(training, tests),
@@ -115,8 +111,8 @@ def run_networks(seed: int) -> list[NetTold | NetHeld | NetBand]:
         KNOWN: [_known(machine, cut) for cut in tests],
     }
     errors = [
-        NetTold(way, cut.planned.cut.name, axis, _rms((force[:, k] - cut.true_N[k])[_rows(cut)]))
-        for way, forces in told.items()
+        NetErrors(way, cut.planned.cut.name, axis, _rms((force[:, k] - cut.true_N[k])[_rows(cut)]))
+        for way, forces in estimated.items()
         for cut, force in zip(tests, forces, strict=True)
         for k, axis in enumerate(SCORED)
     ]
@@ -130,7 +126,7 @@ def run_networks(seed: int) -> list[NetTold | NetHeld | NetBand]:
     for work in (ALUMINIUM, STRONGER):
         cuts = machine.cuts(TESTS, work)
         held += _held(GREY, work.name, cuts, [_grey(box, tables, cut) for cut in cuts])
-    return [*errors, *held, *_bands(box, tests, told[GREY])]
+    return [*errors, *held, *_bands(box, tests, estimated[GREY])]
 
 
 def _box(machine: SweptMill, cuts: Sequence[RecordedCut]) -> GreyBox:
@@ -149,8 +145,8 @@ def _of_axes(channels: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _grey(box: GreyBox, tables: Tables, cut: RecordedCut) -> fusion.SensedTogether:
-    told = network_forces(box, tables, cut.channels)
-    return fusion.SensedTogether(told.force_N, told.sd_N)
+    estimated = network_forces(box, tables, cut.channels)
+    return fusion.SensedTogether(estimated.force_N, estimated.sd_N)
 
 
 def _drive(machine: SweptMill, cut: RecordedCut) -> fusion.SensedTogether:
@@ -232,7 +228,7 @@ def _known(machine: SweptMill, cut: RecordedCut) -> Array:
 
 
 def _networks(training: Sequence[RecordedCut], tests: Sequence[RecordedCut]) -> list[Array]:
-    """Return what P0's networks tell of each test (n, 2)."""
+    """Return what P0's networks estimate of each test (n, 2)."""
     networks = [published_network(training, k) for k in range(len(SCORED))]
     return [
         np.column_stack([network.force_N(channels_of_cut(cut)) for network in networks])
@@ -251,10 +247,10 @@ def _rms(values: Array) -> float:
 
 
 def _held(
-    way: str, of: str, cuts: Sequence[RecordedCut], told: Sequence[fusion.SensedTogether]
+    way: str, of: str, cuts: Sequence[RecordedCut], estimated: Sequence[fusion.SensedTogether]
 ) -> list[NetHeld]:
     found = []
-    for cut, one in zip(cuts, told, strict=True):
+    for cut, one in zip(cuts, estimated, strict=True):
         rows = _rows(cut)
         for k, axis in enumerate(SCORED):
             half_N = NORMAL_95 * one.sd_N[rows, k]
@@ -264,13 +260,13 @@ def _held(
     return found
 
 
-def _bands(box: GreyBox, cuts: Sequence[RecordedCut], told: Sequence[Array]) -> list[NetBand]:
+def _bands(box: GreyBox, cuts: Sequence[RecordedCut], estimated: Sequence[Array]) -> list[NetBand]:
     """Return the power above the coherent band, cut by cut together."""
     found = []
     for k, axis in enumerate(SCORED):
         hz = float(box.cutoff_hz[k])
         power = np.zeros(2)
-        for cut, force in zip(cuts, told, strict=True):
+        for cut, force in zip(cuts, estimated, strict=True):
             rows = _rows(cut)
             power += [_above(force[rows, k], hz), _above(cut.true_N[k, rows], hz)]
         found.append(NetBand(axis, hz, *(power / len(cuts)).tolist()))

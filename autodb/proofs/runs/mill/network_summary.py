@@ -4,22 +4,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent, ratio
 from autodb.proofs.runs.mill.mill_run import SCORED
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
 from autodb.proofs.runs.mill.published_mill import MEAN_N as FOUR_MEAN_N
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
 
 FOUR, DRIVE, NETWORK = "P0's four steps", "drive model", "P0's LSTM"
 GREY, FEW, FUSED = "grey box", "grey box, 20 recordings", "drive model and grey box"
 BEST = "the better of both on recordings for training"
 KNOWN = "truth of the sweep"
-"""Every way; the last one knows all that there was when the sweep was run."""
+"""Every way; the last one is given all that there was when the sweep was run."""
 OWN, ANOTHER = "its own", "another machine"
-"""On what 95 % intervals are looked at: cuts, and a machine, that the grey box did not train on."""
+"""On what 95 % intervals are scored: cuts, and a machine, that the grey box did not train on."""
 MEAN_N, MEDIAN_N = 50.2, 35.3
 """P0, section 3.2: RMSE of its LSTM over tests and axes."""
 WITHIN, FOUR_WITHIN = 0.15, 0.25
@@ -30,11 +28,11 @@ have; and of 20 recordings, times the network's of 160."""
 FUSED_RATIO, FUSED_SHARE = 1.10, 0.95
 """Times the better member's error that the fusion's may be, in what share of recordings."""
 ABOVE = 1.0
-"""Times the force's own power above the coherent band that may be told there."""
+"""Times the force's own power above the coherent band that may be estimated there."""
 
 
 @dataclass(frozen=True)
-class NetTold:
+class NetErrors:
     """RMSE of one way in one test cut, N."""
 
     way: str
@@ -60,15 +58,16 @@ class NetHeld:
 
 @dataclass(frozen=True)
 class NetBand:
-    """Mean power of what a grey box told above ``cutoff_hz``, and of the true force there, N²."""
+    """Mean power of what a grey box estimated above ``cutoff_hz``, and of the true force there,
+    N²."""
 
     axis: str
     cutoff_hz: float
-    told_N2: float
+    estimated_N2: float
     true_N2: float
 
 
-Judged = NetTold | NetHeld | NetBand
+Judged = NetErrors | NetHeld | NetBand
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ class HeldRow:
 
 
 @dataclass(frozen=True)
-class Networks:
+class Networks(CheckedScore):
     """What was found: ways, coverage, the share of recordings in which the fusion is within
     FUSED_RATIO of BEST, and power above the coherent bands.
     """
@@ -107,22 +106,17 @@ class Networks:
     fused_within: float
     bands: tuple[NetBand, ...]
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
     def _of(self, way: str) -> WayRow:
         return next(row for row in self.ways if row.way == way)
 
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
         """Return what is checked, what it is, what it must be, and whether it is."""
         four, network, grey, few, fused, best, known = (
             self._of(way).mean_N for way in (FOUR, NETWORK, GREY, FEW, FUSED, BEST, KNOWN)
         )
         median = self._of(NETWORK).median_N
         limit = max(GREY_RATIO * network, ORACLE_RATIO * known)
-        above = max(band.told_N2 / band.true_N2 for band in self.bands)
+        above = max(band.estimated_N2 / band.true_N2 for band in self.bands)
         rows = [
             ("gate: mean of the four steps", four, FOUR_MEAN_N, FOUR_WITHIN),
             ("gate: mean of P0's LSTM", network, MEAN_N, WITHIN),
@@ -148,7 +142,7 @@ class Networks:
                 self.fused_within >= FUSED_SHARE,
             ),
             (
-                "power told above the coherent band, × the force's", ratio(above),
+                "power estimated above the coherent band, × the force's", ratio(above),
                 f"≤ {ABOVE:g}", above <= ABOVE,
             ),
         ]  # fmt: skip
@@ -161,14 +155,13 @@ class Networks:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, all ways, and how wide intervals are."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         ways = tuple((row.way, f"{row.mean_N:.1f}", f"{row.median_N:.1f}") for row in self.ways)
         held = tuple(
             (row.way, row.of, str(row.recordings), percent(row.share), f"{row.width_N:.0f}")
             for row in self.held
         )
         return (
-            TextTable("Limits", ("", ">found", ">must be", ""), tuple((*row,) for row in checks)),
+            self.limits("Limits"),
             TextTable(
                 "RMSE over 21 tests and two axes, median of the machines",
                 ("way", ">mean N", ">median N"), ways,
@@ -179,38 +172,26 @@ class Networks:
             ),
         )  # fmt: skip
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_networks`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-
-SUMMARY: TypeAdapter[Networks] = TypeAdapter(Networks)
-
-
-def read_networks(text: str) -> Networks:
-    """Return a summary that was written; raises pydantic's ValidationError on any other."""
-    return SUMMARY.validate_json(text)
-
 
 def network_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> Networks:
     """Return the summary of finished runs in the order of their seeds."""
-    told = [[one for one in run.judged if isinstance(one, NetTold)] for run in runs]
+    errors = [[one for one in run.judged if isinstance(one, NetErrors)] for run in runs]
     held = [one for run in runs for one in run.judged if isinstance(one, NetHeld)]
     bands = [one for run in runs for one in run.judged if isinstance(one, NetBand)]
-    ways = dict.fromkeys(one.way for one in told[0])
-    rows = tuple(_way(way, told) for way in ways)
+    ways = dict.fromkeys(one.way for one in errors[0])
+    rows = tuple(_way(way, errors) for way in ways)
     return Networks(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
         ways=rows,
         held=_held_rows(held),
-        fused_within=_fused_within(told),
+        fused_within=_fused_within(errors),
         bands=tuple(bands),
     )
 
 
-def _way(way: str, told: Sequence[Sequence[NetTold]]) -> WayRow:
-    errors = [[one.rmse_N for one in machine if one.way == way] for machine in told]
+def _way(way: str, every: Sequence[Sequence[NetErrors]]) -> WayRow:
+    errors = [[one.rmse_N for one in machine if one.way == way] for machine in every]
     mean = float(np.median([np.mean(one) for one in errors]))
     return WayRow(way, mean, float(np.median([np.median(one) for one in errors])))
 
@@ -226,10 +207,10 @@ def _held_rows(held: Sequence[NetHeld]) -> tuple[HeldRow, ...]:
     return tuple(found)
 
 
-def _fused_within(told: Sequence[Sequence[NetTold]]) -> float:
+def _fused_within(errors: Sequence[Sequence[NetErrors]]) -> float:
     """Return the share of cuts and axes in which the fusion is near its better member."""
     fused, best = (
-        np.array([one.rmse_N for machine in told for one in machine if one.way == way])
+        np.array([one.rmse_N for machine in errors for one in machine if one.way == way])
         for way in (FUSED, BEST)
     )
     return float(np.mean(fused <= FUSED_RATIO * best))

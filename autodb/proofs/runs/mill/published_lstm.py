@@ -21,7 +21,7 @@ from autodb.sensing.network.training import TrainingPlan, TrainingRows, trained
 Array = NDArray[np.float64]
 
 DROPOUT = 0.5
-"""What MATLAB's layer has unless it is told otherwise."""
+"""What MATLAB's layer has unless another is stated."""
 PLAN = TrainingPlan(epochs=14, rate=5e-3, window=500, lead=0, batch=32, seed=1)
 
 

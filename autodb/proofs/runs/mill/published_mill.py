@@ -26,7 +26,7 @@ POCKET_N = {"x": 104.0, "y": 149.0}
 MEAN_N = 63.0
 """P0, section 3.2: the LSTM's mean of 50.2 N is 20.8 % lower."""
 LINE_MM_S = 10.0
-"""Speed of the passes that tell line and table."""
+"""Speed of the passes that determine line and table."""
 STEP_MM = 0.5
 """Step along the travel, and of the table."""
 AT_SPEED_MM_S = 0.06

@@ -2,7 +2,7 @@
 
 P4's own: the sensor's effective mass by least squares from each rest and component, the median of
 all (section 4); work weighed; the lever arm of drawings; what weight and turning add by equations 5
-to 7, taken off, and turned back (8). Envelopes are over a turn of the spindle; rests are looked at
+to 7, taken off, and turned back (8). Envelopes are over a turn of the spindle; rests count
 after their first half. Frequencies of the zero-phase filters are not printed: *chosen*.
 """
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
 
 AIR_HZ, CUT_HZ = 20.0, 1000.0
-"""Up to what air and cuts are looked at."""
+"""Up to what air and cuts are scored."""
 RANGES_N = (388.9, 291.0, 72.0)
 """P4, Table 2: of the cut's forces."""
 AIR = (0.003, 0.003, 0.009)
@@ -37,7 +37,7 @@ SIDEWAYS, ALONG, WITHIN = 0.133, 0.383, 0.08
 """P4, Table 2: the largest of tilted cuts in x and y, and in z; by what share of the range the
 median of reference tables may differ in z, their x and y being no larger."""
 LEANS = 0.1
-"""Share of g by which a component must change for a rest to tell the mass by it."""
+"""Share of g by which a component must change for a rest to determine the mass by it."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,12 @@ class Model:
 
 def model(alone: RecordedTable, fixed: RecordedTable, fixed_kg: float, table: TrueTable) -> Model:
     """Return P4's model from rests of the sensor alone and with a mass that was weighed."""
-    told = np.concatenate([masses(alone), masses(fixed) - fixed_kg])
-    return Model(float(np.median(told)) + WORK_KG, table.drawn_m)
+    found = np.concatenate([masses(alone), masses(fixed) - fixed_kg])
+    return Model(float(np.median(found)) + WORK_KG, table.drawn_m)
 
 
 def masses(seen: RecordedTable) -> Array:
-    """Return the mass, kg, that each tilted rest and component tells."""
+    """Return the mass, kg, that each tilted rest and component gives."""
     read = filtered(seen.reading_N, AIR_HZ, 1.0 / (seen.log.t[1] - seen.log.t[0]))
     weight = _weight(_turned(seen.log))
     found = []
@@ -109,9 +109,11 @@ def published_envelopes(force_N: Array) -> Array:
     ])  # fmt: skip
 
 
-def envelope_errors(told_N: Array, known: Array, whole: Rows) -> Array:
+def envelope_errors(estimated_N: Array, known: Array, whole: Rows) -> Array:
     """Return mean absolute errors (2, 3), N, of a force's envelopes where passes are whole."""
-    return np.asarray(np.abs(published_envelopes(told_N) - known)[:, :, inner(whole)].mean(axis=2))
+    return np.asarray(
+        np.abs(published_envelopes(estimated_N) - known)[:, :, inner(whole)].mean(axis=2)
+    )
 
 
 def inner(whole: Rows) -> Rows:

@@ -1,4 +1,4 @@
-"""A reference table: what P4's model, autodb and one who knows it tell of its cuts."""
+"""A reference table: what P4's model, autodb and an oracle estimate of its cuts."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -43,8 +43,8 @@ from autodb.proofs.runs.mill.table_summary import (
     TableAir,
     TableGate,
     TableHeld,
+    TableIdentified,
     TableOff,
-    TableTold,
 )
 from autodb.records import Recording
 from autodb.sensing.table.engaged import engaged
@@ -76,7 +76,7 @@ def run_table(seed: int) -> list[Judged]:
         *_gates(published, upright, cuts),
         *_cut(published, ours, table, cuts),
         *_airs(published, ours, table, turned_in_air(seed, table)),
-        *_told(ours, table),
+        *_identified(ours, table),
     ]
 
 
@@ -111,10 +111,10 @@ def _cut(
     for setup, seen in zip(TILTED, cuts, strict=True):
         true_N = filtered(seen.true_N, CUT_HZ, FORCE_HZ)
         seen_by_us = table_recording(seen)
-        told = table_forces(ours, seen_by_us, engaged(seen_by_us), cutoff_hz=CUT_HZ)
+        sensed = table_forces(ours, seen_by_us, engaged(seen_by_us), cutoff_hz=CUT_HZ)
         ways = {
             PUBLISHED: published.process_N(seen),
-            OURS: told.force_N,
+            OURS: sensed.force_N,
             KNOWN: _known(table, seen),
         }
         for way, force_N in ways.items():
@@ -122,8 +122,8 @@ def _cut(
             for envelope in range(2):
                 for k in range(3):
                     yield TableOff(way, setup, envelope, k, float(errors[envelope, k]))
-        half_N = NORMAL_95 * told.sd_N[:, seen.engaged]
-        within = np.abs(told.force_N - true_N)[:, seen.engaged] <= half_N
+        half_N = NORMAL_95 * sensed.sd_N[:, seen.engaged]
+        within = np.abs(sensed.force_N - true_N)[:, seen.engaged] <= half_N
         yield TableHeld(setup, float(within.mean()), float(np.median(half_N)))
 
 
@@ -145,12 +145,14 @@ def _airs(
             yield TableAir(way, k, float(errors[k] / np.ptp(read[k])))
 
 
-def _told(ours: TableModel, table: TrueTable) -> Iterator[TableTold]:
+def _identified(ours: TableModel, table: TrueTable) -> Iterator[TableIdentified]:
     mass_kg, lever_m = table.loaded(WORK_KG)
-    yield TableTold("mass", mass_kg, ours.mass_kg, ours.mass_sd_kg)
+    yield TableIdentified("mass", mass_kg, ours.mass_kg, ours.mass_sd_kg)
     for k, axis in enumerate("xyz"):
         name = f"lever arm {axis}"
-        yield TableTold(name, float(lever_m[k]), float(ours.lever_m[k]), float(ours.lever_sd_m[k]))
+        yield TableIdentified(
+            name, float(lever_m[k]), float(ours.lever_m[k]), float(ours.lever_sd_m[k])
+        )
 
 
 def _moved(table: TrueTable, log: Log) -> Log:
@@ -159,10 +161,10 @@ def _moved(table: TrueTable, log: Log) -> Log:
 
 
 def _known(table: TrueTable, seen: RecordedTable) -> Array:
-    """Return the force (3, n) told by who knows the table, its chips and how it heats.
+    """Return the force (3, n) estimated by who knows the table, its chips and how it heats.
 
     How hot it became in this recording, in each component by both time constants, and where its
-    zero was, is told by the rows in air.
+    zero was, is estimated from the rows in air.
     """
     log = _moved(table, seen.log)
     exact = Model(*table.loaded(WORK_KG))

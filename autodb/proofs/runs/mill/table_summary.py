@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent, ratio
-from autodb.proofs.runs.mill.mill_summary import gate_check_words
+from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent, ratio
 from autodb.proofs.runs.mill.published_table import AIR, ALONG, REPEATS, SIDEWAYS, WITHIN
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import coverage_limits
 
 PUBLISHED, OURS, KNOWN = "P4's model", "autodb", "the table's own forms"
@@ -56,7 +54,7 @@ class TableAir:
 
 
 @dataclass(frozen=True)
-class TableTold:
+class TableIdentified:
     """A quantity that was identified, its standard deviation, and the truth; kg or m."""
 
     name: str
@@ -77,7 +75,7 @@ class TableHeld:
     width_N: float
 
 
-Judged = TableGate | TableOff | TableAir | TableTold | TableHeld
+Judged = TableGate | TableOff | TableAir | TableIdentified | TableHeld
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ class OffRow:
 
 
 @dataclass(frozen=True)
-class TableForcesSummary:
+class TableForcesSummary(CheckedScore):
     """What was found: medians of the machines, and coverage.
 
     ``gate``: by set-up, envelope and component, shares of the range; ``sideways`` and ``along``:
@@ -110,18 +108,13 @@ class TableForcesSummary:
     air: tuple[TableAir, ...]
     mass_off: float
     mass_worst: float
-    told_held: float
-    told: int
+    identified_held: float
+    identified: int
     rows_held: float
     recordings: int
     width_N: float
 
-    @property
-    def passed(self) -> bool:
-        """Say whether everything is within its limits."""
-        return all(passed for *_, passed in self._checks())
-
-    def _checks(self) -> list[tuple[str, str, str, bool]]:
+    def checks(self) -> list[Check]:
         """Return what is checked, what it is, what it must be, and whether it is."""
         by_way = {row.way: row for row in self.off}
         published, ours = by_way[PUBLISHED], by_way[OURS]
@@ -150,7 +143,7 @@ class TableForcesSummary:
                 limit = AIR[one.component]
                 found.append((what, percent(one.share), f"≤ {percent(limit)}", one.share <= limit))
         for what, share, runs in (
-            ("mass and lever arm within 95 % intervals", self.told_held, self.told),
+            ("mass and lever arm within 95 % intervals", self.identified_held, self.identified),
             ("rows of tilted cuts within 95 % intervals", self.rows_held, self.recordings),
         ):
             least, most = coverage_limits(runs)
@@ -160,7 +153,6 @@ class TableForcesSummary:
 
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, the gate as P4 prints it, and every way."""
-        checks = tuple((*cells, gate_check_words(passed)) for *cells, passed in self._checks())
         gate = tuple(
             (
                 f"{COMPONENTS[k]}, {ENVELOPES[e]}",
@@ -183,7 +175,7 @@ class TableForcesSummary:
             for row in self.off
         )  # fmt: skip
         return (
-            TextTable("Limits", ("", ">found", ">must be", ""), checks),
+            self.limits("Limits"),
             TextTable(
                 "P4's model from the mean of upright cuts, over the range, as P4's Table 2",
                 ("envelope", *(f">{one}" for one in SETUPS), ">P4, upright"), gate,
@@ -202,25 +194,13 @@ class TableForcesSummary:
             ),
         )  # fmt: skip
 
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``read_table_forces`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-
-SUMMARY: TypeAdapter[TableForcesSummary] = TypeAdapter(TableForcesSummary)
-
-
-def read_table_forces(text: str) -> TableForcesSummary:
-    """Return a summary that was written; raises pydantic's ValidationError on any other."""
-    return SUMMARY.validate_json(text)
-
 
 def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableForcesSummary:
     """Return the summary of finished runs in the order of their seeds."""
     gates = [[one for one in run.judged if isinstance(one, TableGate)] for run in runs]
-    told = [one for run in runs for one in run.judged if isinstance(one, TableTold)]
+    identified = [one for run in runs for one in run.judged if isinstance(one, TableIdentified)]
     held = [one for run in runs for one in run.judged if isinstance(one, TableHeld)]
-    masses = [abs(one.value / one.truth - 1.0) for one in told if one.name == "mass"]
+    masses = [abs(one.value / one.truth - 1.0) for one in identified if one.name == "mass"]
     return TableForcesSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
@@ -231,8 +211,8 @@ def table_summary_of(runs: Sequence[Finished[Judged]], origin: Origin) -> TableF
         air=tuple(_air(way, k, runs) for way in (PUBLISHED, OURS, KNOWN) for k in range(3)),
         mass_off=float(np.median(masses)),
         mass_worst=max(masses),
-        told_held=float(np.mean([abs(o.value - o.truth) <= 1.96 * o.sd for o in told])),
-        told=len(told),
+        identified_held=float(np.mean([abs(o.value - o.truth) <= 1.96 * o.sd for o in identified])),
+        identified=len(identified),
         rows_held=float(np.mean([one.share for one in held])),
         recordings=len(held),
         width_N=float(np.median([one.width_N for one in held])),

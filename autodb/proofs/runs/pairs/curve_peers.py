@@ -15,11 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.proofs.runs.pairs.pair_cuts import (
-    TURNED_DEPTH_MM,
-    TURNED_FEED_MM,
-    TURNED_SPEED_M_MIN,
-)
+from autodb.proofs.runs.pairs.pair_cuts import TURNED_DEPTH_MM, TURNED_FEED_MM, TURNED_SPEED_M_MIN
 
 Array = NDArray[np.float64]
 

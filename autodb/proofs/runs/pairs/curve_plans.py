@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.pairs.forecast import forecast
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.next_cut import SensedComponent, gain_error, propose
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.planning import SensedComponent, gain_error, propose
 from autodb.pairs.posterior import PairPosterior, law_error
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import TurnedCut
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import JUDGED, CurveCase, median_errors
@@ -35,7 +35,7 @@ from autodb.proofs.runs.score import Z
 
 Array = NDArray[np.float64]
 Plan = Callable[[PairPosterior, CurveCase, int], TurnedCut]
-"""Chooses a cut from what is believed, what is asked, and how many were made."""
+"""Chooses a cut from the posterior, what is asked, and how many were made."""
 
 PROPOSED, RANDOM, FACTORIAL = "proposed", "random", "factorial"
 AT = {PROPOSED: tuple(range(11)), RANDOM: (0, 1, 2, 4, 6, 8, 10, 12), FACTORIAL: (8,)}
@@ -148,8 +148,8 @@ def _given_gains(posterior: PairPosterior) -> Array:
     """Return the covariance of a posterior's state were the gains known."""
     whole = posterior.state.covariance
     gains = np.r_[tuple(posterior.columns(one.key) for one in GAINS)]
-    told = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
-    return np.asarray(whole - whole[:, gains] @ told)
+    taught = np.linalg.solve(whole[np.ix_(gains, gains)], whole[gains])
+    return np.asarray(whole - whole[:, gains] @ taught)
 
 
 def _asked(case: CurveCase) -> PairCuts:

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.pairs.learning import posterior_of_readings
 from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.runs.pairs import pair_ours
 from autodb.proofs.runs.pairs.curve_case import (
     JUDGED,
@@ -28,7 +28,7 @@ LEARNT = (0, 1, 2, 3, 5, 8, 12, 20, 40)
 """Cuts sensed before the next are predicted."""
 OURS = "autodb"
 ADDED = "autodb, bit by bit"
-"""The cuts between two of LEARNT are learnt from what was believed before them, not all anew."""
+"""The cuts between two of LEARNT update the posterior before them; not all are learnt anew."""
 
 
 @dataclass(frozen=True)

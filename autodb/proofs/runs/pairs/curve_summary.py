@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 
-from autodb.proofs.runs.found import TextTable, percent
+from autodb.proofs.runs.found import KeptAsJson, TextTable, passed_words, percent
 from autodb.proofs.runs.pairs.curve_plans import AT, FACTORIAL, PROPOSED, RANDOM, PlannedPair
 from autodb.proofs.runs.pairs.curve_run import ADDED, LEARNT, OURS, LearningErrors
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.run_file import Finished, Origin
 
 Array = NDArray[np.float64]
 
@@ -90,7 +89,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class CurveSummary:
+class CurveSummary(KeptAsJson):
     """The score. ``worse``: error after the proposed cuts that reach the level given the gain, less
     that after all random ones, mean over pairs and standard error.
     """
@@ -115,7 +114,7 @@ class CurveSummary:
 
     @property
     def as_near(self) -> bool:
-        """Whether proposed cuts err no more than random ones, as far as the pairs tell."""
+        """Whether proposed cuts err no more than random ones, as far as the pairs show."""
         return self.worse[0] <= self.worse[1]
 
     def tables(self) -> tuple[TextTable, ...]:
@@ -128,7 +127,7 @@ class CurveSummary:
             (
                 row.method, row.component,
                 *(_plus_minus(e, s) for e, s in zip(row.error, row.se, strict=True)),
-                _said(row.passed),
+                passed_words(row.passed),
             )
             for row in self.rows
         )  # fmt: skip
@@ -147,15 +146,15 @@ class CurveSummary:
         rows = tuple(
             (
                 WIDTHS[one.width],
-                percent(one.level), _count(one.proposed, one.proposed_se), _said(one.halved),
+                percent(one.level), _count(one.proposed, one.proposed_se), passed_words(one.halved),
                 percent(one.factorial_level), _count(one.like_factorial, one.like_factorial_se),
-                _said(one.fewer),
+                passed_words(one.fewer),
             )
             for one in self.reached
         )  # fmt: skip
         off, se = (100.0 * one for one in self.worse)
         error = ("error, less that of random cuts at the level given the gain", "")
-        rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", _said(self.as_near), "", "", ""))
+        rows = (*rows, (*error, f"{off:+.1f} ± {se:.1f} %", passed_words(self.as_near), "", "", ""))
         return TextTable("Cuts to a half-width, medians of pairs ± standard error", heads, rows)
 
     def _courses(self) -> TextTable:
@@ -163,22 +162,6 @@ class CurveSummary:
         heads = ("plan", "", *(f">{n} cuts" for n in range(longest + 1)))
         rows = tuple(row for course in self.courses for row in _lines(course, longest))
         return TextTable("Plans: half-widths (medians) and errors (means) of pairs", heads, rows)
-
-    def to_json(self) -> str:
-        """Return the summary as JSON, as ``from_json`` reads it."""
-        return SUMMARY.dump_json(self, indent=1).decode() + "\n"
-
-    @staticmethod
-    def from_json(text: str) -> "CurveSummary":
-        """Return a summary that was written; raises pydantic's ValidationError on any other."""
-        return SUMMARY.validate_json(text)
-
-
-SUMMARY: TypeAdapter[CurveSummary] = TypeAdapter(CurveSummary)
-
-
-def _said(passed: bool) -> str:
-    return "passed" if passed else "FAILED"
 
 
 def _plus_minus(value: float | None, se: float | None) -> str:

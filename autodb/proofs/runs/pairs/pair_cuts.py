@@ -1,4 +1,4 @@
-"""Cuts of a power-law pair as a shop makes and feels them: to learn from, and to predict."""
+"""Cuts of a power-law pair as a shop makes and senses them: to learn from, and to predict."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ COMPONENTS = ("force.x", "force.y", "force.z", "torque.spindle")
 class DrawnOperation:
     """An operation: how a cut of it is drawn, and what of its forces is judged.
 
-    ``sensed``: components that the machine feels in it; a passive force is not among them.
+    ``sensed``: components that the machine senses in it; a passive force is not among them.
     """
 
     name: str
@@ -77,7 +77,7 @@ def sensing(pair: PowerPair) -> Array:
 def draw_read_cuts(
     rng: np.random.Generator, pair: PowerPair, operation: DrawnOperation, count: int
 ) -> ReadCuts:
-    """Draw cuts, make them and read what the machine feels of them."""
+    """Draw cuts, make them and read what the machine senses of them."""
     cuts = tuple(operation.draw(rng, pair) for _ in range(count))
     return made(rng, pair, operation, cuts)
 
@@ -85,7 +85,7 @@ def draw_read_cuts(
 def made(
     rng: np.random.Generator, pair: PowerPair, operation: DrawnOperation, cuts: tuple[Cut, ...]
 ) -> ReadCuts:
-    """Make cuts and read what the machine feels of them."""
+    """Make cuts and read what the machine senses of them."""
     real = np.array([true_forces(pair, cut, scattered(rng)) for cut in cuts])[
         :, list(operation.sensed)
     ]

@@ -44,7 +44,7 @@ class OracleKnowledge:
 
 
 def oracle_fit(pair: PowerPair, measured: ReadCuts) -> OracleKnowledge:
-    """Return what the oracle knows after cuts; of ``pair`` only tool and material are looked at."""
+    """Return what the oracle knows after cuts; of ``pair`` only tool and material are used."""
     sensed = list(measured.operation.sensed)
     begun = _pair(pair, np.zeros(len(SPREADS)))
     noise = np.array([

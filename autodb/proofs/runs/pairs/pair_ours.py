@@ -1,4 +1,4 @@
-"""What autodb knows of a power-law pair before and after its cuts, and what it predicts."""
+"""autodb's posterior of a power-law pair before and after its cuts, and what it predicts."""
 
 from functools import lru_cache
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from autodb.pairs.learning import posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import PowerPair, scattered
 from autodb.proofs.runs.pairs import pair_oracle, pair_ours
 from autodb.proofs.runs.pairs.pair_cuts import (

@@ -5,11 +5,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pydantic import TypeAdapter
-
 from autodb.proofs.runs.explain.explain_summary import LIMIT_HEADS, Limit
-from autodb.proofs.runs.found import TextTable, percent
-from autodb.proofs.runs.runs import Finished, Origin
+from autodb.proofs.runs.found import KeptAsJson, TextTable, percent
+from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.score import exact_interval
 from autodb.proofs.runs.stamps.stamps_run import JudgedAnswer, JudgedStamps
 
@@ -56,7 +54,7 @@ class KindRow:
 
 
 @dataclass(frozen=True)
-class StampsSummary:
+class StampsSummary(KeptAsJson):
     """The score; ``numbers``: digest of every number of the answers to even twins.
 
     Of two programs that answer the same to even recordings it is equal.
@@ -88,18 +86,6 @@ class StampsSummary:
                 tuple((one.name, one.said) for one in self.rows if one.said),
             ),
         )
-
-    def to_json(self) -> str:
-        """Return the summary as JSON."""
-        return STAMPS.dump_json(self, indent=1).decode() + "\n"
-
-
-STAMPS: TypeAdapter[StampsSummary] = TypeAdapter(StampsSummary)
-
-
-def read_stamps(text: str) -> StampsSummary:
-    """Return a summary that was written; raises pydantic's ValidationError on any other."""
-    return STAMPS.validate_json(text)
 
 
 def stamps_summary_of(runs: Sequence[Finished[JudgedStamps]], origin: Origin) -> StampsSummary:

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
+from autodb.sensing.ranges.faults.air_moves import faults_of_moves
 from autodb.sensing.ranges.faults.check import DataCheck, refuse
 from autodb.sensing.ranges.faults.exchanged import exchanged
-from autodb.sensing.ranges.faults.moves import faults_of_moves
 from autodb.sensing.ranges.faults.relations import KnownOfCuts
 from autodb.sensing.ranges.faults.silent import responses, silent_axes
 from autodb.sensing.ranges.faults.travel import x_over_diameter, x_travels
-from autodb.sensing.ranges.faults.units import units
+from autodb.sensing.ranges.faults.wrong_units import units
 
 __all__ = [
     "DataCheck",

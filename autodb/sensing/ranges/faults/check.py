@@ -23,7 +23,7 @@ OPERATORS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 class DataCheck:
     """``statistic`` ``operator`` ``threshold`` is what sound data give; else ``sentence`` holds.
 
-    ``name``: what was looked for; ``sentence``: what is wrong, with the remedy.
+    ``name``: what was tested; ``sentence``: what is wrong, with the remedy.
     """
 
     name: str

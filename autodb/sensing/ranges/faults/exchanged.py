@@ -11,16 +11,16 @@ from autodb.sensing.ranges.faults.check import DataCheck, torque_arm_mm
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array, Array]
-"""Current, force and arm of the cuts (m,) that an axis feels."""
+"""Current, force and arm of the cuts (m,) that an axis senses."""
 
 LEAST_CUTS = 8
 """Cuts of one operation, before two are said to be exchanged. Chosen."""
 LEAST_AXES = 2
-"""Axes that must all fit better: on one axis a single odd current looks like an exchange."""
+"""Axes that must all fit better: on one axis a single outlying current looks like an exchange."""
 CHANCE = 0.001
 """Probability that sound cuts look exchanged, over all pairs of a table together."""
 MOST_CUTS = 300
-"""Pairs are looked for among this many cuts furthest off the lines, where exchanged ones lie."""
+"""Pairs are searched for among this many cuts furthest off the lines, where exchanged ones lie."""
 ROUNDING = 1e-12
 CLOSE = 20.0
 """Another pair is a candidate too where its likelihood is within this factor of the best one's."""
@@ -38,26 +38,26 @@ def exchanged(
     over axes is beyond chance where it exceeds ln(pairs/CHANCE). Two are tried of each pair: that
     the forces are exchanged, and that the torque's arm is with them (all that a plan says of a
     cut). Every axis must gain, and each of the two cuts by itself, beyond 1/CHANCE: where only one
-    does, its current is odd, not exchanged.
+    does, its current is an outlier, not exchanged.
     """
     checks = []
     for rows, lines in _operations(table, forces, axes):
-        odd = _furthest(lines)
-        first, second = np.triu_indices(len(odd), 1)
+        outlying = _furthest(lines)
+        first, second = np.triu_indices(len(outlying), 1)
         whole = [(current, force * arm, np.ones_like(arm)) for current, force, arm in lines]
-        gain = np.maximum(_joint_gain(lines, odd), _joint_gain(whole, odd))[first, second]
+        gain = np.maximum(_joint_gain(lines, outlying), _joint_gain(whole, outlying))[first, second]
         best = float(gain.max())
         near = np.flatnonzero(gain > max(best - np.log(CLOSE), 0.0))
-        pairs = [(names[rows[odd[first[k]]]], names[rows[odd[second[k]]]]) for k in near]
+        pairs = [(names[rows[outlying[first[k]]]], names[rows[outlying[second[k]]]]) for k in near]
         count = len(rows) * (len(rows) - 1)  # of pairs, each tried in two ways
         threshold = float(np.log(count / CHANCE))
         checks.append(DataCheck("cuts exchanged", best, "<=", threshold, _sentence(pairs)))
     return checks
 
 
-def _joint_gain(lines: list[Line], odd: NDArray[np.intp]) -> Array:
+def _joint_gain(lines: list[Line], outlying: NDArray[np.intp]) -> Array:
     """Return the gain (k, k) over all axes; 0 where an axis or one of the cuts gains none."""
-    made = [_gains(*line, odd) for line in lines]
+    made = [_gains(*line, outlying) for line in lines]
     gains, own = (np.array(parts) for parts in zip(*made, strict=True))
     each = own.sum(axis=0) > -np.log(CHANCE)
     sound = (gains > 0).all(axis=0) & each & each.T
@@ -68,7 +68,8 @@ def _joint_gain(lines: list[Line], odd: NDArray[np.intp]) -> Array:
 def _operations(
     table: CutTable, forces: Mapping[str, Array], axes: Sequence[str]
 ) -> Iterator[tuple[NDArray[np.intp], list[Line]]]:
-    """Yield the cuts (m,) of an operation that all its axes feel: current, force, arm (m,) each."""
+    """Yield the cuts (m,) of an operation that all its axes sense: current, force, arm (m,)
+    each."""
     operations = np.array(table.texts.get("operation", [""] * len(table)))
     arm = torque_arm_mm(table)
     for operation in np.unique(operations):
@@ -103,8 +104,11 @@ def _off_line(x: Array, y: Array) -> Array:
     return left
 
 
-def _gains(current: Array, force: Array, arm: Array, odd: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return the gain (k, k) in log likelihood of exchanging the forces of cuts i and j of ``odd``.
+def _gains(
+    current: Array, force: Array, arm: Array, outlying: NDArray[np.intp]
+) -> tuple[Array, Array]:
+    """Return the gain (k, k) in log likelihood of exchanging the forces of cuts i and j of
+    ``outlying``.
 
     The second (k, k) is what cut i gains by itself, at the scatter after the exchange.
     """
@@ -112,7 +116,13 @@ def _gains(current: Array, force: Array, arm: Array, odd: NDArray[np.intp]) -> t
     total, squares, product = x.sum(), x @ x, x @ y
     before = _off_line(x, y)
     left_before = max(float(before @ before), ROUNDING * float(y @ y))
-    force, arm, x, y, before = force[odd], arm[odd], x[odd], y[odd], before[odd]
+    force, arm, x, y, before = (
+        force[outlying],
+        arm[outlying],
+        x[outlying],
+        y[outlying],
+        before[outlying],
+    )
     step = force[None, :] - force[:, None]  # force of j put to i; cut j gets the opposite
     at_i, at_j = x[:, None] + step * arm[:, None], x[None, :] - step * arm[None, :]
 

@@ -32,14 +32,14 @@ COMPONENT_SHARE = {"force.x": (0.005, 3.0), "force.z": (0.02, 3.0)}
 """Radial and axial force over the tangential one; a radial force can be nearly nothing."""
 N_A, N_M_A = (10.0, 5e4), (0.02, 300.0)
 """Force per ampere of a feed drive, torque per ampere of a spindle: P1's lathe has 200 N/A and
-about 1 N·m/A; a direct drive has less, a fine screw that hardly feels the cut more."""
+about 1 N·m/A; a direct drive has less, a fine screw that hardly senses the cut more."""
 AIR_SHARE = (0.02, 50.0)
 OVERLOAD = 5.0
 """No drive carries more than this times its rated current."""
 OVERSPEED = 1.2
 REFERENCE_RATIO = (0.6, 1.6)
 """Measured over reference force of a standard cut: lathes differ by some per cent, lots of a
-material by more; the factor between lbf and daN, 2.25, is told apart."""
+material by more; the factor between lbf and daN, 2.25, is distinguished."""
 _TURNING = ("turn", "face", "taper", "contour")
 
 

@@ -99,7 +99,7 @@ def _slope_t(current: Array, load: Array, through_zero: bool) -> tuple[float, in
 
 
 def _at_noise(table: CutTable, axis: str, heard: set[str]) -> bool:
-    """Say whether a silent axis' level tells that it is noise; with air ranges it need not."""
+    """Say whether a silent axis' level shows that it is noise; with air ranges it need not."""
     if _has_air(table, axis):
         return True
     return _level(table, axis) < FAINT * min(_level(table, other) for other in heard)

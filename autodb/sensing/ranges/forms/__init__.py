@@ -1,4 +1,4 @@
-"""Forms in which an axis' current tells force or torque, the plainest first."""
+"""Forms in which an axis' current gives force or torque, the simplest first."""
 
 from typing import Any
 

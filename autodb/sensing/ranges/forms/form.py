@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NARROWEST = 1.15
-"""Ratio of highest to lowest speed from which on a dependence on it is looked for."""
+"""Ratio of highest to lowest speed from which on a dependence on it is tried."""
 
 
 @dataclass(frozen=True)

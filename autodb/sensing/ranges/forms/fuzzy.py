@@ -16,7 +16,7 @@ from autodb.sensing.ranges.forms.form import Array, FittedForm, MeasuredCuts, fo
 
 if TYPE_CHECKING:
     from autodb.fitting.anfis.premises import Premises
-    from autodb.fitting.anfis.scaling import Scaling
+    from autodb.fitting.anfis.standardised import Scaling
 
 SETS = 2
 """Fuzzy sets of each input; more are not held by as many cuts as a shop has."""
@@ -141,7 +141,7 @@ class Fuzzy:
     def of_parameters(cls, kept: dict[str, Any]) -> "Fuzzy":
         """Return a form that was kept."""
         from autodb.fitting import anfis
-        from autodb.fitting.anfis.scaling import Scaling
+        from autodb.fitting.anfis.standardised import Scaling
 
         inputs = tuple(INPUTS[attribute] for attribute in kept["inputs"])
         start = anfis.premise_grid((SETS,) * len(inputs))

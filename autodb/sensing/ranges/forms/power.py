@@ -62,7 +62,7 @@ class Power:
         return np.array(min(found)[1:])
 
     def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
-        """Return the torque (n,); a current that does not rise tells none (P1 section 9)."""
+        """Return the torque (n,); a current that does not rise gives none (P1 section 9)."""
         still = sensed.current <= 0
         logarithm = self._parts(coefficients, sensed) @ self._weights(coefficients)
         return np.where(still, 0.0, np.exp(np.minimum(np.where(still, 0.0, logarithm), LARGEST)))

@@ -1,6 +1,6 @@
 """A form whose gain follows the spindle's temperature, where that is recorded.
 
-A warm spindle's current reads low (P1 table 2: 465.2 N sensed for 485.8 N). The temperature tells
+A warm spindle's current reads low (P1 table 2: 465.2 N sensed for 485.8 N). The temperature shows
 how warm it is: target = what the form says, times exp(k (θ − 20 °C)).
 """
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 REFERENCE_C = 20.0
 """Temperature at which the plain form holds (ISO 1)."""
 LEAST_SPAN_C = 3.0
-"""Span of the temperature from which on a gain that follows it is looked for. Chosen."""
+"""Span of the temperature from which on a gain that follows it is tried. Chosen."""
 
 
 class Warmed:

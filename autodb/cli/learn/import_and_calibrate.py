@@ -1,0 +1,315 @@
+"""`import`, `calibrate`, `refresh`: what a machine learns from."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import (
+    Columns,
+    Database,
+    OptionalMachine,
+    opened_store,
+    say,
+    show,
+    table,
+    working,
+)
+from autodb.cli.learn.fitting import AskedRecordings, level_command, train_command
+
+if TYPE_CHECKING:
+    from autodb.agent.sense.calibrating import Calibrated
+    from autodb.records.summary import BaseSummary
+    from autodb.sensing.ranges.calibration import Calibration
+    from autodb.standard import CutProtocol
+    from autodb.store import Store
+
+Files = Annotated[
+    list[Path], typer.Argument(readable=False, help="Recordings, cut tables or material cards.")
+]
+ProtocolName = Annotated[
+    str | None,
+    typer.Option("--protocol", help="Standard cuts whose reference forces to use: name or file."),
+]
+OptionalFiles = Annotated[
+    list[Path] | None,
+    typer.Argument(
+        readable=False,
+        help="Cut tables, and raw recordings of one cut each; default: all imported cuts of the "
+        "machine.",
+    ),
+]
+
+
+CardFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--card",
+        metavar="FILE",
+        help="Write the calibration card: FILE.html, or FILE.pdf where a browser can print it.",
+    ),
+]
+
+Network = Annotated[
+    bool,
+    typer.Option(
+        "--network",
+        help="Train a network (LSTM) on recordings over time of drives and known forces, or of "
+        "moves in air; needs the extra lstm.",
+    ),
+]
+
+OfTable = Annotated[
+    bool,
+    typer.Option(
+        "--table",
+        help="Identify a dynamometer on a table that tilts or turns, from moves without a cut.",
+    ),
+]
+
+SHOWN = 12
+"""Columns that are listed before the rest is only counted."""
+
+
+def import_(
+    files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
+) -> None:
+    """Import recordings and cut tables; each file enters once. Without --machine only look.
+
+    Material cards (CSV) belong to no machine and enter without it.
+    """
+    from autodb.agent.ingest.gathering import each_used
+    from autodb.pairs.cards import is_card
+
+    cards = [file for file in files if is_card(file)]
+    recordings = [file for file in files if file not in cards]
+    if cards:
+        with opened_store(db) as store:
+            for file in cards:
+                _import_cards(store, file)
+    if machine is None:
+        for file in recordings:
+            _look(file, columns)
+        if recordings:
+            say("not stored: give --machine NAME to keep it")
+    elif recordings:
+        with opened_store(db) as store:
+            each_used(recordings, lambda file: _import(store, file, machine, columns), tell=say)
+
+
+def _import_cards(store: "Store", file: Path) -> None:
+    """Import a table of material cards and say what became of each."""
+    from autodb.agent.rows.imported_cards import keep_cards
+    from autodb.pairs.cards import read_cards
+
+    for card in keep_cards(store, read_cards(file)):
+        what = "already there" if card.already_there else "imported"
+        if card.replaced:
+            what = f"replaces the one of this source: {'; '.join(card.replaced)}"
+        say(f"{file.name}: card of {card.material} ({card.source}): {what}")
+
+
+def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> int:
+    """Import one file, say what became of it, and return the recording's number."""
+    from autodb.agent.ingest.importing import import_file
+
+    with working(f"importing {file.name}") as progress:
+        done = import_file(store, file, machine=machine, columns=columns, progress=progress)
+    what = "already there" if done.already_there and not done.looked_at else "imported"
+    if done.withdrawn is not None:
+        what = f"withdrawn ({done.withdrawn}), it does not count"
+    if done.other_side:
+        what += " (with another side file, which still holds)"
+    again = f", {done.again} more are there already" if done.again else ""
+    counted = f"{done.rows} rows, {done.cuts} cuts{again}"
+    say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
+    for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
+        say(f"{file.name}: {note}")
+    return done.recording_id
+
+
+def _look(file: Path, columns: Path | None) -> None:
+    """Show what a file holds, and refuse it as an import would."""
+    from autodb.records import open_source
+    from autodb.records.plausible import refuse_implausible
+    from autodb.records.summary import summarise
+
+    with working(f"reading {file.name}") as progress:
+        source = open_source(file, columns=columns)
+        bases = summarise(source, progress=progress)
+    for base in bases:
+        _show_summary(f"{file.name} {base.name}".rstrip(), base)
+    ignored = [column for base in source.bases for column in base.ignored]
+    if ignored:
+        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
+        say(f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}")
+    refuse_implausible(source, bases)
+
+
+def _show_summary(title: str, base: "BaseSummary") -> None:
+    what = f"{base.rows} cuts"
+    if base.timing is not None:
+        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
+    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
+    for c in base.channels.values():
+        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
+        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
+        rows.add_row(c.name, c.unit, *numbers, gaps)
+    show(rows)
+
+
+def calibrate_command(
+    recordings: OptionalFiles = None,
+    machine: OptionalMachine = None,
+    columns: Columns = None,
+    protocol: ProtocolName = None,
+    card: CardFile = None,
+    network: Network = False,
+    of_table: OfTable = False,
+    db: Database = None,
+) -> None:
+    """Fit current to force per axis, tested on held-out groups; a rule decides if it is usable."""
+    if network or of_table:
+        asked = AskedRecordings(recordings or [], machine, columns, db)
+        _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
+        (train_command if network else level_command)(asked)
+        return
+    from autodb.errors import UnusableInput
+    from autodb.reports.card.run_course import moved_over
+    from autodb.standard import read_protocol
+
+    chosen = read_protocol(protocol) if protocol else None
+    if not recordings and machine is None:
+        raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+    if card is not None:
+        _check_card(card)
+    if machine is None:
+        done = _calibrate_files(recordings or [], columns, chosen)
+    else:
+        done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
+    moved = moved_over(done, chosen)
+    _show_calibrations(done.calibrations)
+    for one, sentences in zip(done.calibrations, moved, strict=True):
+        for sentence in sentences:
+            say(f"axis {one.called}: {sentence}")
+    for sentence in done.left_out:
+        say(f"excluded: {sentence}")
+    if machine is None:
+        say("not stored: give --machine NAME to keep it")
+    elif not any(done.new):
+        say("already there: the same cuts gave the same equations")
+    if card is not None:
+        _write_card(done, machine, chosen, moved, card)
+
+
+def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_cuts: bool) -> None:
+    from autodb.errors import UnusableInput
+
+    option = "--network" if network else "--table"
+    if network and of_table:
+        raise UnusableInput("--network and --table: use one at a time")
+    if asked.machine is None or not asked.files:
+        raise UnusableInput(f"{option} needs --machine NAME and recordings over time")
+    if with_cuts:
+        raise UnusableInput(f"--protocol and --card go with cuts, not with {option}")
+
+
+def _calibrate_files(
+    files: list[Path], columns: Path | None, protocol: "CutProtocol | None"
+) -> "Calibrated":
+    from autodb.agent.ingest.gathering import cuts_of_files
+    from autodb.agent.sense.calibrating import Calibrated, calibrate_table
+    from autodb.files.checksums import checksum
+    from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+
+    axes = tuple(COMPONENT_OF_AXIS)
+    with working(f"calibrating on {', '.join(file.name for file in files)}"):
+        cuts = cuts_of_files(files, columns=columns, tell=say)
+        done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
+    sources = [(file.name, checksum(file)) for file in files]
+    return Calibrated(cuts, axes, done, left_out, sources)
+
+
+def _calibrate_machine(
+    machine: str,
+    files: list[Path],
+    columns: Path | None,
+    protocol: "CutProtocol | None",
+    db: str | None,
+) -> "Calibrated":
+    from autodb.agent.ingest.gathering import each_used
+    from autodb.agent.ingest.importing import import_file
+    from autodb.agent.sense.calibrating import calibrate_machine
+
+    with opened_store(db) as store, working(f"calibrating {machine}") as progress:
+
+        def number_of(file: Path) -> int:
+            done = import_file(store, file, machine=machine, columns=columns)
+            for note in done.notes:
+                say(f"{file.name}: {note}")
+            return done.recording_id
+
+        only = each_used(files, number_of, tell=say) if files else None
+        return calibrate_machine(
+            store, machine, recordings=only, protocol=protocol, progress=progress
+        )
+
+
+def _check_card(path: Path) -> None:
+    """Refuse a name that no card can be written to, before anything is stored."""
+    from autodb.reports.card.files import check_card_target
+
+    check_card_target(path)
+
+
+def _write_card(
+    done: "Calibrated",
+    machine: str | None,
+    protocol: "CutProtocol | None",
+    moved: list[tuple[str, ...]],
+    path: Path,
+) -> None:
+    from autodb.reports.card.card_data import card_of_calibrations
+    from autodb.reports.card.files import write_card
+
+    title = machine or ", ".join(name for name, _ in done.sources)
+    with working(f"writing {path.name}") as progress:
+        progress("estimating cuts without their groups")
+        write_card(card_of_calibrations(done, title=title, protocol=protocol, moved=moved), path)
+    say(f"card: {path}")
+
+
+def _show_calibrations(done: "list[Calibration]") -> None:
+    from autodb.sensing.ranges.outliers import outlier_sentences
+
+    rows = table("Calibration", "axis", "force", "equation", ">RMSE", ">R² (95 %)", "")
+    for c in done:
+        s = c.scores
+        rows.add_row(
+            c.called,
+            f"force.{c.component}",
+            c.form.equation(c.coefficients, c.unit, c.current_unit),
+            f"{s.rmse:.1f} {c.unit}",
+            f"{s.r_squared:.3f} ({s.r_squared_low:.3f} to {s.r_squared_high:.3f})",
+            "usable" if c.offered else "not usable",
+        )
+    show(rows)
+    for c in done:
+        s = c.scores
+        say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} held-out "
+            f"groups ({s.grouped_by})")  # fmt: skip
+        say(f"axis {c.called}: RMSE {c.trials_words()}")
+        for form in c.close:
+            say(f"axis {c.called}: {form} is nearly as good a form")
+        if not c.offered:
+            say(f"axis {c.called}: {c.verdict}")
+        for sentence in outlier_sentences(c.outliers):
+            say(f"axis {c.called}: {sentence}")
+        if c.transients:
+            cuts = ", ".join(f"{cut:g}" for cut in c.transients)
+            say(
+                f"axis {c.called}: {len(c.transients)} transient rows excluded (cut {cuts}): "
+                "the current jumps, the force does not. With them: RMSE "
+                f"{c.scores_with_transients.rmse:.1f} {c.unit}, R² "
+                f"{c.scores_with_transients.r_squared:.3f}"
+            )

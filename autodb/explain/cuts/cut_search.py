@@ -1,0 +1,249 @@
+"""Look for the effects that the forces of a table of cuts hold."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cuts.candidates.families import families, named_effects
+from autodb.explain.cuts.candidates.hard_runs import ROUND, comes_round, run_of_cuts, step_of_gain
+from autodb.explain.cuts.candidates.laws import (
+    LawColumns,
+    along_edge,
+    chip_factor,
+    each,
+    per_depth,
+    values_of,
+)
+from autodb.explain.cuts.cuts_fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.few_rows import TableSearch
+from autodb.explain.cuts.products import products
+from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
+from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.search import FoundSet, settled_set
+from autodb.records import CutTable
+
+Array = NDArray[np.float64]
+
+BAR = -3.0
+"""Evidence asked of every effect beyond what the search asks: fewer shapes overlap than are
+searched through. Chosen, so that of tables with nothing missing fewer than one in a hundred is
+given a name.
+"""
+SHORT = 60.0
+"""Degrees of freedom per unit of evidence that is asked further of a short table. Chosen."""
+ROUNDS = 2
+"""How often runs and periods are searched for in what the best set leaves."""
+RICH = 8
+"""Columns from which on a shape must predict cuts left out of its fit better than a plainer one."""
+STRONG = 0.2
+"""Share of the greatest effect's evidence above which an effect is no part of the scatter."""
+PASSES = 2
+"""Scatter is estimated by a rich model first, then with what was found."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """What the channels of a table may hold: columns of their own, and effects.
+
+    ``proposals`` are effects that must be searched for in what a fit leaves (C, n), by round;
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
+    """
+
+    own: Callable[[Stack], dict[str, LawColumns]]
+    candidates: Callable[[Stack], list[Candidate]]
+    proposals: Callable[[Stack, Array, int], list[Candidate]]
+    levels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FoundInCuts:
+    """The best set of effects, with the search that found it and the table as it was seen."""
+
+    stack: Stack
+    own: dict[str, LawColumns]
+    search: TableSearch
+    found: FoundSet
+
+
+def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
+    """Return the components stacked, scatter not yet estimated."""
+    known = table_conditions(table)
+    recording, simulated = recorded_and_simulated(table, simulation)
+    edge, length = edge_read_off(simulated, known)
+    if includes is not None and "edge_force" not in includes:
+        edge = np.zeros_like(edge)
+    return Stack(
+        tuple(simulation), known, recording, simulated, edge, length,
+        np.ones_like(simulated), np.eye(len(simulated)),
+    )  # fmt: skip
+
+
+def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
+    """Return the simulation's own columns: chip and edge, free in each component."""
+    known = stack.known
+    one = values_of(np.ones(len(known)))
+    own = {"shear": each(stack, chip_factor(stack, one))}
+    has_edge = bool(stack.edge_N_mm.any()) if includes is None else "edge_force" in includes
+    if has_edge:
+        own["edge_force"] = each(stack, along_edge(stack))
+    if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
+        own["tool_wear"] = each(stack, per_depth(stack, values_of(known.cutting_time_s)))
+    return own
+
+
+def of_forces(includes: list[str] | None) -> Library:
+    """Return what forces may hold beside a simulation that has the terms ``includes``."""
+
+    def candidates(stack: Stack) -> list[Candidate]:
+        own = frozenset(own_columns_of_cuts(stack, includes))
+        return [*named_effects(stack, own), *families(stack)]
+
+    return Library(lambda stack: own_columns_of_cuts(stack, includes), candidates, _proposals)
+
+
+def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
+    """Return the effects that a table's forces hold."""
+    return look_for(stack, of_forces(includes))
+
+
+def look_for(stack: Stack, library: Library) -> FoundInCuts:
+    """Return the effects that the table holds: scatter, search, and scatter again."""
+    result = None
+    for number in range(PASSES):
+        strong = None if result is None else all_columns({}, _strong(result.found))
+        own = [columns for name, columns in library.own(stack).items() if name in library.levels]
+        stack, freedom = with_noise(stack, strong, own=own)
+        result = _search(stack, library, freedom, known=number > 0)
+        if not result.found.choices:
+            break
+    assert result is not None
+    return replace(result, found=_vetoed(result))
+
+
+def _strong(found: FoundSet) -> tuple[Choice, ...]:
+    """Return the effects that do much beside the greatest: what is left is judged without the rest.
+
+    Of scatter that goes on from cut to cut a search in white rows makes small effects.
+    """
+    most = max(found.evidence, default=0.0)
+    pairs = zip(found.choices, found.evidence, strict=True)
+    return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
+
+
+def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> FoundInCuts:
+    own, fixed = library.own(stack), library.candidates(stack)
+    proposed: list[Candidate] = []
+    found, search = FoundSet(), None
+    for number in range(ROUNDS):
+        more = _searched_for(stack, library, own, found, number)
+        if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
+            break
+        proposed += more
+        bar = BAR + SHORT / freedom
+        candidates = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
+        made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
+        search = TableSearch(made, tuple(candidates))
+        best = search.best() if number == 0 else _longer(search, found)
+        now = search.cleared(settled_set(search, best))
+        same = now.keys == found.keys and number > 0
+        found = now
+        if same or not now.choices:
+            break
+    assert search is not None
+    return FoundInCuts(stack, own, search, found)
+
+
+def _searched_for(
+    stack: Stack, library: Library, own: dict[str, LawColumns], found: FoundSet, number: int
+) -> list[Candidate]:
+    """Return what is searched for in what a set leaves, and in what it leaves without scanned ones.
+
+    Scans of the first round see slow effects too: a run or a step found beside them may be another.
+    """
+    more = library.proposals(stack, fit_cuts(stack, own, found.choices).left, number)
+    standing = tuple(choice for choice in found.choices if choice.candidate.anew is None)
+    if 0 < len(standing) < len(found.choices):
+        more += library.proposals(stack, fit_cuts(stack, own, standing).left, ROUNDS + number)
+    return more
+
+
+def _helps(
+    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Candidate],
+    freedom: float,
+    *, known: bool,
+) -> bool:  # fmt: skip
+    """Return whether a further candidate may join what was found, or stand in for one of it.
+
+    All others are left out.
+    """
+    candidates = [*(choice.candidate for choice in found.choices), *more]
+    made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
+    search = TableSearch(made, tuple(candidates))
+    same = search.settled(found.choices)
+    return (
+        bool(search.grown(found, tuple(candidates))) or settled_set(search, same).score > same.score
+    )
+
+
+def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
+    """Return the best of a set and those with one more effect."""
+    found = search.settled(found.choices)
+    longer = [search.cleared(f) for f in search.grown(found, search.candidates)]
+    return max([found, *longer], key=lambda f: f.score)
+
+
+def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
+    found = [
+        run_of_cuts(stack, left, number),
+        *(comes_round(stack, left, over, number) for over in ROUND),
+    ]
+    steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
+    several = steps if len(steps) > 1 else []
+    return [*several, *(candidate for candidate in found if candidate is not None)]
+
+
+def _plainer(result: FoundInCuts) -> FoundSet:
+    """Return the set with a plainer shape of a rich one where cuts left out are predicted
+    better."""
+    found, search = result.found, result.search
+    for choice in found.choices:
+        if search.products.places[choice.key].size <= RICH:
+            continue
+        others = found.without(choice.candidate.key)
+        given = search.products.given([c.key for c in others])
+        widths = [
+            search.products.places[choice.candidate.key, i].size
+            for i in range(len(choice.candidate.forms))
+        ]
+        numbers = [i for i, width in enumerate(widths) if width <= RICH]
+        if not numbers:
+            continue
+        gained = {
+            i: given.gain(
+                (choice.candidate.key, i), allowed=choice.candidate.forms[i].allowed
+            ).evidence
+            for i in numbers
+        }
+        plainer = (*others, Choice(choice.candidate, max(gained, key=lambda i: gained[i])))
+        stack, own = result.stack, result.own
+        if held_out_square(stack, own, plainer) < held_out_square(stack, own, found.choices):
+            found = search.scored(plainer)
+    return found
+
+
+def _vetoed(result: FoundInCuts) -> FoundSet:
+    """Return the set without effects that make cuts left out of the fit worse."""
+    found = _plainer(result)
+    while found.choices:
+        whole = held_out_square(result.stack, result.own, found.choices)
+        without = {
+            key: held_out_square(result.stack, result.own, found.without(key)) for key in found.keys
+        }
+        best = min(without, key=lambda key: without[key])
+        if without[best] >= whole:
+            break
+        found = result.search.settled(found.without(best))
+    return found

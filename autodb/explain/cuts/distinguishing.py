@@ -1,0 +1,155 @@
+"""The cuts on which two explanations of a table of cuts would differ most for the scatter there is.
+
+Both are fitted to the table and carried to cuts that follow it, where `explain.telling` says how
+far they differ in all components together. A trial that changes one thing comes before one that
+changes two.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cuts.carried import CutsAccount, Elsewhere, elsewhere, fit_cuts_account
+from autodb.explain.cuts.cut_search import FoundInCuts
+from autodb.explain.cuts.trials import CutTrial, joined_trials, paired, plain_trials, usual
+from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.search import FoundSet
+from autodb.explain.engine.telling import (
+    NEAREST,
+    SEPARATES,
+    Separation,
+    called,
+    odds,
+    sentence,
+    stand_in,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parted:
+    """A trial that separates two accounts, by how much, in which component, and its scatter."""
+
+    trial: CutTrial
+    gap: Separation
+    component: str
+    scatter: float
+
+
+@dataclass(frozen=True)
+class Trials:
+    """The trials that can follow a table, as cuts in one stack."""
+
+    result: FoundInCuts
+    trials: Sequence[CutTrial]
+
+    @cached_property
+    def cuts(self) -> Elsewhere:
+        """All cuts of all trials."""
+        known = self.result.stack.known
+        return elsewhere(self.result, joined_trials([t.known for t in self.trials]), usual(known))
+
+    def best(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
+        """Return the trial on which two sets differ most, None where none separates them."""
+        if not self.trials:
+            return None
+        accounts = [
+            fit_cuts_account(self.result, choices, self.cuts) for choices in (first, second)
+        ]
+        able = [p for p in self._parted(*accounts) if p.gap.odds > SEPARATES]
+        return max(able, key=lambda parted: parted.gap.odds, default=None)
+
+    def _parted(self, one: CutsAccount, two: CutsAccount) -> list[Parted]:
+        free = np.concatenate([one.free, two.free], axis=2)
+        difference = (one.force - two.force)[:, :, None]
+        stack = self.cuts.stack
+        both = np.concatenate([difference, free], axis=2)
+        white = stack.white(both).reshape(both.shape)
+        ends = np.cumsum([0, *(len(t.known) for t in self.trials)])
+        return [
+            self._gap(trial, both[:, at], white[:, at], stack.sd[:, at])
+            for trial, at in zip(self.trials, map(slice, ends, ends[1:]), strict=False)
+        ]
+
+    def _gap(self, trial: CutTrial, both: Array, white: Array, sd: Array) -> Parted:
+        """Return how far two accounts differ on a trial; columns: the difference, then the free."""
+        flat = white.reshape(-1, white.shape[2])
+        gained, taken = odds(flat[:, 1:], flat[:, 0])
+        left = np.abs(both[:, :, 0] - both[:, :, 1:] @ taken)
+        i = int(np.argmax(np.max(left / sd, axis=1)))
+        gap = Separation(
+            words=trial.words,
+            odds=gained,
+            distance=float(np.sqrt(gained / len(flat))),
+            peak=float(left[i].max()),
+        )
+        return Parted(trial, gap, self.cuts.stack.names[i], float(sd[i].mean()))
+
+
+@dataclass(frozen=True)
+class Teller:
+    """Trials that would distinguish the effects found in a table from their rivals.
+
+    ``rounds`` of trials are tried in their order; ``unit`` of the channels.
+    """
+
+    result: FoundInCuts
+    rounds: Sequence[Trials]
+    unit: str = "N"
+
+    def distinguishing(self, choice: Choice, name: str, rivals: Sequence[str]) -> str | None:
+        """Return the cuts that distinguish a found effect, called ``name``, from its nearest
+        rivals.
+
+        None where it has none, or where no trial of the library separates it from any.
+        """
+        found = [(rival, self.best(choice, rival)) for rival in rivals[:NEAREST]]
+        lines = [self.line(best, (name, rival)) for rival, best in found if best is not None]
+        return " ".join(lines) if lines else None
+
+    def line(self, best: Parted, names: tuple[str, str]) -> str:
+        """Return a trial and how far what is called by two names would differ there, in words."""
+        where = f" in {best.component}" if len(self.result.stack.names) > 1 else ""
+        noise = (
+            f"scatter is {best.scatter:.2g} {self.unit} a cut; together "
+            f"{np.sqrt(best.gap.odds):.2g} standard deviations"
+        )
+        return sentence(best.gap, names, f"{self.unit}{where}", noise)
+
+    def best(self, choice: Choice, rival: str) -> Parted | None:
+        """Return the trial that distinguishes a found effect from a rival, None where none does."""
+        other = self.instead(choice, rival)
+        if other is None:
+            return None
+        return self.between(self.result.found.choices, other.choices)
+
+    def between(self, first: tuple[Choice, ...], second: tuple[Choice, ...]) -> Parted | None:
+        """Return the trial of the first round that has one which separates two sets, or None."""
+        tried = (trials.best(first, second) for trials in self.rounds)
+        return next((parted for parted in tried if parted is not None), None)
+
+    def instead(self, choice: Choice, rival: str) -> FoundSet | None:
+        """Return the best set in which a term stands in for an effect, in each component it may."""
+        search, key = self.result.search, choice.candidate.key
+        candidates = called(search, rival, but=key)
+        swap = stand_in(search, self.result.found, key, candidates)
+        if swap is None:
+            return None
+        found = swap[0]
+        for _ in candidates[1:]:
+            more = [offer for offer in search.offers(found.choices, candidates) if offer.worth > 0]
+            if not more:
+                break
+            best = max(more, key=lambda offer: offer.worth)
+            found = search.settled((*found.choices, best.choice))
+        return found
+
+
+def after_forces(result: FoundInCuts) -> Teller:
+    """Return what distinguishes effects in forces by cuts that follow the table."""
+    known = result.stack.known
+    return Teller(result, (Trials(result, plain_trials(known)), Trials(result, paired(known))))

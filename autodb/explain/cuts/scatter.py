@@ -1,0 +1,146 @@
+"""Scatter of the forces of a cut: its standard deviation, and what components share of it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
+from autodb.explain.cuts.stack import Stack
+
+Array = NDArray[np.float64]
+
+SHARES = np.geomspace(0.05, 20.0, 16)
+"""Values of a/(b·rms F) that are tried: scatter from relative to constant."""
+LIKELY = 1.0
+"""The ratio that is likeliest beforehand, within a factor e: constant and relative scatter are of
+one size. Chosen; it steadies short tables."""
+LEAST_LEFT = 0.05
+"""Of a row that its own fit follows, no less than this share counts as scatter."""
+FAR, SEEN = 6.0, 0.944
+"""Squares beyond this many variances count as so many; a normal one then has this mean."""
+ENOUGH = 20
+"""Cuts from which on outliers are distinguished from the others."""
+SHRUNK = 20.0
+"""Cuts that the correlation of components is pulled towards none by: chosen."""
+LOCAL = 3
+"""A rich model has at most one column for this many cuts."""
+STEPS = 4
+
+
+def with_noise(
+    stack: Stack, found: Sequence[LawColumns] | None = None, *, own: Sequence[LawColumns] = ()
+) -> tuple[Stack, float]:
+    """Return the stack with scatter estimated, and its degrees of freedom.
+
+    What a rich model leaves is taken for scatter: sd² = a² + b²F² by component with one ratio of a
+    to b, correlated between components. Scatter that goes on from cut to cut counts as more of it:
+    its sd is raised by √((1 + ρ)/(1 − ρ)), ρ beyond what chance gives. ``found``: further columns,
+    of what was found; without any the difference may hold far more than scatter, and nothing is
+    said of what goes together. ``own``: columns that are free anyhow, beside force and depth.
+    """
+    count, n = stack.simulation.shape
+    left = np.empty_like(stack.simulation)
+    sd = np.ones_like(left)
+    freedom = np.empty(count)
+    rich = _rich(stack)
+    for i in range(count):
+        design, edges = _design(stack, rich, i, [*own, *(found or ())])
+        difference = stack.recording[i] - stack.simulation[i]
+        sd[i] = np.maximum(np.abs(stack.simulation[i]), 1e-3 * np.abs(stack.simulation[i]).max())
+        sd[i] *= _spread(stack, i, sd[i])
+        weight = np.ones(n)
+        for _ in range(STEPS):
+            left[i], leverage = residual(design, edges, difference, sd[i] / weight)
+            freedom[i] = max(1.0, n - float(leverage.sum()))
+            squares = left[i] ** 2 / np.maximum(1.0 - leverage, LEAST_LEFT)
+            if n >= ENOUGH:
+                squares = np.minimum(squares, FAR * sd[i] ** 2) / SEEN
+            sd[i] = _sd(squares, stack.simulation[i])
+            weight = np.minimum(1.0, np.sqrt(FAR) * sd[i] / np.maximum(np.abs(left[i]), 1e-300))
+    if found is None:
+        return replace(stack, sd=sd), float(freedom.sum())
+    z = left / sd
+    correlation = (z @ z.T) / np.sqrt(np.outer(np.sum(z**2, axis=1), np.sum(z**2, axis=1)))
+    correlation = (n * correlation + SHRUNK * np.eye(count)) / (n + SHRUNK)
+    mixing = np.linalg.inv(np.linalg.cholesky(correlation))
+    raised = np.sqrt(_persistence(z))
+    return replace(stack, sd=sd * raised, mixing=mixing), float(freedom.sum())
+
+
+def _spread(stack: Stack, component: int, shape: Array) -> float:
+    """Return a first size of the scatter: the root mean square of the difference over a shape."""
+    difference = (stack.recording - stack.simulation)[component]
+    return max(float(np.sqrt(np.mean((difference / shape) ** 2))), 1e-300)
+
+
+def _persistence(z: Array) -> float:
+    """Return (1 + ρ)/(1 − ρ) of rows (C, n), ρ the correlation of neighbours beyond chance."""
+    if z.shape[1] < 5:
+        return 1.0
+    rho = float(np.sum(z[:, 1:] * z[:, :-1]) / np.sum(z**2))
+    rho = min(0.98, max(0.0, rho - 2.0 / np.sqrt(z.size)))
+    return float((1.0 + rho) / (1.0 - rho))
+
+
+def _sd(squares: Array, force: Array) -> Array:
+    """Return √(a² + b²F²) (n,), likeliest over the ratio a/b for squares of scatter (n,)."""
+    best, found = np.inf, np.ones_like(squares)
+    usual = float(np.sqrt(np.mean(force**2)))
+    for share in SHARES:
+        shape = (share * usual) ** 2 + force**2
+        scale = max(float(np.mean(squares / shape)), 1e-300)
+        cost = float(np.mean(np.log(shape))) * len(squares) + len(squares) * np.log(scale)
+        cost += 0.5 * np.log(share / LIKELY) ** 2
+        if cost < best:
+            best, found = cost, np.sqrt(scale * shape)
+    return np.asarray(np.maximum(found, 1e-6 * usual + 1e-12), dtype=np.float64)
+
+
+def _design(
+    stack: Stack, rich: list[Array], component: int, found: Sequence[LawColumns]
+) -> tuple[Array, OfEdges]:
+    """Return the columns (n, p) of one component, and those of edges; one for LOCAL cuts at most.
+
+    The likeliest columns come first, those of edges last.
+    """
+    force, depth = stack.simulation[component], stack.known.depth_mm
+    columns = [force, depth]
+    further = [c.of(component) for c in found]
+    columns += [c for block in further for c in block.T if np.any(c)]
+    columns += [(depth if number % 2 else force) * c for number, c in enumerate(rich)]
+    known = 2 + sum(block.shape[1] for block in further)
+    most = max(min(known, len(force) // 2), len(force) // LOCAL - 1)
+    turns = (force, depth) if len(rich) % 2 == 0 else (depth, force)
+    return np.column_stack(columns[:most]), of_edges(stack.known, turns, most - len(columns))
+
+
+def _rich(stack: Stack) -> list[Array]:
+    """Return shapes over cuts by turns of the force and of the depth, the likeliest first."""
+    known = stack.known
+    ordered = over_range(np.arange(len(known), dtype=np.float64))
+    shapes: list[Array] = [ordered]
+    time = known.cutting_time_s
+    shapes.append(ordered if time is None else over_range(time))
+    for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
+        if name in known.other:
+            along = over_range(np.log(known.other[name]))
+            shapes += [along, along**2]
+    if time is not None:
+        shapes += [over_range(time), over_range(time) ** 2]
+    if len(known) > 60:
+        shapes += [c for c in _bumps(ordered, 12).T for _ in (0, 1)]
+    if "z.position" in known.other:
+        shapes += [over_range(known.other["z.position"])] * 2
+    if len(known) > 60 and "cutting.speed" in known.other:
+        shapes += list(_bumps(over_range(np.log(known.other["cutting.speed"])), 5).T)
+    return shapes
+
+
+def _bumps(values: Array, count: int) -> Array:
+    """Return ``count`` Gaussian bumps over −1 to 1, (n, count)."""
+    centres = np.linspace(-1.0, 1.0, count)
+    width = 2.0 / (count - 1)
+    return np.asarray(np.exp(-0.5 * ((values[:, None] - centres) / width) ** 2))

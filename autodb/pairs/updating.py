@@ -1,0 +1,262 @@
+"""Semi-inverse: sensed forces change the posterior about a pair, by iterated Gauss-Newton.
+
+Maximum of the posterior of law and shared errors, readings linearised anew at every step:
+
+    y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
+
+δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
+the parts of F and F turned.
+What is assumed of cuts (an entering angle nobody stated) is one more such error: its column is what
+one standard deviation of it changes.
+
+A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
+with it: expectation and maximisation, every round one step of both, Anderson's mixing over the last
+rounds (``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own
+standard deviation, so that the same cuts give one answer, whatever unit, order or processor they
+come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
+and Cathey 1993 for the iterated filter as Gauss-Newton.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dtrtri, dtrtrs
+
+from autodb.errors import UnusableInput
+from autodb.fitting import Gaussian, NotSettled, root_of, stationary
+from autodb.pairs.modelled import FORCE, Modelled, Seen
+from autodb.pairs.observed import Observed
+from autodb.pairs.posterior import FAR, OWN, PairPosterior, Scatter, Shared
+
+Array = NDArray[np.float64]
+
+STEPS, CLOSE = 20, 0.3
+"""Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
+be enough. Chosen."""
+HALVINGS = 8
+TINY = 1e-12
+"""Square of a part, N², below which there is none."""
+FAR_ODDS = 1.0 / 20.0
+"""Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
+"""
+SHUT = 1e-13
+"""Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
+
+
+def posterior_of_readings(
+    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+) -> PairPosterior:
+    """Return the posterior after readings.
+
+    ``near``: one that is close to it, from which the maximum is searched for; it has no other
+    effect.
+
+    Raises UnusableInput where learning does not come to rest.
+    """
+    prior, model = _met(posterior, observed)
+    begun = (
+        prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
+    )
+    try:
+        state, scatter = _Rounds(prior, model).settled(begun)
+    except NotSettled as error:
+        cuts = len(np.unique(observed.cut))
+        raise UnusableInput(
+            f"{cuts} cuts do not determine the pair ({error}); leave out those that stand out"
+        ) from error
+    return replace(
+        prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
+    )
+
+
+def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
+    """Return the state of a prior, with the numbers that a posterior near has of it."""
+    mean = prior.state.mean.copy()
+    mean[:OWN] = near.state.mean[:OWN]
+    known = {one.key for one in near.shared}
+    for one in prior.shared:
+        if one.key in known:
+            mean[prior.columns(one.key)] = near.state.mean[near.columns(one.key)]
+    return Gaussian(mean, prior.state.covariance)
+
+
+def learn_averaging(
+    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+) -> PairPosterior:
+    """Return the posterior after a pair's first readings, over laws that are near and FAR off.
+
+    Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
+    Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
+    """
+    far = replace(posterior, off_law=FAR)
+    held = posterior_of_readings(posterior, observed, near=near)
+    let_go = posterior_of_readings(far, observed, near=near or held)
+    odds = (
+        log_evidence(far, let_go, observed)
+        - log_evidence(posterior, held, observed)
+        + np.log(FAR_ODDS)
+    )
+    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
+
+
+def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
+    """Return the normal posterior of a mixture's mean and covariance, ``weight`` of the other."""
+    shares = np.array([1.0 - weight, weight])
+    off = other.state.mean - one.state.mean
+    covariance = shares[0] * one.state.covariance + shares[1] * other.state.covariance
+    squares = shares @ np.array([one.scatter.share**2, other.scatter.share**2])
+    law = one.off_law.averaged(other.off_law, weight)
+    return replace(
+        one,
+        state=Gaussian(
+            one.state.mean + weight * off, covariance + shares.prod() * np.outer(off, off)
+        ),
+        shared=tuple(
+            Shared(a.key, shares[0] * a.covariance + shares[1] * b.covariance)
+            for a, b in zip(one.shared, other.shared, strict=True)
+        ),
+        scatter=Scatter(
+            np.sqrt(squares), shares @ np.array([one.scatter.weight, other.scatter.weight])
+        ),
+        off_law=law,
+    )
+
+
+def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:
+    """Return the logarithm of the probability of readings, but for a constant.
+
+    After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
+    """
+    prior, model = _met(before, observed)
+    open_ways = _open(prior.state.covariance)
+    wide, narrow = (open_ways.T @ one.state.covariance @ open_ways for one in (prior, after))
+    seen = model.seen(after.state.mean)
+    noise = model.noise(seen, after.scatter)
+    left = (observed.value - seen.expected) / noise
+    off = open_ways.T @ (after.state.mean - prior.state.mean)
+    misfit = left @ left + off @ np.linalg.solve(wide, off)
+    volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
+    return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
+
+
+def _open(covariance: Array) -> Array:
+    """Return the combinations (p, k) of numbers that a covariance (p, p) leaves open."""
+    sd = np.sqrt(np.diag(covariance))
+    size = np.where(sd > 0.0, sd, 1.0)
+    spread, ways = np.linalg.eigh(covariance / np.outer(size, size))
+    return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
+
+
+def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
+    """Return what is expected of readings before they are learnt: (m,), covariance (m, m)."""
+    known, model = _met(posterior, observed)
+    seen, design = model.steep(known.state.mean)
+    own = model.noise(seen, known.scatter)
+    covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
+    return seen.expected, covariance
+
+
+def _met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
+    """Return a posterior that has met what readings share, and the readings as its functions."""
+    laws = tuple(posterior.law_error(operation) for operation in observed.operations)
+    known = posterior.also((*observed.shared, *laws, *observed.assumed))
+    return known, Modelled(known, observed)
+
+
+class _Rounds:
+    """Rounds of Gauss-Newton and of expectation, on state and scatter at once.
+
+    The state is searched in z, θ = prior mean + root · z, so that the prior of z is N(0, 1) and a
+    step is one least-squares problem, solved by QR: normal equations would know it to 1e-6 sd only.
+    """
+
+    def __init__(self, prior: PairPosterior, model: Modelled) -> None:
+        self._prior, self._model = prior, model
+        self._root = root_of(prior.state.covariance)
+
+    def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
+        """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
+        weight, triangle = self._prior.scatter.weight, np.eye(self._root.shape[1])
+
+        def moved(place: Array) -> tuple[Array, Array]:
+            nonlocal weight, triangle
+            z, scatter = place[:-FORCE], Scatter(np.exp(0.5 * place[-FORCE:]), weight)
+            z, found, triangle = self._stepped(z, scatter)
+            weight = found.weight
+            spread = np.linalg.norm(dtrtri(triangle)[0], axis=1)
+            there = np.concatenate([z, 2.0 * np.log(found.share)])
+            return there, np.concatenate([spread, np.sqrt(2.0 / weight)])
+
+        off = begun.state.mean - self._prior.state.mean
+        z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
+        place = stationary(moved, np.concatenate([z, 2.0 * np.log(begun.scatter.share)]))
+        spread = self._root @ dtrtri(triangle)[0]
+        state = Gaussian(self._mean(place[:-FORCE]), spread @ spread.T)
+        return state, Scatter(np.exp(0.5 * place[-FORCE:]), weight)
+
+    def _mean(self, z: Array) -> Array:
+        return np.asarray(self._prior.state.mean + self._root @ z)
+
+    def _stepped(self, z: Array, scatter: Scatter) -> tuple[Array, Scatter, Array]:
+        """Return z after steps, scatter there, R of its precision (all as the noise was before).
+
+        One step, but as many as lead near the maximum where that is far: a noise that follows every
+        step of a long way would never let it end.
+        """
+        seen, design = self._model.steep(self._mean(z))
+        noise = self._model.noise(seen, scatter)
+        for _ in range(STEPS):
+            triangle, columns, step = self._step(z, seen, design, noise)
+            z, seen = self._halved(z, seen, step, noise)
+            if np.max(np.abs(step) / np.linalg.norm(dtrtri(triangle)[0], axis=1)) < CLOSE:
+                break
+            seen, design = self._model.steep(self._mean(z))
+        known = dtrtrs(triangle, columns.T, trans=1)[0]
+        return z, self._scatter(seen, np.sum(known**2, axis=0), scatter), triangle
+
+    def _step(
+        self, z: Array, seen: Seen, design: Array, noise: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return R (p, p) of the precision, the readings' columns by z (m, p), and the step."""
+        columns = design @ self._root
+        rows = np.vstack([columns / noise[:, None], np.eye(len(z))])
+        left = np.concatenate([(self._model.observed.value - seen.expected) / noise, -z])
+        whole = np.asarray(np.linalg.qr(np.column_stack([rows, left]), mode="r"))
+        triangle = whole[: len(z), : len(z)]
+        return triangle, columns, dtrtrs(triangle, whole[: len(z), len(z)])[0]
+
+    def _halved(self, z: Array, seen: Seen, step: Array, noise: Array) -> tuple[Array, Seen]:
+        """Return z after a step, halved until it leads down, and the readings there."""
+        value = self._model.observed.value
+
+        def misfit(there: Seen, z: Array) -> float:
+            left = (value - there.expected) / noise
+            return float(left @ left + z @ z)
+
+        best = misfit(seen, z)
+        for _ in range(HALVINGS):
+            there = self._model.seen(self._mean(z + step))
+            if misfit(there, z + step) <= best * (1.0 + 1e-9):
+                return z + step, there
+            step = 0.5 * step
+        return z, seen
+
+    def _scatter(self, seen: Seen, known: Array, now: Scatter) -> Scatter:
+        """Return what cuts scatter by: the prior's weight and one expectation over the readings.
+
+        Of a reading's error the share that a part's scatter has in its variance is that part's.
+        ``known`` (m,): variance of what is expected.
+        """
+        prior = self._prior.scatter
+        square = (self._model.observed.value - seen.expected) ** 2 + known
+        parts = seen.parts[:, :FORCE] ** 2
+        variances = parts * now.share**2
+        share = variances / self._model.noise(seen, now)[:, None] ** 2
+        sensed = share**2 * square[:, None] + variances * (1.0 - share)
+        counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
+        each = np.where(counts > 0.0, sensed / np.maximum(parts, TINY), 0.0)
+        weight = prior.weight + counts.sum(axis=0)
+        total = prior.weight * prior.share**2 + (counts * each).sum(axis=0)
+        return Scatter(np.sqrt(total / weight), weight)
