@@ -10,11 +10,9 @@ from autodb.records.tables import Array
 from autodb.timing import Timing
 from autodb.timing.clock import EVEN
 from autodb.timing.examined import is_even
-from autodb.timing.places import leaping, refreshed, unwrapped
+from autodb.timing.places import PLACES, leaping, refreshed, unwrapped
 from autodb.timing.units import doubtful_rate, highest_acceleration
 
-PLACES = (".position", ".angle")
-"""Ends of the names of channels that say where an axis is."""
 TURNS_ON = "spindle.angle"
 """Turns at constant speed: says nothing of accelerations."""
 

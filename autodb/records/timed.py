@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from autodb.errors import UnusableInput
-from autodb.records.stamps import PLACES, TURNS_ON, doubt_of_rate
+from autodb.records.stamps import TURNS_ON, doubt_of_rate
 from autodb.records.tables import Array, Recording
-from autodb.timing import Finding, Timing, examined
-from autodb.timing.places import refreshed, unwrapped
+from autodb.timing import StampFinding, Timing, examined
+from autodb.timing.places import PLACES, refreshed, unwrapped
 from autodb.timing.units import highest_acceleration
 
 SMOOTH = (*PLACES, ".velocity")
@@ -39,7 +39,7 @@ def _same(one: Array, other: Array) -> bool:
     return len(one) == len(other) and np.array_equal(one, other, equal_nan=True)
 
 
-def _counted_on(raw: Recording) -> tuple[Recording, list[Finding]]:
+def _counted_on(raw: Recording) -> tuple[Recording, list[StampFinding]]:
     """Return a recording with its angles and positions counted on over their wraps, and filled
     where they are refreshed on some rows only.
     """

@@ -2,6 +2,6 @@
 
 from autodb.timing.examined import examined
 from autodb.timing.layout import Layout
-from autodb.timing.verdict import Finding, Timing
+from autodb.timing.verdict import StampFinding, Timing
 
-__all__ = ["Finding", "Layout", "Timing", "examined"]
+__all__ = ["Layout", "StampFinding", "Timing", "examined"]

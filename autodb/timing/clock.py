@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from autodb.timing.steps import Numbered, rows_a_stamp
-from autodb.timing.verdict import Finding
+from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Clock:
 
     times_s: Array
     on_grid: bool
-    findings: tuple[Finding, ...]
+    findings: tuple[StampFinding, ...]
     blur_s: float = 0.0
     unfit: str = ""
 
@@ -98,7 +98,7 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
         kind, what = "shared", "several rows bear the stamp of their packet"
     else:
         kind, what = "jittered", f"stamps jitter by {_time(float(np.std(fast)))} (one sd)"
-    found = [Finding(kind, f"{what}: times rebuilt from the number of rows", len(even))]
+    found = [StampFinding(kind, f"{what}: times rebuilt from the number of rows", len(even))]
     if not wanders:
         return Clock(even, True, tuple(found))
     rate = float(np.std(np.diff(slow))) / rows.step_s
@@ -111,9 +111,11 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
     return Clock(even + slow, False, (*found, _wandering(slow, rows.step_s)))
 
 
-def _wandering(slow: Array, step_s: float) -> Finding:
+def _wandering(slow: Array, step_s: float) -> StampFinding:
     way = float(np.ptp(slow)) / step_s
-    return Finding("wanders", f"the clock wanders by {way:.2g} steps: rows resampled", len(slow))
+    return StampFinding(
+        "wanders", f"the clock wanders by {way:.2g} steps: rows resampled", len(slow)
+    )
 
 
 def _as_stamped(t_s: Array, off: Array, rows: Numbered) -> Clock:
@@ -121,7 +123,7 @@ def _as_stamped(t_s: Array, off: Array, rows: Numbered) -> Clock:
     sentence = (
         f"rows taken unevenly (steps scatter by {uneven:.2g} of one): resampled at their stamps"
     )
-    found = (Finding("uneven", sentence, len(t_s)),)
+    found = (StampFinding("uneven", sentence, len(t_s)),)
     if rows.resolution_s > COARSE * rows.step_s:
         unfit = (
             f"rows taken unevenly, about every {_time(rows.step_s)}, with stamps rounded to "

@@ -11,15 +11,13 @@ from autodb.errors import UnusableInput
 from autodb.timing.clock import EVEN
 from autodb.timing.layout import LaidPiece, Layout
 from autodb.timing.pieces import COARSER, SHORTEST_ROWS, SHORTEST_S, Run, laid_pieces, run_of
-from autodb.timing.places import leaping
+from autodb.timing.places import PLACES, leaping
 from autodb.timing.rates import runs_of_one_rate
 from autodb.timing.runs import Ordered, in_order
-from autodb.timing.verdict import Finding, Timing, even, merged
+from autodb.timing.verdict import StampFinding, Timing, even, merged
 
 Array = NDArray[np.float64]
 
-PLACES = (".position", ".angle")
-"""Ends of the names of channels that say where an axis is: smooth over time."""
 NEARLY = 0.02
 """The same as EVEN for recordings that are too short to be laid out: of a number of seconds since
 1970 in 64 bits the last digit is 0.2 µs. Chosen."""
@@ -80,8 +78,12 @@ def is_even(t_s: Array, *, within: float = EVEN) -> bool:
     if len(t_s) < 2 or not np.isfinite(t_s[0]) or not t_s[-1] > t_s[0]:
         return False
     step = (t_s[-1] - t_s[0]) / (len(t_s) - 1)
-    off = t_s - t_s[0] - step * np.arange(len(t_s))
-    return bool(np.max(np.abs(off)) <= within * step)  # NaN is no even stamp
+    off = np.arange(float(len(t_s)))
+    off *= -step
+    off += t_s
+    off -= t_s[0]
+    np.abs(off, out=off)
+    return bool(off.max() <= within * step)  # NaN is no even stamp
 
 
 def _first_uneven(t_s: Array) -> str:
@@ -129,16 +131,16 @@ def _laid_out(runs: Sequence[Run], ordered: Ordered, recorded: _Recorded, rows: 
         findings += run.findings
         if run.numbered.step_s > COARSER * step_s:
             sentence = f"{len(run.rows)} rows at {1.0 / run.numbered.step_s:.6g} Hz left out"
-            findings.append(Finding("other rate", sentence, len(run.rows)))
+            findings.append(StampFinding("other rate", sentence, len(run.rows)))
             continue
         pieces, done = laid_pieces(run, step_s, recorded.channels, recorded.places)
         parts += pieces
         findings += done
     kept, short = _long_enough(parts, findings, step_s, recorded.where)
     if short:
-        findings.append(Finding("short", f"{short} rows in too short pieces left out", short))
+        findings.append(StampFinding("short", f"{short} rows in too short pieces left out", short))
     if not findings:
-        findings.append(Finding("rounded", "stamps set on even steps", rows))
+        findings.append(StampFinding("rounded", "stamps set on even steps", rows))
     ends = np.cumsum([0, *(len(part.t_s) for part in kept)])
     return Timing(
         step_s=step_s,
@@ -151,7 +153,7 @@ def _laid_out(runs: Sequence[Run], ordered: Ordered, recorded: _Recorded, rows: 
 
 
 def _long_enough(
-    parts: Sequence[LaidPiece], findings: Sequence[Finding], step_s: float, where: str
+    parts: Sequence[LaidPiece], findings: Sequence[StampFinding], step_s: float, where: str
 ) -> tuple[list[LaidPiece], int]:
     """Return the pieces that filters can run on, and how many rows the others have.
 

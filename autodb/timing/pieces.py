@@ -11,7 +11,7 @@ from autodb.timing.clock import Clock, clock
 from autodb.timing.layout import LaidPiece
 from autodb.timing.places import leaping
 from autodb.timing.steps import Numbered, numbered, share_stamps
-from autodb.timing.verdict import Finding
+from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -43,15 +43,7 @@ class Run:
     rows: Index
     numbered: Numbered
     clock: Clock
-    findings: tuple[Finding, ...]
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """The file's channels: ``places`` are positions and angles."""
-
-    all: Sequence[Array]
-    places: Sequence[Array]
+    findings: tuple[StampFinding, ...]
 
 
 def run_of(
@@ -70,7 +62,7 @@ def run_of(
     if not once.all():
         count = int(np.sum(~once))
         findings.append(
-            Finding("doubled", f"{count} rows with the stamp of another left out", count)
+            StampFinding("doubled", f"{count} rows with the stamp of another left out", count)
         )
         rows, t = rows[once], t[once]
         found = numbered(t)
@@ -81,7 +73,7 @@ def run_of(
 
 def _without_copies(
     rows: Index, t_s: Array, channels: Sequence[Array]
-) -> tuple[Flags, list[Finding]]:
+) -> tuple[Flags, list[StampFinding]]:
     """Return which rows (n,) are no copy of the row before, stamp and all."""
     same = np.append(False, np.diff(t_s) == 0)
     if not channels or not same.any():
@@ -93,14 +85,14 @@ def _without_copies(
     count = int(copies.sum())
     if not count or (share_stamps(t_s) and count < MOSTLY_COPIES * same.sum()):
         return np.ones(len(rows), dtype=np.bool_), []
-    return ~copies, [Finding("doubled", f"{count} rows written twice left out", count)]
+    return ~copies, [StampFinding("doubled", f"{count} rows written twice left out", count)]
 
 
 def laid_pieces(
     run: Run, step_s: float, channels: Mapping[str, Array], places: Sequence[str]
-) -> tuple[list[LaidPiece], list[Finding]]:
+) -> tuple[list[LaidPiece], list[StampFinding]]:
     """Return the pieces of a run on steps of ``step_s``, and what was done about missing rows."""
-    findings: list[Finding] = []
+    findings: list[StampFinding] = []
     missing = np.diff(run.numbered.number) - 1
     spans = np.flatnonzero(missing > 0)
     on_change = _on_change(run, spans, [channels[name][run.rows] for name in places])
@@ -126,7 +118,7 @@ def laid_pieces(
     if not regular:
         count = len(run.rows)
         findings.append(
-            Finding(
+            StampFinding(
                 "other rate",
                 f"{count} rows at {1.0 / run.numbered.step_s:.6g} Hz resampled",
                 count,
@@ -140,7 +132,7 @@ def _leaps(
     missing: Index,
     channels: Mapping[str, Array],
     places: Sequence[str],
-    findings: list[Finding],
+    findings: list[StampFinding],
 ) -> set[int]:
     """Return the rows before which a place leaps though no time passes, and say so."""
     found: set[int] = set()
@@ -150,7 +142,7 @@ def _leaps(
             at = ", ".join(f"{run.clock.times_s[row]:.6g} s" for row in sorted(rows)[:SHOWN])
             more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
             sentence = f"{name} leaps as no axis moves (at {at}{more}): parted there"
-            findings.append(Finding("leap", sentence, len(rows)))
+            findings.append(StampFinding("leap", sentence, len(rows)))
         found |= rows
     return found
 
@@ -197,23 +189,27 @@ def _piece(
     return LaidPiece(own, times, t, held=held, resting=resting, exact=False)
 
 
-def _missing_rows(run: Run, missing: Index, filled: Index, *, on_change: bool) -> list[Finding]:
+def _missing_rows(
+    run: Run, missing: Index, filled: Index, *, on_change: bool
+) -> list[StampFinding]:
     count = int(missing[filled].sum())
     if not count:
         return []
     share = count / (count + len(run.rows))
     if on_change:
         return [
-            Finding(
+            StampFinding(
                 "on change",
                 f"rows written on change: {count} rows ({share:.2g} of all) held at the last value",
                 count,
             )
         ]
-    return [Finding("missing rows", f"{count} missing rows filled from their neighbours", count)]
+    return [
+        StampFinding("missing rows", f"{count} missing rows filled from their neighbours", count)
+    ]
 
 
-def _gaps(run: Run, parted: Index) -> list[Finding]:
+def _gaps(run: Run, parted: Index) -> list[StampFinding]:
     if not len(parted):
         return []
     t = run.clock.times_s
@@ -221,4 +217,4 @@ def _gaps(run: Run, parted: Index) -> list[Finding]:
     longest = int(np.argmax(wide))
     many = "gap" if len(parted) == 1 else f"{len(parted)} gaps, the longest"
     sentence = f"{many} of {wide[longest]:.4g} s after {t[parted[longest]]:.6g} s"
-    return [Finding("gap", sentence, len(parted))]
+    return [StampFinding("gap", sentence, len(parted))]

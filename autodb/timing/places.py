@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from autodb.timing.verdict import Finding
+from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+PLACES = (".position", ".angle")
+"""Ends of the names of channels that say where an axis is: smooth over time."""
 TURN_DEG = 360.0
 FASTEST = 0.4
 """Share of a turn that an angle may go in one row and still be counted on: half a turn could be
@@ -29,15 +31,20 @@ POLLED, RESOLUTIONS, FEWEST_STEPS = 0.9, 5.0, 50
 """A place is refreshed seldom where over this share of its steps that are RESOLUTIONS times its
 resolution, of so many at least, have a neighbour of zero. Chosen: an encoder's own steps are of one
 resolution."""
+LEAST_REPEATED = 0.25
+"""Share of the rows that repeat the place before at least, where it is refreshed seldom: every
+second row where it always moves, and it rests for half of the time. Chosen."""
 SLOWEST_POLL = 50
 """Rows from one refreshing of a place to the next at most. Chosen."""
 
 
-def refreshed(name: str, values: Array) -> tuple[Array, Finding | None]:
+def refreshed(name: str, values: Array) -> tuple[Array, StampFinding | None]:
     """Return a place (n,) that is refreshed only every few rows, between them by a spline.
 
     What moves on every row does not stand still in between.
     """
+    if np.count_nonzero(values[1:] == values[:-1]) < LEAST_REPEATED * len(values):
+        return values, None
     wide = np.abs(np.diff(values))
     moved = wide[wide > 0]
     if moved.size < FEWEST_STEPS or not np.isfinite(wide).all():
@@ -53,7 +60,7 @@ def refreshed(name: str, values: Array) -> tuple[Array, Finding | None]:
     knots = _polls(changes, every, len(values))
     sentence = f"{name} is refreshed every {every:g} rows only: the rows between by a spline"
     made = CubicSpline(knots, values[knots])(np.arange(len(values)))
-    return np.asarray(made, dtype=np.float64), Finding("polled place", sentence, len(values))
+    return np.asarray(made, dtype=np.float64), StampFinding("polled place", sentence, len(values))
 
 
 def _polls(changes: Index, every: float, rows: int) -> Index:
@@ -69,24 +76,22 @@ def _polls(changes: Index, every: float, rows: int) -> Index:
     return np.unique(np.concatenate([ends, *rests]).astype(np.intp))
 
 
-def unwrapped(name: str, values: Array) -> tuple[Array, Finding | None, str]:
+def unwrapped(name: str, values: Array) -> tuple[Array, StampFinding | None, str]:
     """Return a place (n,) counted on over its wraps, what was found, and why it cannot be used.
 
     An angle wraps at a turn, a position where its counter has no more digits.
     """
-    steps = np.diff(values)
-    wide = np.abs(steps)
-    if not wide.size or not np.isfinite(wide).all():
+    if len(values) < 2 or not np.isfinite(values).all():
         return values, None, ""
     if name.endswith(".angle"):
-        return _angle(name, values, wide)
+        return _angle(name, values, np.abs(np.diff(values)))
     leaps = leaping(values)
     if not leaps.size:
         return values, None, ""
-    return _position(name, values, steps, leaps)
+    return _position(name, values, np.diff(values), leaps)
 
 
-def _angle(name: str, values: Array, wide: Array) -> tuple[Array, Finding | None, str]:
+def _angle(name: str, values: Array, wide: Array) -> tuple[Array, StampFinding | None, str]:
     turns = np.flatnonzero(wide > 0.5 * TURN_DEG)
     if not turns.size or np.ptp(values) > TURN_DEG * (1.0 + 1e-9):
         return values, None, ""
@@ -99,14 +104,15 @@ def _angle(name: str, values: Array, wide: Array) -> tuple[Array, Finding | None
         )
         return values, None, why
     sentence = f"{name} wraps at {TURN_DEG:g}°: counted on over {len(turns)} turns"
-    return on, Finding("wrapped place", sentence, len(turns)), ""
+    return on, StampFinding("wrapped place", sentence, len(turns)), ""
 
 
 def leaping(values: Array) -> Index:
     """Return the rows (k,) before which a place leaps as no axis moves."""
-    wide = np.abs(np.diff(values))
+    wide = np.diff(values)
     if wide.size < 10:
         return np.zeros(0, dtype=np.intp)
+    np.abs(wide, out=wide)
     most = float(wide.max())
     if not most > 0.02 * float(np.ptp(values)):
         return np.zeros(0, dtype=np.intp)
@@ -124,7 +130,7 @@ def leaping(values: Array) -> Index:
 
 def _position(
     name: str, values: Array, steps: Array, leaps: Index
-) -> tuple[Array, Finding | None, str]:
+) -> tuple[Array, StampFinding | None, str]:
     """Count a position on over the leaps at which it goes on as fast as before."""
     own = steps[leaps - 1]
     before = steps[np.maximum(leaps - 2, 0)]
@@ -142,4 +148,4 @@ def _position(
     for row, way in zip(leaps, np.sign(before), strict=True):
         on[row:] += way * span
     sentence = f"{name} wraps at {span:.6g}: counted on over {len(leaps)} wraps"
-    return on, Finding("wrapped place", sentence, len(leaps)), ""
+    return on, StampFinding("wrapped place", sentence, len(leaps)), ""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.timing.verdict import Finding
+from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -25,6 +25,8 @@ CALENDAR: tuple[tuple[float, str], ...] = ((60.0, "minute"), (3600.0, "hour"), (
 that position has to go on."""
 LATE_ROWS = 200
 """Rows that may arrive late; where more do, the clock was set back. Chosen."""
+OFTEN = 0.2
+"""Share of rows that go back in time, above which stamps jitter. Chosen."""
 ORDERLY = 0.1
 """Share of a step by which steps of rows that were sorted may differ. Chosen."""
 NEIGHBOURS = 5
@@ -37,7 +39,7 @@ class Ordered:
     rows: Index
     t_s: Array
     starts: tuple[int, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[StampFinding, ...]
 
 
 def in_order(t_s: Array, channels: Sequence[Array], places: Sequence[Array]) -> Ordered:
@@ -46,21 +48,23 @@ def in_order(t_s: Array, channels: Sequence[Array], places: Sequence[Array]) -> 
     ``t_s`` (N,) its stamps, NaN where there is none, ``channels`` (N,) each, ``places`` those that
     are positions or angles.
     """
-    findings: list[Finding] = []
+    findings: list[StampFinding] = []
     rows = np.flatnonzero(np.isfinite(t_s))
     rows = rows[~_stray(t_s[rows])]
     if len(rows) < len(t_s):
         lost = len(t_s) - len(rows)
         sentence = f"{_rows(lost)} without a stamp, or with one far off, left out"
-        findings.append(Finding("no stamp", sentence, lost))
+        findings.append(StampFinding("no stamp", sentence, lost))
     steps = np.diff(t_s[rows])
     if np.sum(steps < 0) > np.sum(steps > 0):
         rows = rows[::-1]
-        findings.append(Finding("backwards", "time runs backwards: rows turned round", len(rows)))
+        findings.append(
+            StampFinding("backwards", "time runs backwards: rows turned round", len(rows))
+        )
     rows, late = _sorted(t_s, rows, channels)
     if late:
         findings.append(
-            Finding("out of order", f"{_rows(late)} out of order put at their time", late)
+            StampFinding("out of order", f"{_rows(late)} out of order put at their time", late)
         )
     found = _counted_on(t_s[rows], [place[rows] for place in places])
     return Ordered(rows, found[0], found[1], (*findings, *found[2]))
@@ -86,7 +90,10 @@ def _sorted(t_s: Array, rows: Index, channels: Sequence[Array]) -> tuple[Index, 
     step = _typical(t)
     moved = rows.copy()
     late, done = 0, 0
-    for back in np.flatnonzero(np.diff(t) < 0):
+    backs = np.flatnonzero(np.diff(t) < 0)
+    if len(backs) > OFTEN * len(t):
+        return rows, 0
+    for back in backs:
         if back < done:
             continue
         before = t[max(0, int(back) - LATE_ROWS) : back + 1]
@@ -139,7 +146,7 @@ def _typical(t: Array) -> float:
 
 def _counted_on(
     t_s: Array, places: Sequence[Array]
-) -> tuple[Array, tuple[int, ...], list[Finding]]:
+) -> tuple[Array, tuple[int, ...], list[StampFinding]]:
     """Return stamps that go on where the clock went back, where runs begin, and what was found.
 
     A step back of less than a few steps is left to what jitters.
@@ -158,12 +165,12 @@ def _counted_on(
         if span and goes_on is not False and (certain or goes_on):
             t[begin:] += span
             sentence = f"{name} wrapped: counted on over {span:.9g} s"
-            findings.append(Finding("wrapped", sentence, len(t) - begin))
+            findings.append(StampFinding("wrapped", sentence, len(t) - begin))
             continue
         t[begin:] += fell + step
         starts.append(begin)
         sentence = f"the clock goes back by {fell:.6g} s at row {begin + 1}: a run of its own"
-        findings.append(Finding("restarted", sentence, len(t) - begin))
+        findings.append(StampFinding("restarted", sentence, len(t) - begin))
     return t, tuple(starts), findings
 
 

@@ -15,6 +15,8 @@ LEAST_MM_S2, MOST_MM_S2 = 0.05, 1e6
 do, and a hundred times what linear motors do. Chosen."""
 USUAL_MM_S2 = (5.0, 2e5)
 MOVED_MM = 1.0
+MOST_ROWS = 20_000
+"""Rows that accelerations are looked for in: of more, one in a few."""
 RESOLVED = 0.25
 """Share of its way in one step by which the way of a place may change, so that the change is seen
 to last over rows. Chosen."""
@@ -67,7 +69,8 @@ def highest_acceleration(t_s: Array, place: Array) -> float | None:
     """
     if len(place) < 50 or np.ptp(place) < MOVED_MM:
         return None
-    step = float(np.median(np.diff(t_s)))
+    stride = max(1, len(place) // MOST_ROWS)
+    place, step = place[::stride], stride * float(np.median(np.diff(t_s[:MOST_ROWS])))
     bends = [np.abs(np.diff(place, 3))]
     noise = 1.4826 * float(np.median(bends[0])) / np.sqrt(20.0)
     over = 1

@@ -17,7 +17,7 @@ SHOWN = 3
 
 
 @dataclass(frozen=True)
-class Finding:
+class StampFinding:
     """One thing that stamps are beside even: its ``kind`` (docs/formats.md), and the sentence.
 
     ``rows``: how many rows it concerns.
@@ -41,7 +41,7 @@ class Timing:
     step_s: float
     pieces: tuple[slice, ...]
     rows: int
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[StampFinding, ...] = ()
     layout: Layout | None = None
     blur_s: float = 0.0
 
@@ -99,10 +99,10 @@ def even(t_s: Array) -> Timing:
     return Timing(step_s, (slice(0, len(t_s)),), len(t_s))
 
 
-def merged(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def merged(findings: Sequence[StampFinding]) -> tuple[StampFinding, ...]:
     """Return findings with each sentence once, in the order in which they came."""
     rows: dict[tuple[str, str], int] = {}
     for one in findings:
         key = one.kind, one.sentence
         rows[key] = rows.get(key, 0) + one.rows
-    return tuple(Finding(kind, sentence, count) for (kind, sentence), count in rows.items())
+    return tuple(StampFinding(kind, sentence, count) for (kind, sentence), count in rows.items())

@@ -30,6 +30,7 @@ WORDS = {
     "live": "a machine while it runs",
     "readers": "a format each",
     "signals": "filters, ranges",
+    "timing": "stamps, even rows",
     "fitting": "least squares",
     "store": "the database",
     "files": "job, tool, machine files",

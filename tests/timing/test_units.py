@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 
 from autodb.timing.dates import is_date, seconds_of
 from autodb.timing.units import doubtful_rate, highest_acceleration
@@ -35,7 +34,7 @@ def test_the_highest_acceleration_is_that_of_the_moves() -> None:
 def test_the_unit_that_fits_is_named(unit: str, seconds: float, name: str, rate_hz: float) -> None:
     """Also where the rate alone would pass: 2 kHz in milliseconds are 2 Hz."""
     t = np.arange(round(20.0 * rate_hz)) / rate_hz
-    written: NDArray[np.float64] = np.arange(len(t)) * (1.0 / rate_hz / seconds)
+    written = np.arange(len(t)) / (rate_hz * seconds)
     sharpest = highest_acceleration(written, written_mm(t))
     said = doubtful_rate(1.0 / rate_hz / seconds, sharpest)
     assert f"as {name} they make {rate_hz:g} Hz" in said
@@ -52,7 +51,7 @@ def test_a_map_at_creep_is_not_doubted() -> None:
     """2.5 rows a second, speeds that change from row to row: too few rows to tell accelerations."""
     rng = np.random.default_rng(1)
     place = np.cumsum(rng.exponential(0.003, size=3000))
-    assert highest_acceleration(np.arange(3000) * 0.4, place) is None
+    assert highest_acceleration(np.arange(3000) / 2.5, place) is None
 
 
 @pytest.mark.parametrize(
