@@ -5,17 +5,22 @@ taken the one is right under which places are smooth.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from autodb.timing.steps import Numbered, rows_a_stamp
+from autodb.timing.steps import AROUND, Numbered, rows_a_stamp
 from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 
+EVENLY, UNEVENLY = 0.003, 0.03
+"""Kinks that places may have on even steps, and at stamps of rows that were taken unevenly: a row
+in a hundred that is missing makes 0.01; a robot's joint at its stamps has 0.02. Chosen."""
+COARSE_PLACE = 0.05
+"""Share of the squared way of a step that the resolution of a place may make, to show kinks."""
 EVEN = 1e-4
 """Share of a step by which even stamps may be off: at 100 mm/s and 1 ms a place is off by 10 nm."""
 CLEARLY = 0.8
@@ -74,12 +79,28 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     if not wanders:
         slow, fast = np.zeros_like(off), off
     if np.abs(fast).max() <= ROUNDED * rows.resolution_s:
-        return _by_number(even, slow, fast, rows, wanders=wanders)
+        known = _by_number(even, slow, fast, rows, wanders=wanders)
+        return _unless_kinked(known, places, EVENLY) if rows.shared else known
     honest = None if rows.shared else _stamps_are_right(t_s, even + slow, places)
     alike = float(np.std(fast)) <= INDEPENDENT * float(np.std(np.diff(fast))) / np.sqrt(2.0)
     if not rows.shared and (honest or not alike):
-        return _as_stamped(t_s, off, rows)
-    return _by_number(even, slow, fast, rows, wanders=wanders)
+        return _unless_kinked(_as_stamped(t_s, off, rows), places, UNEVENLY)
+    return _unless_kinked(_by_number(even, slow, fast, rows, wanders=wanders), places, EVENLY)
+
+
+def _unless_kinked(found: Clock, places: Sequence[Array], most: float) -> Clock:
+    """Return a clock, unfit where places are not smooth under it: rows are missing among those
+    that share stamps, or neither stamps nor numbers are right.
+    """
+    bent = kinks(np.maximum.accumulate(found.times_s), places)
+    if found.unfit or bent is None or bent <= most:
+        return found
+    unfit = (
+        f"{found.findings[0].sentence}, but the axis then moves by leaps ({100 * bent**0.5:.2g} % "
+        "of its way in a step), as where rows are missing or stamps wrong: when rows were taken "
+        "cannot be told"
+    )
+    return replace(found, unfit=unfit)
 
 
 def _slow(off: Array, many: int) -> Array:
@@ -98,6 +119,9 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
         kind, what = "shared", "several rows bear the stamp of their packet"
     else:
         kind, what = "jittered", f"stamps jitter by {_time(float(np.std(fast)))} (one sd)"
+        if np.std(fast) > rows.step_s:
+            unfit = f"{what}, rows are {_time(rows.step_s)} apart: their order is not known"
+            return Clock(even, True, (), unfit=unfit)
     found = [StampFinding(kind, f"{what}: times rebuilt from the number of rows", len(even))]
     if not wanders:
         return Clock(even, True, tuple(found))
@@ -155,8 +179,33 @@ def _stamps_are_right(t_s: Array, even: Array, places: Sequence[Array]) -> bool 
     return False if other < CLEARLY * one else None
 
 
+def kinks(t_s: Array, places: Sequence[Array]) -> float | None:
+    """Return how much the ways of places bend from row to row, as a share of them, squared.
+
+    Roughness of the fastest rows over the square of a step's way, less what a place's resolution
+    gives: that of the place of which least is due to it. None where no place moves.
+    """
+    found = []
+    for place in places:
+        moving = _moving(place)
+        way = np.abs(place[4:] - place[:-4])[moving] / 4.0
+        rough = roughness(t_s, place)[moving]
+        known = np.isfinite(rough)
+        if not np.any(known) or not np.mean(way**2) > 0:
+            continue
+        steps = np.abs(np.diff(place))
+        grain = float(steps[steps > 1e-9 * np.ptp(place)].min()) ** 2 / 12.0
+        if grain < COARSE_PLACE * np.mean(way**2):
+            bent = max(float(np.mean(rough[known])) - 2.0 * grain, 0.0)
+            found.append(bent / float(np.mean(way**2)))
+    return min(found, default=None)
+
+
 def _moving(place: Array) -> NDArray[np.bool_]:
-    speed = np.abs(place[4:] - place[:-4])
+    """Return which rows (n − 4,) are among the fastest, over a while: no kink chooses itself."""
+    reach = max(2, min(AROUND, len(place) // 8))
+    padded = np.pad(place, reach, mode="edge")
+    speed = np.abs(padded[2 * reach :] - padded[: -2 * reach])[2:-2]
     return np.asarray((speed > 0) & (speed >= np.quantile(speed, FAST_SHARE)), dtype=np.bool_)
 
 

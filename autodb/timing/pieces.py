@@ -21,6 +21,8 @@ FILLED_ROWS = 5
 """Missing rows in a row that are filled from their neighbours: chosen, so few change no filter."""
 HELD_S = 10.0
 """Longest time without a change over which rows written on change are held. Chosen."""
+BLURRED = ("jittered", "shared")
+"""Kinds of stamps that do not say which rows are missing."""
 FEWEST_SPANS, RESTING, ON_CHANGE = 10, 1.5, 0.95
 """Rows are written on change where so many spans are missing, and over this share of them places
 move by less than RESTING times what they move in one step. Chosen."""
@@ -66,7 +68,8 @@ def run_of(
         )
         rows, t = rows[once], t[once]
         found = numbered(t)
-        assert found is not None  # fewer rows of the same stamps
+    if found is None:
+        return None
     at = clock(t, found, [channels[name][rows] for name in places])
     return Run(rows, found, at, (*findings, *at.findings))
 
@@ -149,7 +152,8 @@ def _leaps(
 
 def _on_change(run: Run, spans: Index, places: Sequence[Array]) -> bool:
     """Say whether rows are missing because nothing changed: places rest where they are."""
-    if len(spans) < FEWEST_SPANS or not places:
+    clean = run.clock.on_grid and not any(one.kind in BLURRED for one in run.clock.findings)
+    if len(spans) < FEWEST_SPANS or not places or not clean:
         return False
     one = np.diff(run.numbered.number) == 1
     for place in places:

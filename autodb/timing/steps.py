@@ -56,6 +56,8 @@ def numbered(t_s: Array) -> Numbered | None:
         return None
     shared, resolution_s = share_stamps(t_s), resolution(t_s)
     step = _first_step(t_s, steps, ahead, shared=shared)
+    if not step > 0:
+        return None
     number = _counted(t_s, steps, step, shared=shared)
     for _ in range(2):
         step = _slope(t_s, number)
@@ -106,16 +108,18 @@ def _base(ahead: Array) -> float:
     """
     least = float(np.quantile(ahead, 0.01))
     alike = np.abs(ahead - least) <= ALIKE * least
+    if np.mean(alike) <= SHARED:
+        return 0.0
     base = float(np.mean(ahead[alike]))
     off = np.abs(ahead / base - np.round(ahead / base))
-    often = np.mean(alike) > SHARED
-    return base if often and np.quantile(off, 0.99) < ALIKE else 0.0
+    return base if np.quantile(off, 0.99) < ALIKE else 0.0
 
 
 def _counted(t_s: Array, steps: Array, step: float, *, shared: bool) -> Index:
     """Return the number (n,) of each row, missing ones counted in."""
     whole = np.round(steps / step)
-    if not shared and np.mean(np.abs(steps / step - whole) > WHOLE) <= 1e-3:
+    clean = np.mean(np.abs(steps / step - whole) > WHOLE) <= 1e-3
+    if not shared and clean and whole.min() >= 0:
         return _spread(np.concatenate([[0], np.cumsum(whole)]).astype(np.intp))
     missing = np.zeros(len(t_s), dtype=np.intp)
     missing[1:] = _missing(t_s, steps, step, shared=shared)

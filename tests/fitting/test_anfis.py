@@ -375,7 +375,10 @@ def test_what_cannot_be_fitted_is_said() -> None:
 
 def test_the_mackey_glass_series_is_predicted_better_than_published() -> None:
     """Jang 1993, example 4: RMSE 0.0016 and 0.0015 published; one start of the benchmark's five."""
-    files = [SHARED / "jang_mackey_glass" / f"jang-example4-data.{part}" for part in ("trn", "chk")]
+    files = [
+        SHARED / "data" / "jang_mackey_glass" / f"jang-example4-data.{part}"
+        for part in ("trn", "chk")
+    ]
     if not files[0].exists():
         pytest.skip(f"series not here: {files[0]}")
     train, check = (np.loadtxt(file) for file in files)

@@ -252,7 +252,7 @@ def _keep(
         already_there=False,
         again=found.there,
         replaced=len(found.replaced),
-        timing=_sentences(recording),
+        timing=time_sentences(recording),
     )
 
 
@@ -269,11 +269,11 @@ def _aside(session: Session, recording: models.StoredRecording, cuts: list[model
         recording.rows,
         len(cuts),
         already_there=False,
-        timing=_sentences(recording),
+        timing=time_sentences(recording),
     )
 
 
-def _sentences(row: models.StoredRecording) -> tuple[str, ...]:
+def time_sentences(row: models.StoredRecording) -> tuple[str, ...]:
     """Return what a recording's stamps are, a sentence for each time base."""
     bases = row.timing or {}
     return tuple(f"{name}: {one['said']}".removeprefix(": ") for name, one in bases.items())
@@ -322,7 +322,7 @@ def _as_known(row: models.StoredRecording, *, other_side: bool) -> Imported:
         other_side,
         withdrawn=row.withdrawn_why,
         looked_at=row.looked_at is not None,
-        timing=_sentences(row),
+        timing=time_sentences(row),
     )
 
 

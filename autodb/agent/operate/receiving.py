@@ -12,7 +12,14 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import Imported, KeepAt, counted_cuts, import_file, whole_file
+from autodb.agent.ingest.importing import (
+    Imported,
+    KeepAt,
+    counted_cuts,
+    import_file,
+    time_sentences,
+    whole_file,
+)
 from autodb.agent.operate.access import Access, noting
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
@@ -66,4 +73,11 @@ def recording_came_in(store: Store, path: Path) -> Imported | None:
         row = session.scalar(select(models.StoredRecording).where(lies_there).limit(1))
         if row is None:
             return None
-        return Imported(row.id, row.kind, row.rows, len(counted_cuts(row)), already_there=False)
+        return Imported(
+            row.id,
+            row.kind,
+            row.rows,
+            len(counted_cuts(row)),
+            already_there=False,
+            timing=time_sentences(row),
+        )

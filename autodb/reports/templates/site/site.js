@@ -187,10 +187,11 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     if (side) form.append("side", side, side.name);
     request.send(form);
   });
-  const words = ({ recording_id, cuts, already_there, notes }) => [
+  const words = ({ recording_id, cuts, already_there, timing, notes }) => [
     already_there
       ? `already there as recording ${recording_id}`
       : `recording ${recording_id}, ${cuts} new cuts`,
+    ...timing.map((sentence) => `time: ${sentence}`),
     ...notes,
   ].join("; ");
   const follow = async (number, shown) => {
