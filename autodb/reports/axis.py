@@ -66,7 +66,7 @@ def field_plots(found: EffortField, axis: str, unit: str) -> list[tuple[str, Mar
         for name, values, top in (
             ("Measured", found.measured, largest),
             ("Modelled", found.modelled, largest),
-            ("Left", found.left, left),
+            ("Residual", found.left, left),
         )
     ]
 

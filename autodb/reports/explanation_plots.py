@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
@@ -12,6 +13,8 @@ from autodb.reports import figures
 
 AROUND = 0.2
 """Share of a located stretch that is drawn on each side of it."""
+GAP_STEPS = 5.0
+"""Steps of a recording's clock from which on a line breaks: no row was recorded there."""
 
 
 def channel_words(name: str) -> str:
@@ -135,10 +138,12 @@ def _curves(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[str, Array
 
 
 def _curve(trace: ChannelTrace, values: Array, name: str) -> go.Scatter:
-    cuts = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
-    return figures.line_trace(
-        trace.x, values, tone=name, name=name, **(cuts if trace.x_name == "cut" else {})
-    )
+    if trace.x_name == "cut":
+        style = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
+        return figures.line_trace(trace.x, values, tone=name, name=name, **style)
+    steps = np.diff(trace.x)
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)).tolist() if steps.size else []
+    return figures.line_trace(trace.x, values, tone=name, name=name, gaps=gaps)
 
 
 def against_signals(

@@ -92,11 +92,11 @@ def _first_uneven(t_s: Array) -> str:
     if lost.size:
         return f"t, row {lost[0] + 1}: no finite number; record a time on every row"
     steps = np.diff(t_s)
-    step = float(np.median(steps))
-    row = int(np.argmax(np.abs(steps - step))) + 1
+    back = np.flatnonzero(steps <= 0)
+    row = int(back[0] if back.size else np.argmax(np.abs(steps - np.median(steps)))) + 1
     return (
-        f"column 't', row {row + 1}: {steps[row - 1]:.6g} s after the row before, others "
-        f"{step:.6g} s; record even steps, or at least {SHORTEST_ROWS} rows"
+        f"column 't', row {row + 1}: {steps[row - 1]:.6g} s after the row before; record even "
+        f"steps, or at least {SHORTEST_ROWS} rows"
     )
 
 

@@ -15,7 +15,8 @@ KEPT = Path(__file__).parent
 FOLDER = KEPT.parent / "proofs"
 INDEX = FOLDER / "index.md"
 PAGES = tuple(
-    FOLDER / f"{name}.md" for name in ("axes", "lathes", "mills", "pairs", "explain", "keeping")
+    FOLDER / f"{name}.md"
+    for name in ("time", "axes", "lathes", "mills", "pairs", "explain", "keeping")
 )
 BEGIN, END = "<!-- proof: {} -->\n", "<!-- end of proof -->\n"
 PROOF = re.compile(BEGIN.format(r"([\w-]+)") + ".*?" + END, re.DOTALL)

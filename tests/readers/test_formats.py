@@ -281,8 +281,8 @@ def test_import_without_a_machine_only_looks(cli: Cli, tmp_path: Path) -> None:
     path = write_groups(tmp_path / "a.tdms", GROUPS)
     done = cli("import", path)
     assert done.code == 0
-    for part in ("drive: 12000 rows, 1000 Hz", "climate: 120 rows, 10 Hz", "spindle.temperature",
-                 "not stored"):  # fmt: skip
+    for part in ("drive: 12000 rows, 0 to 11.999 s; time: even, 1000 Hz", "climate: 120 rows, ",
+                 "time: even, 10 Hz", "spindle.temperature", "not stored"):  # fmt: skip
         assert part in done.out
     assert list(Path().glob("*.sqlite3")) == []
 

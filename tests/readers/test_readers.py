@@ -201,7 +201,7 @@ BAD_FILES = [
     (_text("a.csv", "t;x.position\n0;1\n1;2\n"), "not separated by commas"),
     (
         _text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"),
-        "column 't', row 2: 0 s after the row before, others",
+        "column 't', row 2: 0 s after the row before; record",
     ),
     (_text("a.csv", "t,x.position\n0,1\n,2\n2,3\n"), "t, row 2: no finite number"),
     (_text("a.csv", "cut,force.x\n1,1\n,2\n"), "cut, row 2: no finite number"),

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.records import Recording, on_even_rows
+from autodb.reports.figures import line_trace
 from autodb.sensing.drives.feed_axis import identify
 from autodb.store import models, open_store
 from tests.conftest import Cli, shared
@@ -120,6 +121,14 @@ def test_corrected_has_every_row_of_the_file(cli: Cli, tmp_path: Path) -> None:
     answer = json.loads(Path("out/explanation.json").read_text())["channels"]["x.current"]
     assert [cause["term"] for cause in answer["missing"]] == ["coulomb"]
     assert "stamps rounded to 1 ms" in Path("out/report.html").read_text()
+
+
+def test_a_line_breaks_where_nothing_was_recorded() -> None:
+    x = np.r_[np.arange(5000.0), 6000.0 + np.arange(5000.0)]
+    drawn = line_trace(x, np.sin(x), tone="recording", name="recording", gaps=[4999])
+    breaks = np.flatnonzero(np.isnan(drawn.y))
+    assert drawn.x[breaks].tolist() == [4999.0]
+    assert np.all(np.diff(drawn.x) >= 0)
 
 
 def _speed() -> np.ndarray:

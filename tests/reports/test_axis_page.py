@@ -55,7 +55,7 @@ def test_the_page_shows_maps_terms_and_what_is_not_known(cli: Cli) -> None:
     assert done.code == 0, done.err
     assert "page: axis.html" in done.out
     page = Path("axis.html").read_text("utf-8")
-    for said in ("Z axis", "Measured [A]", "Modelled [A]", "Left [A]", "coulomb level",
+    for said in ("Z axis", "Measured [A]", "Modelled [A]", "Residual [A]", "coulomb level",
                  "shortly after a reversal", "Warming is not in this model"):  # fmt: skip
         assert said in page
     assert "http" not in page.split("<main>")[1].split("</main>")[0].replace("http://www.w3", "")

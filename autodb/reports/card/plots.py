@@ -64,7 +64,7 @@ def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
 
 def _against(axis: AxisCard, name: str, values: Array, *, id_: str) -> Markup:
     c = axis.calibration
-    made = figures.figure([f"Left [{c.unit}]"], x_title=name)
+    made = figures.figure([f"Residual [{c.unit}]"], x_title=name)
     _add(made, axis, values, axis.target - axis.estimate)
     label = f"{c.axis}: reference less estimate against {name}"
     return figures.as_html(made, id_, height_px=SMALL_PX, label=label)
