@@ -142,8 +142,10 @@ def _curve(trace: ChannelTrace, values: Array, name: str) -> go.Scatter:
         style = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
         return figures.line_trace(trace.x, values, tone=name, name=name, **style)
     steps = np.diff(trace.x)
-    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)).tolist() if steps.size else []
-    return figures.line_trace(trace.x, values, tone=name, name=name, gaps=gaps)
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) if steps.size else None
+    if gaps is None or not gaps.size:
+        return figures.line_trace(trace.x, values, tone=name, name=name)
+    return figures.broken_line(trace.x, values, gaps, tone=name, name=name)
 
 
 def against_signals(

@@ -193,22 +193,22 @@ def thinned(values: Array) -> Index:
     return np.union1d(evenly, keep_peaks(values, half))
 
 
-def line_trace(
-    x: Array, y: Array, *, tone: str, name: str, gaps: Sequence[int] = (), **more: Any
-) -> go.Scatter:
-    """Return a line; peaks are kept where it has more than ``MAX_POINTS``.
-
-    It breaks behind each row of ``gaps``.
-    """
+def line_trace(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:
+    """Return a line; peaks are kept where it has more than ``MAX_POINTS``."""
     kept = keep_peaks(y)
-    behind = np.searchsorted(kept, gaps, side="right")
-    xs, ys = (
-        np.insert(x[kept], behind, x[np.asarray(gaps, dtype=np.intp)]),
-        np.insert(y[kept], behind, np.nan),
-    )
     style = {"color": colour(tone), "width": 1.5, **more.pop("line", {})}
     more = {"mode": "lines", "hoverinfo": "x+y+name", **more}
-    return go.Scatter(x=xs, y=ys, name=name, line=style, **more)
+    return go.Scatter(x=x[kept], y=y[kept], name=name, line=style, **more)
+
+
+def broken_line(x: Array, y: Array, gaps: Index, *, tone: str, name: str) -> go.Scatter:
+    """Return a line as ``line_trace`` does, broken behind each row of ``gaps``."""
+    kept = keep_peaks(y)
+    behind = np.searchsorted(kept, gaps, side="right")
+    made = line_trace(x, y, tone=tone, name=name)
+    made.x = np.insert(x[kept], behind, x[gaps])
+    made.y = np.insert(y[kept], behind, np.nan)
+    return made
 
 
 def points(x: Array, y: Array, *, tone: str, name: str, **more: Any) -> go.Scatter:

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.records import Recording, on_even_rows
-from autodb.reports.figures import line_trace
+from autodb.reports.figures import broken_line
 from autodb.sensing.drives.feed_axis import identify
 from autodb.store import models, open_store
 from tests.conftest import Cli, shared
@@ -125,7 +125,7 @@ def test_corrected_has_every_row_of_the_file(cli: Cli, tmp_path: Path) -> None:
 
 def test_a_line_breaks_where_nothing_was_recorded() -> None:
     x = np.r_[np.arange(5000.0), 6000.0 + np.arange(5000.0)]
-    drawn = line_trace(x, np.sin(x), tone="recording", name="recording", gaps=[4999])
+    drawn = broken_line(x, np.sin(x), np.array([4999]), tone="recording", name="recording")
     breaks = np.flatnonzero(np.isnan(drawn.y))
     assert drawn.x[breaks].tolist() == [4999.0]
     assert np.all(np.diff(drawn.x) >= 0)
