@@ -64,7 +64,7 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     """Say when rows with the stamps ``t_s`` (n,) were taken; ``places`` (n,) each."""
     since = t_s - rows.step_s * rows.number
     first = float(np.median(since))
-    if abs(first - t_s[0]) < EVEN * rows.step_s:
+    if abs(first - t_s[0]) < EVEN * rows.step_s + 0.5 * rows.resolution_s:
         first = float(t_s[0])
     even = np.asarray(first + rows.step_s * rows.number, dtype=np.float64)
     off = t_s - even

@@ -12,6 +12,8 @@ MONTHS = 12
 _DAY_FIRST = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[ T]+")
 _SLASHES = re.compile(r"^(\d{1,2})/(\d{1,2})/(\d{4})[ T]+")
 _HOUR = re.compile(r"^(\d{1,2}):")
+_COLON_MS = re.compile(r"(\d:\d\d:\d\d):(\d{1,9})$")
+_HALF_DAY = re.compile(r"(\d{1,2})(:\d\d:\d\d\S*)\s*([AaPp])\.?[Mm]\.?$")
 _ONE_DIGIT_HOUR = re.compile(r"[T ](\d):")
 
 
@@ -43,7 +45,8 @@ def seconds_of(texts: Sequence[str]) -> Array | None:
 def _as_iso(texts: Sequence[str]) -> list[str]:
     """Return moments of other ways of writing in that of ISO 8601.
 
-    Between slashes the month comes first, unless it would be a thirteenth.
+    Hours before or after noon are of 24, a colon before a fraction is a point. Between slashes the
+    month comes first, unless it would be a thirteenth.
     """
     slashes = [found for text in texts if (found := _SLASHES.match(text))]
     day_first = any(int(found[1]) > MONTHS for found in slashes)
@@ -54,8 +57,15 @@ def _as_iso(texts: Sequence[str]) -> list[str]:
 
     made = []
     for text in texts:
-        one = _DAY_FIRST.sub(lambda m: f"{m[3]}-{int(m[2]):02}-{int(m[1]):02}T", text)
+        one = _HALF_DAY.sub(_of_whole_day, _COLON_MS.sub(r"\1.\2", text))
+        one = _DAY_FIRST.sub(lambda m: f"{m[3]}-{int(m[2]):02}-{int(m[1]):02}T", one)
         one = _SLASHES.sub(from_slashes, one)
         one = _HOUR.sub(lambda m: f"1970-01-01T{int(m[1]):02}:", one)
         made.append(_ONE_DIGIT_HOUR.sub(lambda m: f"T0{m[1]}:", one))
     return made
+
+
+def _of_whole_day(found: re.Match[str]) -> str:
+    """Return a time before or after noon as one of 24 hours."""
+    hour = int(found[1]) % 12 + (12 if found[3] in "Pp" else 0)
+    return f"{hour:02}{found[2]}"

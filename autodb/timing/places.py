@@ -103,8 +103,12 @@ def _angle(name: str, values: Array, wide: Array) -> tuple[Array, StampFinding |
             "to count turns; record it at a higher rate, or counted on over turns"
         )
         return values, None, why
-    sentence = f"{name} wraps at {TURN_DEG:g}°: counted on over {len(turns)} turns"
+    sentence = f"{name} wraps at {TURN_DEG:g}°: counted on, {_times(len(turns))}"
     return on, StampFinding("wrapped place", sentence, len(turns)), ""
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def leaping(values: Array) -> Index:
@@ -147,5 +151,5 @@ def _position(
     on = values.copy()
     for row, way in zip(leaps, np.sign(before), strict=True):
         on[row:] += way * span
-    sentence = f"{name} wraps at {span:.6g}: counted on over {len(leaps)} wraps"
+    sentence = f"{name} wraps at {span:.6g}: counted on, {_times(len(leaps))}"
     return on, StampFinding("wrapped place", sentence, len(leaps)), ""

@@ -21,6 +21,8 @@ AROUND = 25
 """Rows on either side that show whether stamps stay behind by a row: chosen."""
 STAYS = 0.7
 """Steps by which they stay behind where rows are missing: between none and one."""
+STAMPS = 10
+"""Stamps over which the step of rows that share them is measured at first. Chosen."""
 SHARED = 0.2
 """Share of steps of zero from which on several rows share a stamp. Chosen."""
 RESOLUTIONS = tuple(sorted([10.0**-k for k in range(7)] + [2.0**-k for k in range(1, 11)]))[::-1]
@@ -97,7 +99,8 @@ def _first_step(t_s: Array, steps: Array, ahead: Array, *, shared: bool) -> floa
     base = _base(ahead) if not shared else 0.0
     if base:
         return base
-    over = max(1, min(WINDOW, len(t_s) // 4))
+    many = rows_a_stamp(t_s) if shared else 1
+    over = max(1, min(max(WINDOW, STAMPS * many), len(t_s) // 2))
     return float(np.median(t_s[over:] - t_s[:-over]) / over)
 
 
@@ -167,7 +170,13 @@ def _missing(t_s: Array, steps: Array, step: float, *, shared: bool) -> Index:
 
 
 def _slope(t_s: Array, number: Index) -> float:
-    """Return the step that fits stamps (n,) best, s, those far off left out."""
+    """Return the step that fits stamps (n,) best, s, those far off left out.
+
+    Of rows that share a stamp the first counts: there the clock went on.
+    """
+    begins = np.flatnonzero(np.diff(t_s) > 0) + 1
+    if FEWEST_STEPS <= len(begins) < len(t_s) - 1:
+        t_s, number = t_s[begins], number[begins]
     n = number.astype(np.float64)
     kept = np.ones(len(n), dtype=np.bool_)
     for _ in range(3):

@@ -21,14 +21,15 @@ RESOLVED = 0.25
 """Share of its way in one step by which the way of a place may change, so that the change is seen
 to last over rows. Chosen."""
 UNITS: tuple[tuple[str, float, str], ...] = (
-    ("ms", 1e-3, "milliseconds"),
-    ("us", 1e-6, "microseconds"),
-    ("ns", 1e-9, "nanoseconds"),
-    ("min", 60.0, "minutes"),
-    ("h", 3600.0, "hours"),
-    ("day", 86400.0, "days"),
+    ('unit = "ms"', 1e-3, "milliseconds"),
+    ('unit = "us"', 1e-6, "microseconds"),
+    ("scale = 1e-7", 1e-7, "ticks of 100 ns"),
+    ('unit = "ns"', 1e-9, "nanoseconds"),
+    ('unit = "min"', 60.0, "minutes"),
+    ('unit = "h"', 3600.0, "hours"),
+    ('unit = "day"', 86400.0, "days"),
 )
-"""Units that stamps come in, in s; rows by the name that a side file states."""
+"""What stamps come in: what a side file states of it, how many seconds, and its name."""
 
 
 def doubtful_rate(step_s: float, sharpest: float | None) -> str:
@@ -46,11 +47,13 @@ def doubtful_rate(step_s: float, sharpest: float | None) -> str:
         what += f" and {sharpest:.2g} mm/s² at the most"
     if not fits:
         return f"as seconds its steps make {what}: no recording of a drive; state its unit"
-    unit, factor, name = fits[0]
+    could = [f"as {name} {rate / factor:.6g} Hz ({stated})" for stated, factor, name in fits]
+    if abs(step_s - 1.0) < 1e-9:
+        could.append('as a count of rows what the logger had (row_in = "*", step_s = SECONDS)')
     return (
-        f"as seconds its steps make {what}; as {name} they make {rate / factor:.6g} Hz: state "
-        f'"t" = {{column = "t", unit = "{unit}"}} under [channels] in the side file (or unit = "s" '
-        "if they are seconds)"
+        f'as seconds its steps make {what}, {", ".join(could)}: state which, as in "t" = '
+        f'{{column = "t", {fits[0][0]}}}, under [channels] in the side file (unit = "s" if it is '
+        "in seconds)"
     )
 
 

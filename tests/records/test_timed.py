@@ -76,7 +76,7 @@ def test_milliseconds_are_doubted_and_believed_when_stated(cli: Cli, tmp_path: P
     path = _written(tmp_path, 1e3 * T)
     done = cli("identify", path)
     assert done.code == 2
-    assert "as milliseconds they make 400 Hz" in done.err
+    assert 'as milliseconds 400 Hz (unit = "ms")' in done.err
     assert done.err.count("\n") == 1
     path.with_suffix(".toml").write_text('[channels]\n"t" = {column = "t", unit = "ms"}\n')
     assert cli("identify", path).code == 0

@@ -26,6 +26,7 @@ def test_the_highest_acceleration_is_that_of_the_moves() -> None:
         ("ms", 1e-3, "milliseconds"),
         ("us", 1e-6, "microseconds"),
         ("ns", 1e-9, "nanoseconds"),
+        ("1e-7", 1e-7, "ticks of 100 ns"),
         ("min", 60.0, "minutes"),
         ("day", 86400.0, "days"),
     ],
@@ -37,8 +38,8 @@ def test_the_unit_that_fits_is_named(unit: str, seconds: float, name: str, rate_
     written = np.arange(len(t)) / (rate_hz * seconds)
     sharpest = highest_acceleration(written, written_mm(t))
     said = doubtful_rate(1.0 / rate_hz / seconds, sharpest)
-    assert f"as {name} they make {rate_hz:g} Hz" in said
-    assert f'unit = "{unit}"' in said
+    stated = f"scale = {unit}" if unit == "1e-7" else f'unit = "{unit}"'
+    assert f"as {name} {rate_hz:g} Hz ({stated})" in said
 
 
 @pytest.mark.parametrize("rate_hz", [2.5, 10.0, 50.0, 400.0, 8000.0])
@@ -64,6 +65,9 @@ def test_a_map_at_creep_is_not_doubted() -> None:
         (["03/29/2026 10:00:00", "03/29/2026 10:00:00.125"], 0.125),
         (["29/03/2026 23:59:59", "30/03/2026 00:00:01"], 2.0),
         (["9:05:01.25", "10:05:01.25"], 3600.0),
+        (["13:59:50:123", "13:59:50:623"], 0.5),
+        (["5/1/2026 11:59:59.5 AM", "5/1/2026 12:00:00.5 PM"], 1.0),
+        (["5/1/2026 11:59:59 pm", "5/2/2026 12:00:01 am"], 2.0),
     ],
 )
 def test_dates_are_read_as_loggers_write_them(texts: list[str], seconds: float) -> None:
