@@ -92,17 +92,18 @@ def _as_written(recording: Recording, simulation: Recording | CutTable, name: st
 
 
 def _derived(recording: Recording, axis: str) -> list[str]:
-    """Say what was derived from position, and with which filter."""
+    """Say what of an axis' motion was derived, from what, and with which filter."""
+    from autodb.sensing.drives.moves.motion import DROWNED, place_channel, protocol_of
+
     names = [f"{axis}.{what}" for what in ("velocity", "acceleration")]
     missing = [name for name in names if name not in recording]
     if not missing:
         return []
-    from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
-
-    cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
+    source = place_channel(axis) if names[0] in missing else names[0]
+    protocol = protocol_of(recording, axis, noise_share=DROWNED)
     return [
-        f"{' and '.join(missing)} derived from {axis}.position: 4th-order Butterworth at "
-        f"{cutoff_hz:g} Hz forwards and backwards, central differences"
+        f"{' and '.join(missing)} derived from {source}: 4th-order Butterworth at "
+        f"{protocol.cutoff_hz:g} Hz{protocol.lowered} forwards and backwards, central differences"
     ]
 
 
