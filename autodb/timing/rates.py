@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.timing.steps import common_step
+
 Array = NDArray[np.float64]
 
 BLOCK = 50
@@ -26,6 +28,10 @@ def runs_of_one_rate(t_s: Array) -> list[slice]:
     """
     count = (len(t_s) - 1) // BLOCK
     if count < 2 * LASTS:
+        return [slice(0, len(t_s))]
+    ahead = np.diff(t_s)
+    ahead = ahead[ahead > 0]
+    if not ahead.size or common_step(ahead):
         return [slice(0, len(t_s))]
     steps = np.diff(t_s)[: count * BLOCK].reshape(count, BLOCK)
     middle, mean = np.median(steps, axis=1), np.mean(steps, axis=1)

@@ -96,7 +96,7 @@ def _first_step(t_s: Array, steps: Array, ahead: Array, *, shared: bool) -> floa
     alike = np.abs(steps - middle) <= ALIKE * middle
     if not shared and np.mean(alike) >= MOSTLY:
         return float(np.mean(steps[alike]))
-    base = _base(ahead) if not shared else 0.0
+    base = common_step(ahead) if not shared else 0.0
     if base:
         return base
     many = rows_a_stamp(t_s) if shared else 1
@@ -104,8 +104,8 @@ def _first_step(t_s: Array, steps: Array, ahead: Array, *, shared: bool) -> floa
     return float(np.median(t_s[over:] - t_s[:-over]) / over)
 
 
-def _base(ahead: Array) -> float:
-    """Return the step of which all others are whole multiples, 0 where there is none.
+def common_step(ahead: Array) -> float:
+    """Return the step of which all others (n,) are whole multiples, 0 where there is none.
 
     It has to be there often: rows that are written on change.
     """

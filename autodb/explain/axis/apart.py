@@ -129,7 +129,7 @@ def accounts_apart(
     difference = columns[0] @ one.coefficients - columns[1] @ two.coefficients
     free = np.column_stack([columns[0] @ one.root, columns[1] @ two.root])
     noise_sd = float(np.sqrt(reading.inquiry.variance))
-    white, right = (reading.inquiry.whitener(v) / noise_sd for v in (free, difference))
+    white, right = (reading.inquiry.whitener.unbroken(v) / noise_sd for v in (free, difference))
     gained, taken = odds(white, right)
     return Separation(
         words=run.words,

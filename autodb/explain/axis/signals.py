@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 OWN_SHARE = 0.005
 """A term of which the simulation has less than this share is not in it."""
+BLURRED_SHARE = 0.02
+"""The same where motion is known within a dead band only. Chosen."""
 WIDTHS_MM_S = (0.0, 0.1, 0.3, 1.0, 3.0)
 """Speeds over which a simulation's friction may turn; 0 is the recording's own direction."""
 WRITTEN = 1e-12
@@ -168,7 +170,8 @@ def _read_off(
         if left + rounding < 0.98 * best[0]:
             best = (left, sense, coefficients)
     _, sense, coefficients = best
-    level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
+    share = OWN_SHARE if measured is None else BLURRED_SHARE
+    level = share * float(np.sqrt(np.mean(simulation**2)))
     had = {
         name: float(c)
         for (name, column), c in zip(own_terms(sense, inputs).items(), coefficients, strict=True)

@@ -35,6 +35,11 @@ class Whitener:
         white = self._filtered(values)
         return white if self.linked is None else white[self.linked]
 
+    @property
+    def unbroken(self) -> "Whitener":
+        """The same filter, of rows that all follow each other."""
+        return Whitener(self.coefficients)
+
     def places(self, rows: int) -> Index:
         """Return the row, of so many, that each white row stands at."""
         every = np.arange(len(self.coefficients), rows)
