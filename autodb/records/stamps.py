@@ -10,7 +10,7 @@ from autodb.records.tables import Array
 from autodb.timing import Timing
 from autodb.timing.clock import EVEN
 from autodb.timing.examined import is_even
-from autodb.timing.places import PLACES, leaping, refreshed, unwrapped
+from autodb.timing.places import PLACES, filled_between, leaping, unwrapped
 from autodb.timing.units import doubtful_rate, highest_acceleration
 
 TURNS_ON = "spindle.angle"
@@ -75,7 +75,9 @@ def _odd_places(channels: Mapping[str, Array]) -> bool:
     """Say whether a place wraps, leaps or is refreshed on some rows only."""
     places = [(n, values) for n, values in channels.items() if n.endswith(PLACES)]
     return any(
-        leaping(v).size > 0 or unwrapped(n, v)[1:] != (None, "") or refreshed(n, v)[1] is not None
+        leaping(v).size > 0
+        or unwrapped(n, v)[1:] != (None, "")
+        or filled_between(n, v)[1] is not None
         for n, v in places
     )
 

@@ -8,7 +8,7 @@ from autodb.errors import UnusableInput
 from autodb.records.stamps import TURNS_ON, doubt_of_rate
 from autodb.records.tables import Array, Recording
 from autodb.timing import StampFinding, Timing, examined
-from autodb.timing.places import PLACES, refreshed, unwrapped
+from autodb.timing.places import PLACES, filled_between, unwrapped
 from autodb.timing.units import highest_acceleration
 
 SMOOTH = (*PLACES, ".velocity")
@@ -47,7 +47,7 @@ def _counted_on(raw: Recording) -> tuple[Recording, list[StampFinding]]:
     for name in raw.channels:
         if name.endswith(PLACES):
             channels[name], wrap, why = unwrapped(name, raw.channels[name])
-            channels[name], polled = refreshed(name, channels[name])
+            channels[name], polled = filled_between(name, channels[name])
             wraps += [found for found in (wrap, polled) if found is not None]
             if why:
                 unusable[name] = f"{raw.path}: {why}"

@@ -38,7 +38,7 @@ SLOWEST_POLL = 50
 """Rows from one refreshing of a place to the next at most. Chosen."""
 
 
-def refreshed(name: str, values: Array) -> tuple[Array, StampFinding | None]:
+def filled_between(name: str, values: Array) -> tuple[Array, StampFinding | None]:
     """Return a place (n,) that is refreshed only every few rows, between them by a spline.
 
     What moves on every row does not stand still in between.

@@ -123,6 +123,17 @@ def test_corrected_has_every_row_of_the_file(cli: Cli, tmp_path: Path) -> None:
     assert "stamps rounded to 1 ms" in Path("out/report.html").read_text()
 
 
+def test_a_coarse_dead_band_is_refused(cli: Cli, tmp_path: Path) -> None:
+    """Of 190 mm/s at 400 Hz 0.03 mm are 6 % of the way in a row."""
+    places, said = written_mm(T), [0]
+    for row, place in enumerate(places):
+        if abs(place - places[said[-1]]) >= 0.03:
+            said.append(row)
+    done = cli("identify", _written(tmp_path, T[said], np.array(said)))
+    assert done.code == 2
+    assert "too coarse to derive velocity and acceleration" in done.err
+
+
 def test_a_line_breaks_where_nothing_was_recorded() -> None:
     x = np.r_[np.arange(5000.0), 6000.0 + np.arange(5000.0)]
     drawn = broken_line(x, np.sin(x), np.array([4999]), tone="recording", name="recording")

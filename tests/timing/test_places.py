@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.timing import examined
-from autodb.timing.places import leaping, refreshed, unwrapped
+from autodb.timing.places import filled_between, leaping, unwrapped
 from tests.helpers.stamped import effort_A, place_mm, written_mm
 
 T = np.arange(8000) / 400.0
@@ -47,7 +47,7 @@ def test_what_an_axis_does_is_no_leap() -> None:
     for place in (written_mm(T), written_mm(T, 0.01), 80.0 * T, rng.normal(0.0, 1e-3, len(T))):
         assert not leaping(place).size
         assert_array_equal(unwrapped("x.position", place)[0], place)
-        assert refreshed("x.position", place)[1] is None
+        assert filled_between("x.position", place)[1] is None
 
 
 def test_runs_that_were_joined_are_parted_where_the_axis_leaps() -> None:
@@ -63,7 +63,7 @@ def test_a_place_refreshed_on_some_rows_is_filled_between(every: int) -> None:
     row = np.arange(len(T))
     held = written_mm(T)[row - row % every]
     assert np.abs(held - place_mm(T)).max() > 0.3 * every / 2
-    filled, found = refreshed("x.position", held)
+    filled, found = filled_between("x.position", held)
     assert found is not None
     assert found.kind == "polled place"
     inside = slice(0, len(T) - every)

@@ -40,7 +40,7 @@ class WorkingRate:
         if broken is None:
             return None
         total = np.concatenate([[0], np.cumsum(broken)])
-        return np.flatnonzero(total[order + 1 :] - total[1:-order] == 0)
+        return np.flatnonzero(total[order + 1 :] - total[: -order - 1] == 0)
 
     @cached_property
     def _broken(self) -> Array | None:
