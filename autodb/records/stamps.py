@@ -73,12 +73,12 @@ class StampsSoFar:
 
 def _odd_places(channels: Mapping[str, Array]) -> bool:
     """Say whether a place wraps, leaps or is refreshed on some rows only."""
-    places = [(n, values) for n, values in channels.items() if n.endswith(PLACES)]
+    places = {name: values for name, values in channels.items() if name.endswith(PLACES)}
     return any(
-        leaping(v).size > 0
-        or unwrapped(n, v)[1:] != (None, "")
-        or filled_between(n, v)[1] is not None
-        for n, v in places
+        leaping(place).size > 0
+        or unwrapped(name, place)[1:] != (None, "")
+        or filled_between(name, place)[1] is not None
+        for name, place in places.items()
     )
 
 
