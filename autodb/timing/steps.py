@@ -30,6 +30,9 @@ RESOLUTIONS = tuple(sorted([10.0**-k for k in range(7)] + [2.0**-k for k in rang
 a common operating system)."""
 FEWEST_STEPS = 5
 """Stamps that differ from the one before, without which none says a rate."""
+COARSE_STAMPS = 0.1
+"""Share of a step from which on the resolution of stamps may look like rows that are missing: where
+it explains all that they are off by, none is."""
 COARSE_STEP = 0.5
 """Share of a step from which on the resolution of stamps makes neighbours share one."""
 SAMPLED = 100_000
@@ -57,6 +60,11 @@ def numbered(t_s: Array) -> Numbered | None:
     if ahead.size < FEWEST_STEPS:
         return None
     shared, resolution_s = share_stamps(t_s), resolution(t_s)
+    if resolution_s > COARSE_STAMPS * float(np.mean(ahead)):
+        every = np.arange(len(t_s))
+        step = _slope(t_s, every)
+        if step > 0 and np.ptp(t_s - step * every) <= 1.02 * resolution_s:
+            return Numbered(every, step, resolution_s, shared)
     step = _first_step(t_s, steps, ahead, shared=shared)
     if not step > 0:
         return None

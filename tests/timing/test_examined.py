@@ -102,6 +102,7 @@ KINDS: dict[str, tuple[Callable[[Rng], Rows], set[str], int]] = {
     "1 ms at 400 Hz, cut off": (_cut_off(1e-3), {"rounded"}, 1),
     "1 ms at 1600 Hz": (_rounded(1e-3, 1600.0), {"rounded"}, 1),
     "10 µs at 1600 Hz": (_rounded(1e-5, 1600.0), {"rounded"}, 1),
+    "1/256 s at 250 Hz": (_cut_off(1.0 / 256.0, 250.0), {"rounded"}, 1),
     "a tick of 1/64 s": (_cut_off(1.0 / 64.0), {"rounded"}, 1),
     "jitter": (_jittered, {"jittered"}, 1),
     "latency": (_late, {"jittered"}, 1),
@@ -123,6 +124,10 @@ KINDS: dict[str, tuple[Callable[[Rng], Rows], set[str], int]] = {
 }
 
 
+def rate_of(name: str) -> float:
+    return next((rate for rate in (1600.0, 250.0) if f"{rate:g} Hz" in name), RATE)
+
+
 def looked_at(name: str, rng: Rng) -> tuple[Timing, Array, Array]:
     """Return the verdict on a kind, the true instants of its file's rows, and its places."""
     stamps, truth = KINDS[name][0](rng)
@@ -138,7 +143,7 @@ def test_every_kind_is_named_and_laid_out_where_the_axis_was(name: str) -> None:
     assert kinds <= set(timing.kinds)
     assert len(timing.pieces) == pieces
     assert timing.layout is not None
-    assert_allclose(timing.rate_hz, 1600.0 if "1600" in name else RATE, rtol=2e-3)
+    assert_allclose(timing.rate_hz, rate_of(name), rtol=2e-3)
     laid = timing.layout.laid_out(place, smooth=True)
     taken = timing.layout.laid_out(truth, smooth=True)
     for piece in timing.pieces:
