@@ -97,9 +97,7 @@ def train_network(
         drives = _drives(session, owner, own[0])
     rate_hz = rate_of(own)
     known, on_air = pieces_with_forces(own, drives)
-    ids = [
-        import_file(store, path, machine=machine, columns=columns).recording_id for path in files
-    ]
+    ids = _imported(store, machine, files, columns)
     with store.reading() as session:
         old = _same(session, machine, ids)
     if old is not None:
@@ -125,6 +123,13 @@ def train_network(
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
     return Trained(version, len(files), on_air, scores, already_there=False)
+
+
+def _imported(store: Store, machine: str, files: Sequence[Path], columns: Path | None) -> list[int]:
+    """Import recordings, and return the number of each in the database."""
+    return [
+        import_file(store, path, machine=machine, columns=columns).recording_id for path in files
+    ]
 
 
 def _keep_fusion(
