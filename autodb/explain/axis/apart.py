@@ -27,7 +27,7 @@ from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.fit import rms
-from autodb.explain.engine.search import FoundSet
+from autodb.explain.engine.confidence import of_plain
 from autodb.explain.engine.telling import (
     NEAREST,
     SEPARATES,
@@ -66,7 +66,7 @@ def move_that_tells(
     """
     if not rivals and not never:
         return None
-    term = term_called(reading.choices[number].candidate.term)
+    term = term_called(reading.everything[number].candidate.term)
     level = noise(reading)
     found = {name: _from_rival(reading, number, name) for name in rivals[:NEAREST]}
     best = {**dict.fromkeys(never), **found}
@@ -78,7 +78,7 @@ def move_that_tells(
 
 def _from_rival(reading: AxisReading, number: int, name: str) -> Separation | None:
     swapped = instead(reading, number, name)
-    return separation(reading, reading.choices, swapped) if swapped else None
+    return separation(reading, reading.everything, swapped) if swapped else None
 
 
 def _line(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
@@ -90,15 +90,24 @@ def _line(best: Separation | None, names: tuple[str, str], level: float, unit: s
 def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] | None:
     """Return the best set in which a term stands in for a found effect; its shape is tuned."""
     inquiry = reading.inquiry
-    key = inquiry.found.choices[number].candidate.key
+    choice = inquiry.choices[number]
+    if choice in inquiry.founded:
+        rival = of_plain(inquiry.rows, inquiry.founded, choice).instead.get(name)
+        others = tuple(c for c in inquiry.choices if c is not choice)
+        return _with_tuned(reading, others, rival) if rival else None
+    key = choice.candidate.key
     swap = stand_in(inquiry.search, inquiry.found, key, called(inquiry.search, name, but=key))
-    return _with_tuned(reading, swap[0], swap[1].candidate.key) if swap else None
+    if swap is None:
+        return None
+    rival = next(c for c in swap[0].choices if c.candidate.key == swap[1].candidate.key)
+    others = (*inquiry.founded, *swap[0].without(swap[1].candidate.key))
+    return _with_tuned(reading, others, rival)
 
 
-def _with_tuned(reading: AxisReading, swapped: FoundSet, key: str) -> tuple[Choice, ...]:
-    others = swapped.without(key)
-    beside = BesideShapes(reading.bench, others, reading.inquiry.noise)
-    rival = next(c for c in swapped.choices if c.candidate.key == key)
+def _with_tuned(
+    reading: AxisReading, others: tuple[Choice, ...], rival: Choice
+) -> tuple[Choice, ...]:
+    beside = BesideShapes(reading.whole, others, reading.inquiry.noise)
     return (*others, tuned(rival, beside).choice)
 
 

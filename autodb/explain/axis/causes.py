@@ -14,10 +14,17 @@ from autodb.explain.axis.loads import DELAYS_S
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import READ_OFF
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
+from autodb.explain.engine.confidence import (
+    Mistuned,
+    Standing,
+    beside_plain,
+    of_missing,
+    of_mistuned,
+    of_plain,
+)
 from autodb.explain.engine.entries import own_term_entries
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
-from autodb.explain.engine.weighing import weighing
+from autodb.explain.engine.weighing import unweighed, weighing
 from autodb.fitting import NORMAL_95
 from autodb.terms import Term
 from autodb.terms.vocabulary import term_called
@@ -32,6 +39,10 @@ RETUNED = 0.01
 INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 """Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
 
+OFFSET, LOAD = 0.05, 0.8
+"""Share of the effort's range above which a constant is a load so probably: zero points of current
+sensors are within a few per cent of what they measure. Chosen."""
+
 
 def value_of(value: float, sd: float, unit: str) -> IntervalValue:
     """Return a value with its 95 % interval."""
@@ -41,7 +52,7 @@ def value_of(value: float, sd: float, unit: str) -> IntervalValue:
 
 def causes(reading: AxisReading) -> list[Cause]:
     """Return the entries of accepted effects, then of the simulation's own terms that are off."""
-    entries = [_effect(reading, number) for number in range(len(reading.inquiry.found.choices))]
+    entries = [_effect(reading, number) for number in range(len(reading.everything))]
     named = {entry.term for entry in entries}
     again = _mistuned(reading, beside=entries)
     return [*_merged(entries), *(c for c in again if c.term not in named)]
@@ -56,10 +67,10 @@ def _merged(entries: list[Cause]) -> list[Cause]:
 
 
 def _effect(reading: AxisReading, number: int) -> Cause:
-    choice = reading.inquiry.found.choices[number]
+    choice = reading.inquiry.choices[number]
     size = _size(reading, number)
     always = INDISTINCT.get(choice.candidate.term, ())
-    stands = of_missing(reading.inquiry.search, reading.inquiry.found, choice, but=always)
+    stands = standing_of(reading, number, but=always)
     others, sure = list(stands.near), stands.confidence
     if not choice.candidate.named:
         return _unknown(reading, number, size, others, sure)
@@ -69,13 +80,30 @@ def _effect(reading: AxisReading, number: int) -> Cause:
     return Cause(
         term=term.name,
         kind=kind,
-        confidence=sure / (1 + len(always)),
+        confidence=sure * (_is_a_load(reading, size.value) if always else 1.0),
         statement=f"{term.statement} {_size_words(size, kind)}",
         parameters={"size": size, **best_law_values(reading, choice, term)},
         alternatives=alternatives,
         variables=choice.candidate.variables,
         to_tell_apart=move_that_tells(reading, number, others, always),
     )
+
+
+def _is_a_load(reading: AxisReading, level: float) -> float:
+    """Return the probability that a constant is a load and not the zero point of a sensor."""
+    effort = reading.whole.difference + reading.signals.simulation
+    return LOAD if level > OFFSET * float(np.ptp(effort)) else 0.5
+
+
+def standing_of(reading: AxisReading, number: int, *, but: Collection[str] = ()) -> Standing:
+    """Return how the name of what was found stands beside its rivals."""
+    inquiry, choice = reading.inquiry, reading.inquiry.choices[number]
+    if inquiry.rows is None:
+        return of_missing(inquiry.search, inquiry.found, choice, but=but)
+    if choice in inquiry.founded:
+        return of_plain(inquiry.rows, inquiry.founded, choice, but=but)
+    white = of_missing(inquiry.search, inquiry.found, choice, but=but)
+    return beside_plain(white, inquiry.rows, inquiry.founded, choice)
 
 
 def _size_words(size: IntervalValue, kind: str) -> str:
@@ -87,34 +115,48 @@ def _size_words(size: IntervalValue, kind: str) -> str:
 
 def _size(reading: AxisReading, number: int) -> IntervalValue:
     """Return the peak contribution; its interval is that of the contribution at its peak."""
-    effect = reading.fitted.effects[number]
+    laws = reading.inquiry.laws
+    beside = number - len(laws)
+    effect = laws[number].effect if beside < 0 else reading.fitted.effects[beside]
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
-    at = reading.fitted.columns[number][row]
-    covariance = reading.fitted.covariances[number]
+    columns = laws[number].columns if beside < 0 else reading.fitted.columns[beside]
+    at = columns[row]
+    covariance = (
+        laws[number].covariance if beside < 0 else reading.fitted.covariances[beside]
+    )
     return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
 
 
 def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:
     """Return the values of the plain law that fits best beside the other effects, tuned."""
-    found = reading.inquiry.found
-    products = reading.inquiry.search.products
-    given = products.given(
-        [c.key for c in found.choices if c.candidate.key != choice.candidate.key]
-    )
+    law = _plain_law(reading, choice)
+    if law is None:
+        return {}
+    bench, noise, retuned = reading.bench, reading.noise, list(reading.fitted.retuned)
+    others = reading.inquiry.found.without(choice.candidate.key)
+    if choice in reading.inquiry.founded:
+        bench, noise, retuned = reading.whole, unweighed(reading.inquiry.noise), None
+        others = tuple(c for c in reading.inquiry.founded if c is not choice)
+    elif not reading.inquiry.laws:
+        noise = weighing(bench, [*others, law], reading.inquiry.noise, of=law)
+    beside = BesideShapes(bench, others, noise, retuned)
+    units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
+    return _values(tuned(law, beside), beside, units, reading)
+
+
+def _plain_law(reading: AxisReading, choice: Choice) -> Choice | None:
+    """Return a choice's best plain law beside the others: its own where plain rows need it."""
+    if choice in reading.inquiry.founded:
+        return choice
+    found, products = reading.inquiry.found, reading.inquiry.search.products
+    given = products.given([c.key for c in found.without(choice.candidate.key)])
     plain = [
         Choice(choice.candidate, i)
         for i, form in enumerate(choice.candidate.forms)
         if form.names and (choice.candidate.key, i) in products.places
     ]
-    if not plain:
-        return {}
-    law = max(plain, key=lambda c: given.gain(c.key).full)
-    others = found.without(choice.candidate.key)
-    noise = weighing(reading.bench, [*others, law], reading.inquiry.noise, of=law)
-    beside = BesideShapes(reading.bench, others, noise, reading.fitted.retuned)
-    units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
-    return _values(tuned(law, beside), beside, units, reading)
+    return max(plain, key=lambda c: given.gain(c.key).full, default=None)
 
 
 def _values(
@@ -232,7 +274,8 @@ def _unknown(
     reading: AxisReading, number: int, size: IntervalValue, others: list[str], sure: float
 ) -> Cause:
     """Return the entry of a family without a name: how much of the error it holds, over what."""
-    choice, effect = reading.inquiry.found.choices[number], reading.fitted.effects[number]
+    number -= len(reading.inquiry.laws)
+    choice, effect = reading.choices[number], reading.fitted.effects[number]
     left = reading.bench.difference - (reading.fitted.correction - effect)
     share = 1.0 - float(np.sum((left - effect) ** 2) / np.sum(left**2))
     words = choice.candidate.key.rstrip("0123456789 ")

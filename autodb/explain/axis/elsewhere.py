@@ -43,7 +43,7 @@ class AxisAccount:
 
 def fit_axis_account(reading: AxisReading, choices: Sequence[Choice]) -> AxisAccount:
     """Fit a set to the recording's white rows; its own terms are free."""
-    bench, whitener = reading.bench, reading.inquiry.whitener
+    bench, whitener = reading.whole, reading.inquiry.whitener
     built = [bench.reduce(bench.built(choice.shape)) for choice in choices]
     white = whitener(np.column_stack([bench.chosen(()), *built]))
     right = whitener(bench.reduced_difference)

@@ -24,6 +24,8 @@ WARM_TIMES_S = (3.0, 8.0, 20.0, 50.0, 120.0, 300.0, 1000.0, 4000.0)
 PRESLIDING_MM = (0.002, 0.005, 0.012, 0.03, 0.07, 0.17, 0.4, 1.0)
 PLAY_MM = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
 FINER = 30
+DRY = frozenset({"coulomb"})
+"""What a dip of friction, or its course after a reversal, is a part of."""
 FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
 
@@ -54,7 +56,7 @@ def coulomb_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "coulomb", "coulomb", tuple(forms), (s.channel("direction"),),
         detail=lambda: around_standstill(s.sense, s.velocity),
-        loose=lambda: around_standstill(s.sense, s.velocity),
+        loose=lambda: around_standstill(s.sense, s.velocity), static=True,
     )  # fmt: skip
 
 
@@ -91,7 +93,7 @@ def viscous_candidate(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "viscous", "viscous", forms, (s.channel("velocity"),),
-        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
+        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
     )  # fmt: skip
 
 
@@ -106,7 +108,8 @@ def stribeck_dip(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "stribeck", "stribeck", tuple(forms), (s.channel("velocity"),),
-        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8),
+        detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
+        needs=DRY,
     )  # fmt: skip
 
 
@@ -122,7 +125,7 @@ def asymmetry_candidate(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "asymmetry", "asymmetry", forms, (s.channel("direction"), s.channel("velocity")),
-        detail=lambda: moving[:, None] * spline(speed, 10),
+        detail=lambda: moving[:, None] * spline(speed, 10), static=True,
     )  # fmt: skip
 
 
@@ -141,6 +144,7 @@ def position_friction_candidate(s: AxisSignals) -> Candidate:
         forms,
         (s.channel("position"), s.channel("direction")),
         detail=lambda: s.sense[:, None] * spline(s.position, FINER),
+        static=True,
     )
 
 
@@ -168,6 +172,7 @@ def warmup_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "warmup", "warmup", tuple(forms), ("t", s.channel("velocity")),
         detail=lambda: _warm_detail(s, times), excludes=frozenset({"gain"}),
+        needs=DRY | {"viscous"},
     )  # fmt: skip
 
 
@@ -202,7 +207,7 @@ def soft_start(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "presliding", "presliding", tuple(forms), (s.channel("position"), s.channel("direction")),
-        detail=lambda: reversal_columns(s), excludes=frozenset({"backlash"}),
+        detail=lambda: reversal_columns(s), excludes=frozenset({"backlash"}), needs=DRY,
     )  # fmt: skip
 
 
@@ -216,7 +221,7 @@ def play(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "backlash", "backlash", tuple(forms), (s.channel("position"), s.channel("direction")),
-        detail=lambda: reversal_columns(s), excludes=frozenset({"presliding"}),
+        detail=lambda: reversal_columns(s), excludes=frozenset({"presliding"}), needs=DRY,
     )  # fmt: skip
 
 

@@ -49,6 +49,7 @@ def load_candidates(s: AxisSignals) -> list[Candidate]:
             "gravity",
             (CandidateForm(lambda: np.ones_like(s.t_s), names=("level",)),),
             excludes=frozenset({"spring"}),
+            static=True,
         ),
         inertia_candidate(s),
         spring_candidate(s),
@@ -69,6 +70,7 @@ def inertia_candidate(s: AxisSignals) -> Candidate:
         ),
         (s.channel("acceleration"),),
         detail=lambda: _neighbours(s.acceleration),
+        static=True,
     )
 
 
@@ -100,6 +102,7 @@ def spring_candidate(s: AxisSignals) -> Candidate:
         detail=lambda: spline(s.position, 10),
         bar=RICHER,
         excludes=frozenset({"gravity"}),
+        static=True,
     )
 
 
@@ -148,6 +151,7 @@ def cross_coupling_candidate(s: AxisSignals, name: str) -> Candidate:
         (CandidateForm(lambda: other, names=("coefficient",)),),
         (name,),
         detail=lambda: np.column_stack([_neighbours(other), _late(s, other)]),
+        static=True,
     )
 
 
@@ -245,6 +249,7 @@ def drift(s: AxisSignals) -> Candidate:
         ("t",),
         detail=lambda: spline(run, 16),
         bar=RICHER,
+        static=True,
     )
 
 

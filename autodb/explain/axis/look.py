@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, Where
+from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
 from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
@@ -17,13 +18,16 @@ from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_si
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.confidence import DISCREPANCY
 from autodb.explain.engine.fit import SAME, no_difference, quality, rms
 from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.normal import columns_side_by_side
+from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
-from autodb.explain.engine.weighing import weighing
+from autodb.explain.engine.weighing import unweighed, weighing
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -33,8 +37,8 @@ WORKING_HZ = 250.0
 the drive show."""
 WORKING_ROWS = 60_000
 """Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
-SHORTEST_S = 9.9
-SHORTEST_ROWS = 300
+SHORTEST_S = 2.0
+SHORTEST_ROWS = 200
 GLITCH = 1000.0
 GLITCH_ROWS = 20
 """A value GLITCH times the 20th largest is a glitch of the logger, not an effort."""
@@ -76,15 +80,48 @@ def explain_axis(
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
         return no_difference(unit), trace
     own = _own_columns(signals, includes)
-    bench = WhiteRows(difference, own, _factor(recording), recording.timing)
+    factor = _factor(recording)
+    bench = WhiteRows(
+        difference,
+        own,
+        factor,
+        recording.timing,
+        own_sizes=[signals.had.get(name, 1.0) for name in own],
+        gap=round(GAP_S / (factor * recording.timing.step_s)),
+        discrepancy=DISCREPANCY * float(np.std(simulation)),
+    )
     inquiry = inquire(bench, AxisField(signals, bench))
-    bench.loosen(inquiry.found.choices)
-    choices = tuned_together(bench, inquiry.found.choices, inquiry.noise)
-    noise = weighing(bench, choices, inquiry.noise)
-    fitted = fit_white_rows(bench, choices, noise)
     had = frozenset(own) | frozenset(includes or ())
-    reading = AxisReading(bench, inquiry, noise, choices, fitted, signals, had, unit)
-    return _answer(reading, replace(trace, considered=_considered(inquiry)))
+    trace = replace(trace, considered=_considered(inquiry))
+    read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
+    shown = [(_quality(reading, trace), reading) for reading in read]
+    fit, reading = min(shown, key=lambda one: one[0].heldout_after)
+    if fit.heldout_after > fit.heldout_before:
+        return _nothing(fit, unit), trace
+    return _answer(reading, fit, trace)
+
+
+def _plainer(inquiry: Inquiry) -> list[Inquiry]:
+    """Return what was found, and the laws alone that plain rows need: it has to predict better."""
+    if not inquiry.found.choices:
+        return [inquiry]
+    return [inquiry, replace(inquiry, found=FoundSet())]
+
+
+def _read(
+    bench: WhiteRows,
+    inquiry: Inquiry,
+    signals: AxisSignals,
+    had: frozenset[str],
+    unit: str,
+) -> AxisReading:
+    """Return the final fit of what was found."""
+    beside = inquiry.bench.loosened(inquiry.found.choices)
+    choices = tuned_together(beside, inquiry.found.choices, inquiry.noise)
+    plain = unweighed(inquiry.noise)
+    noise = plain if inquiry.laws else weighing(beside, choices, inquiry.noise)
+    fitted = fit_white_rows(beside, choices, noise)
+    return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
 
 
 @dataclass(frozen=True)
@@ -124,9 +161,13 @@ class AxisField:
         rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
         return proposals_of_axis(s, rows, number)
 
+    def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:
+        """Return the candidates of a simulation that holds what was found too."""
+        return type(self)(self.signals.completed(retuned, parts), bench)
+
     def _open(self, candidates: list[Candidate]) -> list[Candidate]:
         own = self.bench.own.keys() & READ_OFF
-        return [candidate for candidate in candidates if candidate.term not in own]
+        return [c for c in candidates if c.term not in own and c.key not in self.bench.own]
 
 
 def _factor(recording: Recording) -> int:
@@ -146,28 +187,49 @@ def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, 
     return own
 
 
-def _answer(reading: AxisReading, trace: ChannelTrace) -> tuple[ChannelAnswer, ChannelTrace]:
-    found = causes(reading)
-    fitted, choices = reading.fitted, reading.choices
+def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
+    """Return the errors of the simulation, and with all that was found, on all and other rows."""
+    fitted, laws = reading.fitted, reading.inquiry.laws
     before = trace.recording - trace.simulation
-    correction = fitted.correction if found else np.zeros_like(before)
-    intervals = tuple(_interval(c) for c in choices if c.candidate.interval is not None)
-    narrow = regimes(correction, trace.regime_signals) if found and not intervals else []
+    return quality(
+        before=before,
+        after=before - reading.correction,
+        columns=columns_side_by_side(
+            np.empty((len(before), 0)), *(law.columns for law in laws), fitted.design
+        ),
+        values=np.concatenate([*(law.coefficients for law in laws), fitted.values]),
+        free=sum(law.columns.shape[1] for law in laws)
+        + sum(number < reading.bench.firm for number in fitted.retuned),
+        gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
+    )
+
+
+def _nothing(fit: FitQuality, unit: str) -> ChannelAnswer:
+    """Return the answer where nothing that was tried predicts rows left out better."""
+    kept = fit.model_copy(
+        update={"rms_after": fit.rms_before, "heldout_after": fit.heldout_before}
+    )
+    return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=kept)
+
+
+def _answer(
+    reading: AxisReading, fit: FitQuality, trace: ChannelTrace
+) -> tuple[ChannelAnswer, ChannelTrace]:
+    found = causes(reading)
+    if not found:
+        return _nothing(fit, reading.unit), trace
+    intervals = tuple(
+        _interval(c) for c in reading.everything if c.candidate.interval is not None
+    )
+    narrow = [] if intervals else regimes(reading.correction, trace.regime_signals)
     answer = ChannelAnswer(
         unit=reading.unit,
-        mismatch=bool(found),
+        mismatch=True,
         where=Where(intervals=intervals, regime=tuple(narrow)),
         missing=tuple(found),
-        fit=quality(
-            before=before,
-            after=before - correction,
-            columns=fitted.design if found else np.empty((len(before), 0)),
-            values=fitted.values,
-            free=sum(number < reading.bench.firm for number in fitted.retuned),
-            gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
-        ),
+        fit=fit,
     )
-    return answer, replace(trace, corrected=trace.simulation + correction)
+    return answer, replace(trace, corrected=trace.simulation + reading.correction)
 
 
 def _interval(choice: Choice) -> tuple[float, float]:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Choice
@@ -9,11 +12,14 @@ from autodb.explain.engine.fitted import FittedEffects
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
 
+Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class AxisReading:
-    """``noise`` weighs the rows of the final fit; ``choices`` are tuned; ``had``: the terms of the
-    simulation, read off it or said to be.
+    """``bench`` has what the simulation lacks by plain rows as own columns; ``noise`` weighs its rows
+    in the final fit; ``choices`` are what was found beside, tuned; ``had``: the terms of the
+    simulation, read off it or said to be; ``whole``: the rows as recorded, less the simulation.
     """
 
     bench: WhiteRows
@@ -24,3 +30,14 @@ class AxisReading:
     signals: AxisSignals
     had: frozenset[str]
     unit: str
+    whole: WhiteRows
+
+    @property
+    def everything(self) -> tuple[Choice, ...]:
+        """All that was found: laws that plain rows need, then the choices."""
+        return (*self.inquiry.founded, *self.choices)
+
+    @property
+    def correction(self) -> Array:
+        """What all that was found adds, and the simulation's own terms re-tuned, (n,)."""
+        return sum((law.effect for law in self.inquiry.laws), start=self.fitted.correction)

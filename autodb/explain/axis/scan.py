@@ -25,9 +25,9 @@ Array = NDArray[np.float64]
 
 FEWEST_WAVES = 2.5
 MOST_WAVES = 1024
-BINS = 65536
-"""Parts of the range that products are summed over: with fewer than rows, what is fast in white
-residuals folds into slow waves."""
+BINS, FINER = 65536, 4
+"""Parts of the range that products are summed over, and how many a row at most: with fewer than
+rows, what is fast in white residuals folds into slow waves."""
 SPEED_BINS = 40
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
@@ -91,9 +91,9 @@ def _strongest_wave(
     span = float(np.ptp(place))
     if span <= 0:
         return None
-    bins = int(min(BINS, len(place)))
+    bins = int(min(BINS, FINER * len(place)))
     total = _spread((place - place.min()) / span * (bins - 1), weight, bins)
-    waves = np.arange(4 * min(MOST_WAVES, bins // 8) + 1) / 4.0 * (bins - 1) / bins
+    waves = np.arange(4 * min(MOST_WAVES, len(place) // 3) + 1) / 4.0 * (bins - 1) / bins
     spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
     open_ones = waves >= FEWEST_WAVES
     if not open_ones.any():

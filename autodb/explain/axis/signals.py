@@ -82,6 +82,14 @@ class AxisSignals:
         rubbing = rubbing + sum(friction, start=np.zeros_like(retuned))
         return replace(self, effort=effort, friction=rubbing if np.any(rubbing) else self.friction)
 
+    def completed(self, retuned: Array, parts: Sequence[tuple[str, Array]]) -> "AxisSignals":
+        """Return the signals of a simulation that holds what has been found, of size 1 each."""
+        now = self.beside(retuned, parts)
+        had = self.had | dict.fromkeys((term for term, _ in parts), 1.0)
+        return replace(now, simulation=now.effort + sum(
+            (part for term, part in parts if term in ACTING), start=np.zeros_like(retuned)
+        ), had=had)
+
     def channel(self, what: str) -> str:
         """Return the name of a channel of this axis."""
         return f"{self.axis}.{what}"

@@ -1,13 +1,15 @@
 """One channel's rows: reduced to a working rate, whitened, made into products for the search."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.noise import ORDER, Noise, Whitener, fitted_whitener
+from autodb.explain.engine.noise import ORDER, PLAIN, Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import columns_side_by_side, solved
 from autodb.explain.engine.search import DETAIL, MISTAKEN
 from autodb.explain.engine.working import WorkingRate
@@ -30,7 +32,9 @@ class WhiteRows:
     """A difference (n,) = recording − simulation, the simulation's own columns, and candidates.
 
     Columns of candidates are built at every row, reduced to the working rate and kept so. The first
-    ``firm`` own columns are the simulation's; those that ``loosen`` adds follow.
+    ``firm`` own columns are the simulation's, with the coefficients ``own_sizes`` there; those that
+    ``loosen`` adds follow. ``gap``: rows at the working rate over which noise is correlated;
+    ``discrepancy``: standard deviation of what laws are off by, at every frequency alike.
     """
 
     def __init__(
@@ -39,7 +43,14 @@ class WhiteRows:
         own: dict[str, Array],
         factor: int,
         timing: Timing | None = None,
+        *,
+        own_sizes: Sequence[float] = (),
+        gap: int = 0,
+        discrepancy: float = 0.0,
     ) -> None:
+        self.discrepancy = discrepancy
+        self.own_sizes = np.array(own_sizes or np.ones(len(own)), dtype=np.float64)
+        self.gap = gap
         self.difference = difference
         self.own = dict(own)
         self.firm = len(own)
@@ -55,19 +66,40 @@ class WhiteRows:
         """The difference at the working rate, (m,)."""
         return self._difference
 
+    def completed(self, choices: Sequence[Choice]) -> Self:
+        """Return the rows of a simulation that holds the choices too, as plain rows fit them.
+
+        What each contributes is a column of its own, of size 1.
+        """
+        parts = dict(zip((c.candidate.key for c in choices), self.parts(choices, PLAIN)[1], strict=True))
+        return type(self)(
+            self.difference - sum(parts.values(), start=np.zeros_like(self.difference)),
+            self.own | parts,
+            self.factor,
+            self.rate.timing,
+            own_sizes=[*self.own_sizes, *np.ones(len(parts))],
+            gap=self.gap,
+            discrepancy=self.discrepancy,
+        )
+
     def look_through(self, choices: Sequence[Choice]) -> None:
         """See every column but the choices' own as they let it be recorded."""
         self.through = tuple(choices)
         self._kept = {}
         self._own = self.reduce(self.own_columns())
 
-    def loosen(self, choices: Sequence[Choice]) -> None:
-        """Take the choices' loose columns among the own ones, which are always free."""
+    def loosened(self, choices: Sequence[Choice]) -> Self:
+        """Return the rows with the choices' loose columns among the own ones, which are always
+        free.
+        """
+        free = copy(self)
+        free.own = dict(self.own)
         for choice in choices:
             if choice.candidate.loose is not None:
                 for number, column in enumerate(choice.candidate.loose().T):
-                    self.own[f"{choice.candidate.key} loose {number}"] = column
-        self._own = self.reduce(self.own_columns())
+                    free.own[f"{choice.candidate.key} loose {number}"] = column
+        free._own = free.reduce(free.own_columns())
+        return free
 
     def _seen(self, columns: Array) -> Array:
         for choice in self.through:
@@ -169,7 +201,9 @@ class WhiteRows:
 
     def whitener_of(self, left: Array) -> Whitener:
         """Return the filter that whitens a residual at the working rate, (m,)."""
-        return fitted_whitener(left, linked=self.rate.linked(ORDER))
+        return fitted_whitener(
+            left, linked=self.rate.linked(ORDER), beside=self.discrepancy**2
+        )
 
     def noise(self, columns: Array) -> Noise:
         """Return the whitener and the variance of a white row, of what columns leave.
@@ -181,7 +215,8 @@ class WhiteRows:
         whitener = self.whitener_of(left)
         white = whitener(left)
         free = max(1, len(white) - columns.shape[1])
-        return whitener, float(white @ white) / free
+        off = self.discrepancy**2 * (1.0 + float(whitener.coefficients @ whitener.coefficients))
+        return whitener, float(white @ white) / free + off
 
     def products(self, blocks: Mapping[tuple[str, int], Array], noise: Noise) -> Products:
         """Return the inner products of the difference, own columns and blocks (m, p), all white."""

@@ -61,7 +61,9 @@ class Candidate:
     ``anew`` builds one that a scan found over other signals; None: it does not repeat.
     ``mistaken`` gives columns that it may be mistaken for: where they explain more beside it than
     it does, it must be worth it beside them. ``sure``: its shape follows from what is recorded and
-    simulated alone.
+    simulated alone. ``static``: it adds to the others as position, speed, acceleration or the clock
+    say, and changes none of them; such laws come before all others. ``needs``: terms of which
+    plain rows must hold one beside it: there is no dip of a friction that is not there.
     """
 
     key: str
@@ -77,6 +79,8 @@ class Candidate:
     anew: Callable[[Any], "Candidate"] | None = None
     mistaken: Callable[[], Array] | None = None
     sure: bool = False
+    static: bool = False
+    needs: frozenset[str] = frozenset()
 
     @property
     def exact(self) -> bool:

@@ -14,13 +14,17 @@ that is mistuned is compared with accounts that leave it as the simulation has i
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.plain import NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
+
+Array = NDArray[np.float64]
 
 TEMPER = 3.0
 """Evidence counts this many times less than likelihoods do. Chosen of 2 to 6 on virtual axes (seeds
@@ -28,6 +32,8 @@ TEMPER = 3.0
 right."""
 SUREST = 0.99
 """More is never claimed. Chosen: what nobody thought of is never less probable."""
+UNSURE = 0.89
+"""More is not claimed of an effect without which plain rows are predicted about as well."""
 NEAR = 20.0
 """A rival whose evidence is not this much less is an alternative: odds of e¹⁰ of likelihoods, which
 laws of another form than the truth may use up. Chosen."""
@@ -46,13 +52,14 @@ class Standing:
 
     ``near``: these names, the nearest first;
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
-    of nothing in its place.
+    of nothing in its place; ``instead``: what would stand there, of names that were tried so.
     """
 
     confidence: float
     near: tuple[str, ...]
     by_name: Mapping[str, float]
     nothing: float
+    instead: Mapping[str, Choice] = field(default_factory=dict)
 
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
@@ -76,6 +83,57 @@ def standing(by_name: Mapping[str, float], *, nothing: float) -> Standing:
     return Standing(
         min(SUREST, 1.0 / (1.0 + odds)), tuple(name for _, name in near), by_name, nothing
     )
+
+
+def of_plain(
+    rows: PlainRows, choices: Sequence[Choice], choice: Choice, *, but: Collection[str] = ()
+) -> Standing:
+    """Return how the name of one of the choices stands by the error on plain rows left out.
+
+    Each rival, and nothing, is fitted in its place; the odds are those that the mean of the
+    differences over blocks has the other sign, by Student's t. A static law is compared with named
+    laws alone: a curve follows what real laws get wrong. What acts on others, or was searched for,
+    soaks that up too: it has to do better than curves.
+    """
+    whole = rows.squares(choices)
+    others = [c for c in choices if c is not choice]
+    taken = {c.candidate.key for c in choices}
+    by_name = {}
+    instead: dict[str, Choice] = {}
+    for candidate in rows.candidates:
+        curve = choice.candidate.static and not candidate.named
+        same = candidate.term in (choice.candidate.term, *but)
+        if candidate.key in taken or same or curve:
+            continue
+        offer = rows.with_one_more(beside(others, candidate), candidate)
+        if offer is None:
+            continue
+        fall = _fall(offer[0] - whole)
+        if fall < by_name.get(candidate.term, np.inf):
+            by_name[candidate.term], instead[candidate.term] = fall, offer[1]
+    found = standing(by_name, nothing=_fall(rows.squares(others) - whole))
+    return replace(found, instead=instead)
+
+
+def _fall(differences: Array) -> float:
+    """Return the evidence that differences of squares (BLOCKS,) are above none in the mean."""
+    sd = float(np.std(differences, ddof=1)) / np.sqrt(len(differences))
+    ahead = float(np.mean(differences)) / max(sd, 1e-300)
+    less = float(student.logsf(ahead, len(differences) - 1))
+    return 2.0 * TEMPER * (float(student.logcdf(ahead, len(differences) - 1)) - less)
+
+
+def beside_plain(
+    white: Standing, rows: PlainRows, laws: Sequence[Choice], choice: Choice
+) -> Standing:
+    """Return how an effect that white rows hold beside some laws stands where plain rows have a
+    say, too.
+    """
+    choices = [*laws, choice]
+    if rms_fall(rows.squares(laws), rows.squares(choices)) < NEEDED:
+        return replace(white, confidence=min(white.confidence, UNSURE))
+    plain = of_plain(rows, choices, choice)
+    return replace(white, confidence=min(white.confidence, plain.confidence))
 
 
 def of_missing(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import ChannelAnswer, FitQuality, Where
-from autodb.explain.engine.normal import Normal, solved
+from autodb.explain.engine.normal import HELD, solved
 
 Array = NDArray[np.float64]
 
@@ -82,35 +82,49 @@ Index = NDArray[np.intp]
 
 
 class Folds:
-    """White rows (n, q), the first column what is to be predicted, in contiguous blocks.
+    """Rows (n, q), the first column what is to be predicted, in contiguous blocks.
 
     Blocks are dealt to folds in turn; the fit that predicts a fold is without its blocks and the
     ``gap`` rows on both sides of each.
     """
 
-    def __init__(self, white: Array, gap: int) -> None:
-        edges = np.linspace(0, len(white), BLOCKS + 1).astype(np.intp)
-        shape = (FOLDS, white.shape[1], white.shape[1])
+    def __init__(
+        self, rows: Array, gap: int, *, blocks: int = BLOCKS, folds: int = FOLDS
+    ) -> None:
+        edges = np.linspace(0, len(rows), blocks + 1).astype(np.intp)
+        shape = (folds, rows.shape[1], rows.shape[1])
         self.test, near = np.zeros(shape), np.zeros(shape)
         for number, (start, end) in enumerate(pairwise(edges)):
-            inside = _products(white[start:end])
-            before, after = white[max(0, start - gap) : start], white[end : end + gap]
-            self.test[number % FOLDS] += inside
-            near[number % FOLDS] += inside + _products(before) + _products(after)
-        self.train = self.test.sum(axis=0) - near
+            inside = _products(rows[start:end])
+            before, after = rows[max(0, start - gap) : start], rows[end : end + gap]
+            self.test[number % folds] += inside
+            near[number % folds] += inside + _products(before) + _products(after)
+        self.whole = self.test.sum(axis=0)
+        self.train = self.whole - near
+
+    def by_fold(self, columns: Sequence[int] | Index, weight: Array) -> Array:
+        """Return the sum of squares of each fold (folds,), predicted by a fit of ``columns`` to
+        the others.
+
+        ``weight`` (p,): what a squared coefficient costs.
+        """
+        at = np.asarray(columns, dtype=np.intp)
+        inner = self.train[:, at[:, None], at] + np.diag(weight)
+        norm = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 0.0))
+        norm[norm == 0] = 1.0
+        scaled = inner / (norm[:, :, None] * norm[:, None, :]) + HELD * np.eye(len(at))
+        right = (self.train[:, at, 0] / norm)[:, :, None]
+        fitted = np.linalg.solve(scaled, right)[:, :, 0] / norm
+        along = np.einsum("fi,fi->f", fitted, self.test[:, at, 0])
+        seen = np.einsum("fi,fij,fj->f", fitted, self.test[:, at[:, None], at], fitted)
+        return np.asarray(self.test[:, 0, 0] - 2.0 * along + seen)
 
     def squares(self, columns: Sequence[int] | Index, weight: Array) -> float:
         """Return the sum of squares on all rows, each predicted by a fit of ``columns`` to others.
 
         ``weight`` (p,): what a squared coefficient costs.
         """
-        at = np.asarray(columns, dtype=np.intp)
-        total = 0.0
-        for train, test in zip(self.train, self.test, strict=True):
-            inner = test[np.ix_(at, at)]
-            fitted = Normal(train[np.ix_(at, at)], train[at, 0]).solved(weight)
-            total += float(test[0, 0] - 2 * fitted @ test[at, 0] + fitted @ inner @ fitted)
-        return total
+        return float(self.by_fold(columns, weight).sum())
 
 
 def _products(rows: Array) -> Array:

@@ -9,18 +9,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.noise import Noise, Whitener
+from autodb.explain.engine.noise import PLAIN, Noise, Whitener
 from autodb.explain.engine.normal import normal
+from autodb.explain.engine.plain import FoundedLaw, PlainRows, fitted_laws, founded
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
 from autodb.explain.engine.tuning import BesideShapes, tuned
+from autodb.explain.engine.weighing import unweighed
 
 Array = NDArray[np.float64]
 
@@ -46,15 +48,36 @@ class CandidateSource(Protocol):
         """Return those that what is left (m,) at the working rate points to."""
 
 
+    def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:
+        """Return those of a simulation that holds what was found too."""
+
+
 @dataclass(frozen=True)
 class Inquiry:
-    """What an inquiry found: the set, the search that holds its rivals, and the noise."""
+    """What an inquiry found: the set, the search that holds its rivals, and the noise.
+
+    ``bench``: the rows that the set was searched for in; ``laws``: those that plain rows need, which
+    are own columns there; ``rows``: plain rows of all that was tried.
+    """
 
     found: FoundSet
     search: CandidateSearch
     whitener: Whitener
     variance: float
     considered: dict[str, float]
+    bench: WhiteRows
+    laws: tuple[FoundedLaw, ...] = ()
+    rows: PlainRows | None = None
+
+    @property
+    def founded(self) -> tuple[Choice, ...]:
+        """The laws that plain rows need."""
+        return tuple(law.choice for law in self.laws)
+
+    @property
+    def choices(self) -> tuple[Choice, ...]:
+        """Everything found, the laws that plain rows need first."""
+        return (*self.founded, *self.found.choices)
 
     @property
     def noise(self) -> Noise:
@@ -63,7 +86,27 @@ class Inquiry:
 
 
 def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
-    """Return the set of candidates that the bench's rows hold."""
+    """Return what the bench's rows hold: laws that plain rows need, then what white rows show
+    beside a simulation that is complete with them.
+    """
+    laws = founded(bench, field.standing(), field)
+    whole = bench
+    if laws:
+        retuned, parts = bench.parts(laws, PLAIN)
+        terms = [(c.candidate.term, part) for c, part in zip(laws, parts, strict=True)]
+        whole = bench.completed(laws)
+        field = field.completed(whole, retuned, terms)
+    inquiry = inquire_beside(whole, field)
+    pool = {c.key: c for c in inquiry.search.candidates}
+    found = (*laws, *inquiry.found.choices)
+    pool |= {c.candidate.key: c.candidate for c in found}
+    rows = PlainRows(bench, pool.values(), found)
+    variance = unweighed(inquiry.noise)[1]
+    return replace(inquiry, laws=fitted_laws(bench, laws, variance), rows=rows)
+
+
+def inquire_beside(bench: WhiteRows, field: CandidateSource) -> Inquiry:
+    """Return the set of candidates that white rows hold beside the bench's own columns."""
     candidates = {s.key: s for s in field.standing()}
     whitener, variance = _saturated(bench, field, candidates)
     found = FoundSet()
@@ -78,7 +121,7 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
         search = CandidateSearch(products, candidates.values())
         considered = considered or {o.choice.candidate.key: o.worth for o in search.offers(())}
         before, found = found, _predicting(bench, search, (whitener, variance))
-        account = Inquiry(found, search, whitener, variance, considered)
+        account = Inquiry(found, search, whitener, variance, considered, bench)
         accounts.append((account, bench.through))
         if not found.choices or (number and found.keys == before.keys):
             accounts = accounts[-1:]
