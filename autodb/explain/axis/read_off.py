@@ -6,6 +6,7 @@ which speed its friction turns and how its acceleration was filtered is found ou
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ READ_WELL = 0.99
 """Share of a simulation that its terms give from which on they are said with their values."""
 SIGNED = frozenset({"coulomb", "viscous", "inertia"})
 """Terms that are not negative."""
-WIDTHS = tuple(float(share) for share in np.geomspace(1e-4, 0.2, 12))
+WIDTHS = tuple(float(share) for share in np.geomspace(1e-4, 0.05, 10))
 """Speeds, as shares of the top speed, over which a simulation's friction may turn."""
 WRITTEN = 1e-12
 """Share of a simulation's sum of squares that six written digits leave: nothing leaves less."""
@@ -72,12 +73,19 @@ class OwnTerms:
     phase_deg: float = 0.0
 
 
+Turning = Callable[[SimulatedMotion], Array]
+"""How friction turns with a motion, (n,)."""
+
+
 @dataclass(frozen=True)
 class _Fit:
-    """Columns fitted to a simulation, by term, and the sum of squares that they leave."""
+    """Columns fitted to a simulation, by term, and the sum of squares that they leave.
+
+    ``turning``: how its friction turns, None: as the recording's direction.
+    """
 
     motion: SimulatedMotion
-    sense: Array
+    turning: Turning | None
     values: dict[str, Array]
     left: float
 
@@ -107,45 +115,45 @@ class _Simulation:
         made = _term_columns(sense[self.rows], kept, rotary=self.rotary)
         return {name: block for name, block in made.items() if _stem(name) in self.terms}
 
-    def fitted(self, motion: SimulatedMotion, sense: Array, without: Collection[str] = ()) -> _Fit:
+    def sense(self, motion: SimulatedMotion, turning: Turning | None) -> Array:
+        """Return the direction (n,) as friction turns."""
+        return self.inputs["direction"] if turning is None else turning(motion)
+
+    def fitted(
+        self, motion: SimulatedMotion, turning: Turning | None, without: Collection[str] = ()
+    ) -> _Fit:
         """Return the fit of all terms but some."""
-        blocks = {n: b for n, b in self.columns(motion, sense).items() if n not in without}
+        columns = self.columns(motion, self.sense(motion, turning))
+        blocks = {n: b for n, b in columns.items() if n not in without}
         if not blocks:
-            return _Fit(motion, sense, {}, self.squares)
+            return _Fit(motion, turning, {}, self.squares)
         signs = [name in SIGNED for name, block in blocks.items() for _ in block.T]
         matrix = np.column_stack(list(blocks.values()))
         found, left = _non_negative(matrix, self.right, np.array(signs, dtype=bool))
         ends = np.cumsum([block.shape[1] for block in blocks.values()])
-        parts = np.split(found, ends[:-1])
-        left += WRITTEN * self.squares
-        return _Fit(motion, sense, dict(zip(blocks, parts, strict=True)), left)
+        parts = dict(zip(blocks, np.split(found, ends[:-1]), strict=True))
+        return _Fit(motion, turning, parts, left + WRITTEN * self.squares)
 
     def over_widths(self, motion: SimulatedMotion) -> _Fit:
         """Return the fit with the width over which friction turns that leaves least."""
-        best = self.fitted(motion, self.inputs["direction"])
+        best = self.fitted(motion, None)
         if "coulomb" not in self.terms or not self.top:
             return best
-        for turning in (_smooth, _sharp):
-            tried = [self.fitted(motion, turning(motion, w * self.top)) for w in WIDTHS]
+        for kind in (_smooth, _sharp):
+            tried = [self.fitted(motion, partial(kind, width=w * self.top)) for w in WIDTHS]
             at = int(np.argmin([fit.left for fit in tried]))
             if tried[at].left < BETTER * best.left:
-                finer = self._finer(motion, turning, WIDTHS[at] * self.top)
-                best = min(tried[at], finer, key=lambda fit: fit.left)
+                best = self._finer(motion, kind, WIDTHS[at] * self.top)
         return best
 
-    def _finer(
-        self,
-        motion: SimulatedMotion,
-        turning: Callable[[SimulatedMotion, float], Array],
-        width: float,
-    ) -> _Fit:
+    def _finer(self, motion: SimulatedMotion, kind: Callable[..., Array], width: float) -> _Fit:
         ratio = float(np.log(WIDTHS[1] / WIDTHS[0]))
 
-        def left(log_ratio: float) -> float:
-            return self.fitted(motion, turning(motion, width * float(np.exp(log_ratio)))).left
+        def fit(log_ratio: float) -> _Fit:
+            return self.fitted(motion, partial(kind, width=width * float(np.exp(log_ratio))))
 
-        found = minimize_scalar(left, bounds=(-ratio, ratio), method="bounded")
-        return self.fitted(motion, turning(motion, width * float(np.exp(found.x))))
+        found = minimize_scalar(lambda x: fit(x).left, bounds=(-ratio, ratio), method="bounded")
+        return min(fit(0.0), fit(float(found.x)), key=lambda one: one.left)
 
 
 def read_off(
@@ -165,9 +173,10 @@ def read_off(
     known = _Simulation(simulation, inputs, terms, measured, axis in ROTARY_AXES)
     fit = known.over_widths(SimulatedMotion(inputs["velocity"], inputs["acceleration"]))
     if terms - {"gravity"} and fit.left > EXACT * known.squares and known.top:
-        others = map(known.over_widths, _motions(recording, axis))
-        best = min(others, key=lambda one: one.left, default=fit)
-        fit = best if best.left < HALVED * fit.left else fit
+        others = (known.fitted(motion, fit.turning) for motion in _motions(recording, axis))
+        best = min(others, key=lambda one: one.left)
+        if best.left < HALVED * fit.left:
+            fit = known.over_widths(best.motion)
     share = OWN_SHARE if measured is None else BLURRED_SHARE
     return _told(known, _lasting(known, fit, share**2 * known.squares))
 
@@ -176,7 +185,7 @@ def _lasting(known: _Simulation, fit: _Fit, level: float) -> _Fit:
     """Return the fit without terms whose squares, the others fitted anew, are below a level."""
     gone: list[str] = []
     while fit.values:
-        tried = {n: known.fitted(fit.motion, fit.sense, [*gone, n]) for n in fit.values}
+        tried = {n: known.fitted(fit.motion, fit.turning, [*gone, n]) for n in fit.values}
         least = min(tried, key=lambda name: tried[name].left)
         if tried[least].left - fit.left > level:
             break
@@ -187,7 +196,7 @@ def _lasting(known: _Simulation, fit: _Fit, level: float) -> _Fit:
 
 def _told(known: _Simulation, fit: _Fit) -> OwnTerms:
     """Return what a fit says that a simulation has."""
-    sense = fit.sense if "coulomb" in fit.values else known.inputs["direction"]
+    sense = known.sense(fit.motion, fit.turning if "coulomb" in fit.values else None)
     inputs = {"position": known.inputs["position"], **vars(fit.motion)}
     phase_deg, values = 0.0, {n: float(found[0]) for n, found in fit.values.items()}
     if known.rotary and "gravity" in fit.values:

@@ -14,8 +14,9 @@ from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]
 
-WIDTHS_OF_TOP = (0.0007, 0.003, 0.012, 0.05)
-"""Speeds over which friction may turn, as shares of the top speed."""
+WIDTHS_OF_TOP = (0.0006, 0.002, 0.0065)
+"""Speeds over which friction may turn, as shares of the top speed: over a tenth of it is no dry
+friction any more. Chosen."""
 DIPS_OF_TOP = (0.0028, 0.0065, 0.015, 0.035, 0.08, 0.18, 0.4)
 """Speeds over which extra friction at creep may fall, as shares of the top speed. Chosen."""
 STARTS_OF_TOP = (0.0035, 0.015)
