@@ -14,7 +14,7 @@ from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]
 
-WIDTHS_OF_TOP = (0.0006, 0.002, 0.0065)
+WIDTHS_OF_TOP = (0.0005, 0.0018, 0.0065)
 """Speeds over which friction may turn, as shares of the top speed: over a tenth of it is no dry
 friction any more. Chosen."""
 DIPS_OF_TOP = (0.0028, 0.0065, 0.015, 0.035, 0.08, 0.18, 0.4)
