@@ -90,7 +90,7 @@ def test_friction_and_mass_are_not_read_with_the_wrong_sign() -> None:
     assert all(read.had[name] > 0.0 for name in {"coulomb", "viscous", "inertia"} & set(read.had))
 
 
-@pytest.mark.parametrize("bent", [0.0, 0.6])
+@pytest.mark.parametrize("bent", [0.0, 0.2])
 def test_a_simulation_that_is_not_well_read_is_not_quoted(bent: float) -> None:
     position = _position()
     velocity = np.gradient(position, T_S)
@@ -107,8 +107,8 @@ def test_a_simulation_that_is_not_well_read_is_not_quoted(bent: float) -> None:
         Recording(path=Path("r.csv"), channels=channels),
         Recording(path=Path("s.csv"), channels=made),
     ).explanation.channels["x.current"]
-    cause = next(c for c in answer.missing if c.kind == "mistuned")
-    assert cause.term == "coulomb"
+    (cause,) = answer.missing
+    assert (cause.term, cause.kind) == ("coulomb", "mistuned")
     if bent:
         assert "The simulation has" not in cause.statement
         assert "off by a factor" in cause.statement
