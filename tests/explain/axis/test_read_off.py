@@ -30,8 +30,10 @@ def _simulated(turning: Callable[[Array], Array], velocity: Array, acceleration:
     return np.asarray(friction + TRUTH["inertia"] * acceleration + TRUTH["gravity"])
 
 
-def _read(simulation: Array, includes: list[str] | None = None, **further: Array) -> AxisSignals:
-    channels = {"t": T_S, "x.position": _position(), "x.current": simulation, **further}
+def _read(
+    simulation: Array, recorded: dict[str, Array] | None = None, includes: list[str] | None = None
+) -> AxisSignals:
+    channels = {"t": T_S, "x.position": _position(), "x.current": simulation, **(recorded or {})}
     recording = Recording(path=Path("r.csv"), channels=channels)
     return axis_signals(recording, simulation, "x.current", includes=includes)
 
@@ -50,8 +52,8 @@ def test_friction_that_turns_over_another_speed_is_read_with_its_level(turning: 
     velocity = np.gradient(_position(), T_S)
     acceleration = np.gradient(velocity, T_S)
     simulation = _simulated(TURNINGS[turning], velocity, acceleration)
-    recorded = {"x.velocity": velocity, "x.acceleration": acceleration}
-    read = _read(simulation, **recorded)
+    recorded: dict[str, Array] = {"x.velocity": velocity, "x.acceleration": acceleration}
+    read = _read(simulation, recorded)
     assert read.read_share > 0.999
     for name, value in TRUTH.items():
         assert_allclose(read.had[name], value, rtol=0.01)
@@ -65,7 +67,7 @@ def test_an_acceleration_through_another_filter_is_found(cutoff_hz: float) -> No
     b, a = butter(2, cutoff_hz, fs=RATE_HZ)
     acceleration = np.gradient(filtfilt(b, a, velocity), T_S)
     simulation = _simulated(lambda v: np.tanh(v / 5.0), velocity, acceleration)
-    read = _read(simulation, **{"x.velocity": velocity})
+    read = _read(simulation, {"x.velocity": velocity})
     assert read.read_share > 0.99
     for name in ("coulomb", "viscous", "gravity"):
         assert_allclose(read.had[name], TRUTH[name], rtol=0.05)
@@ -86,7 +88,7 @@ def test_only_what_it_includes_is_read() -> None:
 def test_friction_and_mass_are_not_read_with_the_wrong_sign() -> None:
     velocity = np.gradient(_position(), T_S)
     simulation = 0.9 * np.tanh(velocity / 2.0) - 0.004 * velocity
-    read = _read(simulation, **{"x.velocity": velocity})
+    read = _read(simulation, {"x.velocity": velocity})
     assert all(read.had[name] > 0.0 for name in {"coulomb", "viscous", "inertia"} & set(read.had))
 
 

@@ -202,5 +202,6 @@ def test_a_slow_axis_has_a_direction_of_its_own() -> None:
 
 
 def test_an_axis_that_flickers_stands() -> None:
-    step = 1e-4 * (np.random.default_rng(0).random(5000) > 0.5)
-    assert standstill_speed(step, np.gradient(step, 0.001), 0.0) == STANDSTILL_MM_S
+    step = np.where(np.random.default_rng(0).random(5000) > 0.5, 1e-4, 0.0)
+    speed = np.asarray(np.gradient(step, 0.001), dtype=np.float64)
+    assert standstill_speed(step, speed, 0.0) == STANDSTILL_MM_S
