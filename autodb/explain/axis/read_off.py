@@ -156,7 +156,7 @@ class _Simulation:
         return min(fit(0.0), fit(float(found.x)), key=lambda one: one.left)
 
 
-def read_off(
+def own_terms_of(
     simulation: Array,
     inputs: Inputs,
     recording: Recording,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.read_off import READ_OFF as READ_OFF  # noqa: PLC0414
-from autodb.explain.axis.read_off import read_off
+from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records import Recording
@@ -125,7 +125,7 @@ def axis_signals(
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
-    read = read_off(rest, inputs, recording, axis, includes=includes)
+    read = own_terms_of(rest, inputs, recording, axis, includes=includes)
     own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
