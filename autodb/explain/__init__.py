@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
-from autodb.files.channels import FORCES, axis_of, effort_channels
+from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
 from autodb.records import CutTable, Recording, rows_of_file
 from autodb.terms.vocabulary import VOCABULARY
 
@@ -93,7 +93,7 @@ def _as_written(recording: Recording, simulation: Recording | CutTable, name: st
 
 def _derived(recording: Recording, axis: str) -> list[str]:
     """Say what of an axis' motion was derived, from what, and with which filter."""
-    from autodb.sensing.drives.moves.motion import DROWNED, place_channel, protocol_of
+    from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
 
     names = [f"{axis}.{what}" for what in ("velocity", "acceleration")]
     missing = [name for name in names if name not in recording]

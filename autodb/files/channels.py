@@ -82,9 +82,28 @@ def axis_of(name: str) -> str:
 
 
 def effort_channels(names: list[str]) -> list[str]:
-    """Return the drive efforts among ``names``: force, torque or current of linear axes."""
+    """Return the drive efforts of feed axes among ``names``, those of linear axes first."""
+    return [*linear_efforts(names), *rotary_efforts(names)]
+
+
+def linear_efforts(names: list[str]) -> list[str]:
+    """Return the drive efforts of linear axes among ``names``: force, torque or current."""
     pattern = rf"{_AXIS}\.(drive_force|drive_torque|current)"
     return [n for n in names if re.fullmatch(pattern, n)]
+
+
+def place_channel(axis: str) -> str:
+    """Return the channel of where an axis is: its angle where it is rotary.
+
+    >>> place_channel("c")
+    'c.angle'
+    """
+    return f"{axis}.{'angle' if axis in ROTARY_AXES else 'position'}"
+
+
+def way_unit(axis: str) -> str:
+    """Return the unit of an axis' ways: deg where it is rotary, else mm."""
+    return "deg" if axis in ROTARY_AXES else "mm"
 
 
 def rotary_efforts(names: list[str]) -> list[str]:

@@ -13,7 +13,7 @@ from autodb.agent.ingest.as_imported import signed
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import UnusableInput
-from autodb.files.channels import ROTARY_AXES, axis_of, effort_channels, rotary_efforts
+from autodb.files.channels import ROTARY_AXES, axis_of, effort_channels
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import Identified
@@ -120,8 +120,7 @@ def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
     """Return the drives' efforts of an axis or all; raises UnusableInput where there is none."""
     found = [
         name
-        for of in (effort_channels, rotary_efforts)
-        for name in of(list(recording.channels))
+        for name in effort_channels(list(recording.channels))
         if axis is None or axis_of(name) == axis
     ]
     if not found:

@@ -39,6 +39,8 @@ from autodb.explain.engine.telling import (
 )
 from autodb.explain.engine.tuning import BesideShapes, tuned
 from autodb.explain.engine.working import reduced
+from autodb.files.channels import place_channel, way_unit
+from autodb.sensing.drives.moves.motion import STILL_SHARE, noise_sd, standstill_speed
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -196,7 +198,10 @@ def _paths(
     move: AxisMove, recorded: AxisSignals, rate_hz: float
 ) -> tuple[str, tuple[AxisPath, AxisPath]] | None:
     """Return a move in words, and the paths of this axis and the others; None: it cannot run."""
-    own = reach(recorded.position, recorded.velocity, recorded.acceleration)
+    own = reach(
+        recorded.position, recorded.velocity, recorded.acceleration,
+        unit=recorded.unit, still=STILL_SHARE * recorded.scales.top,
+    )  # fmt: skip
     if move.of_other:
         return _paths_of_other(move, own, recorded, rate_hz)
     if move.scaled and not own.moves:
@@ -211,8 +216,9 @@ def _paths_of_other(
     other = next((name.partition(".")[0] for name in recorded.others), None)
     if other is None:
         return None
-    its = reach(
-        *(recorded.others[f"{other}.{what}"] for what in ("position", "velocity", "acceleration"))
-    )
+    names = (place_channel(other), f"{other}.velocity", f"{other}.acceleration")
+    place, velocity, acceleration = (recorded.others[name] for name in names)
+    slowest = standstill_speed(place, velocity, noise_sd(velocity))
+    its = reach(place, velocity, acceleration, unit=way_unit(other), still=slowest)
     path = move.path(its, rate_hz)
     return move.words(its), (still(path, own.middle_mm), path)

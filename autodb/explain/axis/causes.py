@@ -11,8 +11,9 @@ from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.loads import DELAYS_S
+from autodb.explain.axis.read_off import READ_OFF, READ_WELL
 from autodb.explain.axis.reading import AxisReading
-from autodb.explain.axis.signals import READ_OFF
+from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import (
     Mistuned,
@@ -60,21 +61,27 @@ def causes(reading: AxisReading) -> list[Cause]:
 
 def _merged(entries: list[Cause]) -> list[Cause]:
     """Return one entry a term and kind, the largest: one effect in two shapes is one cause."""
-    kept: dict[tuple[str, str], Cause] = {}
+    kept: dict[tuple[str, str, bool], Cause] = {}
     for entry in sorted(entries, key=lambda e: -e.parameters["size"].value):
-        kept.setdefault((entry.term, entry.kind), entry)
-    return [entry for entry in entries if kept[entry.term, entry.kind] is entry]
+        kept.setdefault(_merges(entry), entry)
+    return [entry for entry in entries if kept[_merges(entry)] is entry]
+
+
+def _merges(entry: Cause) -> tuple[str, str, bool]:
+    """Return what entries have in common that are one: a weight that turns is no constant load."""
+    return entry.term, entry.kind, bool(entry.variables)
 
 
 def _effect(reading: AxisReading, number: int) -> Cause:
     choice = reading.inquiry.choices[number]
     size = _size(reading, number)
-    always = INDISTINCT.get(choice.candidate.term, ())
+    turns = choice.candidate.forms[0].names == TILT_NAMES
+    always = () if turns else INDISTINCT.get(choice.candidate.term, ())
     stands = standing_of(reading, number, but=always)
     others, sure = list(stands.near), stands.confidence
     if not choice.candidate.named:
         return _unknown(reading, number, size, others, sure)
-    term = term_called(choice.candidate.term)
+    term = term_called(choice.candidate.term, "tilt" if turns else "")
     alternatives = tuple(dict.fromkeys([*always, *others]))
     kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
     return Cause(
@@ -141,7 +148,7 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
     elif not reading.inquiry.laws:
         noise = weighing(bench, [*others, law], reading.inquiry.noise, of=law)
     beside = BesideShapes(bench, others, noise, retuned)
-    units = {p.name: p.unit.replace("U", reading.unit) for p in term.parameters}
+    units = {p.name: _unit(p.unit, reading) for p in term.parameters}
     return _values(tuned(law, beside), beside, units, reading)
 
 
@@ -164,6 +171,12 @@ def _values(
 ) -> dict[str, IntervalValue]:
     form = law.choice.shape
     coefficients, covariance = beside.fit(form)
+    if form.names == TILT_NAMES:
+        turned = level_and_phase(coefficients, covariance)
+        return {
+            "level": value_of(*turned["level"], reading.unit),
+            "phase": value_of(*turned["phase"], "deg"),
+        }
     linear = {
         name: value_of(float(c), float(np.sqrt(v)), units.get(name, reading.unit))
         for name, c, v in zip(form.names, coefficients, np.diag(covariance), strict=True)
@@ -186,12 +199,13 @@ def _amplitude(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     return _instead(found, ("cosine", "sine"), {"amplitude": value_of(size, sd, reading.unit)})
 
 
-def _rest(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
+def _rest(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     """A constant beside a stiffness shifts the place where the spring is at rest."""
     stiffness, constant, middle = found["stiffness"], found["constant"], found["middle"]
     place = middle.value - constant.value / stiffness.value
     sd = (constant.high - constant.value) / NORMAL_95 / abs(stiffness.value)
-    return _instead(found, ("constant", "middle"), {"rest": value_of(place, sd, "mm")})
+    rest = value_of(place, sd, reading.signals.unit)
+    return _instead(found, ("constant", "middle"), {"rest": rest})
 
 
 def _rate(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
@@ -226,9 +240,10 @@ def _drift(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     return _instead(found, ("change",), {"rate": rate})
 
 
-def _delay(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
+def _delay(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     """A shift so small that effort changes in proportion to it is a share of the least delay."""
-    return _instead(found, ("slight",), {"delay": _scaled(found["slight"], DELAYS_S[0], "s")})
+    least_s = reading.signals.scales.delays(DELAYS_S)[0]
+    return _instead(found, ("slight",), {"delay": _scaled(found["slight"], least_s, "s")})
 
 
 def _nothing(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:  # noqa: ARG001
@@ -351,8 +366,11 @@ def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
     """Return the entry of an own term that is off."""
     change, sd = reading.fitted.of_own(name)
     had, main = reading.signals.had[name], term_called(name).parameters[0]
-    what, unit = (main.name, main.unit) if name in READ_OFF else ("factor", "1")
-    now = value_of(had + change, sd, unit.replace("U", reading.unit))
+    read = name in READ_OFF
+    said = read and reading.signals.read_share >= READ_WELL
+    what, unit = (main.name, main.unit) if said else ("factor", "1")
+    by = abs(had) if read and not said else 1.0
+    now = value_of((had + change) / by, sd / by, _unit(unit, reading))
     return Cause(
         term=name,
         kind="mistuned",
@@ -360,10 +378,18 @@ def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
         statement=(
             f"The simulation has {name} with {what} {had:.4g}{_unit_words(now.unit)}; the "
             f"recording says {now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
+            if said or not read
+            else f"The simulation's {name} is off by a factor: the recording says {now.value:.4g} "
+            f"times it ({now.low:.4g} to {now.high:.4g})."
         ),
         parameters={"size": _change_size(reading, name), what: now},
         alternatives=off.standing.near,
     )
+
+
+def _unit(unit: str, reading: AxisReading) -> str:
+    """Return the unit of a term's parameter for the axis' ways and the channel's effort."""
+    return unit.replace("mm", reading.signals.unit).replace("U", reading.unit)
 
 
 def _unit_words(unit: str) -> str:

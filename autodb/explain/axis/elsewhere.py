@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from autodb.explain.axis.friction import friction_candidates
 from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
 from autodb.explain.axis.moves import AxisPath
+from autodb.explain.axis.read_off import own_terms
 from autodb.explain.axis.reading import AxisReading
-from autodb.explain.axis.signals import ACTING, AxisSignals, own_terms, simulated_friction
+from autodb.explain.axis.signals import ACTING, AxisSignals, simulated_friction
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.telling import held_coefficients
 from autodb.terms.friction import since_reversal
@@ -66,9 +67,11 @@ def signals_on(
     that were read off it.
     """
     last, way = since_reversal(path.direction, path.position)
-    inputs = {"velocity": path.velocity, "acceleration": path.acceleration}
-    own = {n: c for n, c in own_terms(path.direction, inputs).items() if n in recorded.had}
-    terms = [recorded.had[name] * column for name, column in own.items()]
+    columns = own_terms(
+        path.direction, vars(path), rotary=recorded.rotary, phase_deg=recorded.phase_deg
+    )
+    own = {name: column for name, column in columns.items() if name in recorded.own}
+    terms = [recorded.had[name] * column for name, column in own.items() if name in recorded.had]
     simulation = sum(terms, start=np.zeros_like(path.t_s))
     return AxisSignals(
         axis=recorded.axis,
@@ -86,15 +89,16 @@ def signals_on(
         others={name: _of_other(other, name) for name in recorded.others},
         own=own,
         had=recorded.had,
+        phase_deg=recorded.phase_deg,
         like=recorded,
     )
 
 
 def _of_other(path: AxisPath, name: str) -> Array:
     what = name.partition(".")[2]
-    if what == "position":
-        return path.position
-    return path.velocity if what == "velocity" else path.acceleration
+    if what == "velocity":
+        return path.velocity
+    return path.acceleration if what == "acceleration" else path.position
 
 
 def account_columns(of: AxisAccount, signals: AxisSignals) -> Array:

@@ -88,12 +88,12 @@ def variables_of(s: AxisSignals, names: Sequence[str]) -> tuple[bool, tuple[Vari
     place, speed, surge = (s.channel(w) for w in ("position", "velocity", "acceleration"))
     known = {
         "t": Variable("t", "s", s.t_s, ends=True),
-        place: Variable("position", "mm", s.position, ends=True),
-        speed: Variable("speed", "mm/s", np.abs(s.velocity), ends=False),
-        surge: Variable("acceleration", "mm/s²", s.acceleration, ends=False),
+        place: Variable(place.partition(".")[2], s.unit, s.position, ends=True),
+        speed: Variable("speed", f"{s.unit}/s", np.abs(s.velocity), ends=False),
+        surge: Variable("acceleration", f"{s.unit}/s²", s.acceleration, ends=False),
     }
     for name, values in s.others.items():
-        ends = name.endswith(".position")
+        ends = name.endswith((".position", ".angle"))
         known[name] = Variable(name, unit_of(name) or "", values, ends=ends)
     turned = s.channel("direction") in names or tuple(names) == (speed,)
     return turned, tuple(known[name] for name in names if name in known)

@@ -18,11 +18,7 @@ from autodb.terms.friction import backlash, presliding, stribeck
 
 Array = NDArray[np.float64]
 
-TURNING_MM_S = (0.1, 0.3, 1.0)
-DIP_SPEEDS_MM_S = (0.5, 1.5, 4.0, 8.0, 15.0, 30.0, 60.0)
 WARM_TIMES_S = (3.0, 8.0, 20.0, 50.0, 120.0, 300.0, 1000.0, 4000.0)
-PRESLIDING_MM = (0.002, 0.005, 0.012, 0.03, 0.07, 0.17, 0.4, 1.0)
-PLAY_MM = (0.004, 0.008, 0.016, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
 FINER = 30
 DRY = frozenset({"coulomb"})
 """What a dip of friction, or its course after a reversal, is a part of."""
@@ -46,27 +42,33 @@ def friction_candidates(signals: AxisSignals) -> list[Candidate]:
 
 def coulomb_candidate(s: AxisSignals) -> Candidate:
     """Dry friction, turning over one of several widths of speed."""
-    forms = [CandidateForm(lambda: s.sense, names=("level",), tries=4, allowed=has_positive_first)]
+    widths = s.scales.widths()
+    forms = [
+        CandidateForm(
+            lambda: s.sense, names=("level",), tries=1 + len(widths), allowed=has_positive_first
+        )
+    ]
     forms += grid_forms(
         lambda width: np.tanh(s.velocity / width),
-        [{"width": width} for width in TURNING_MM_S],
+        [{"width": width} for width in widths],
         names=(),
         allowed=has_positive_first,
     )
     return Candidate(
         "coulomb", "coulomb", tuple(forms), (s.channel("direction"),),
-        detail=lambda: around_standstill(s.sense, s.velocity),
-        loose=lambda: around_standstill(s.sense, s.velocity), static=True,
+        detail=lambda: around_standstill(s),
+        loose=lambda: around_standstill(s), static=True,
     )  # fmt: skip
 
 
-def around_standstill(sense: Array, velocity: Array) -> Array:
+def around_standstill(s: AxisSignals) -> Array:
     """Return columns (n, 6) for what sgn(v) gets wrong where a move starts, turns or stops.
 
     One row earlier or later, starts and stops apart, and friction that needs some speed to rise to
     its level.
     """
-    columns = [np.tanh(velocity / width) - sense for width in (0.5, 2.0)]
+    sense = s.sense
+    columns = [np.tanh(s.velocity / width) - sense for width in s.scales.starts()]
     for neighbour in (np.roll(sense, -1), np.roll(sense, 1)):
         step = neighbour - sense
         gains = np.abs(neighbour) > np.abs(sense)
@@ -99,10 +101,9 @@ def viscous_candidate(s: AxisSignals) -> Candidate:
 
 def stribeck_dip(s: AxisSignals) -> Candidate:
     """Extra friction at low speed that falls with speed."""
-    top = float(np.quantile(np.abs(s.frame.velocity), 0.99))
     forms = grid_forms(
         lambda speed, exponent: stribeck(s.sense, s.velocity, speed_mm_s=speed, exponent=exponent),
-        [{"speed": v, "exponent": e} for v in DIP_SPEEDS_MM_S if v < 0.5 * top for e in (1.0, 2.0)],
+        [{"speed": v, "exponent": e} for v in s.scales.dips() for e in (1.0, 2.0)],
         names=("level",),
         allowed=has_positive_first,
     )
@@ -201,7 +202,7 @@ def soft_start(s: AxisSignals) -> Candidate:
     """After a reversal friction builds up over a small way."""
     forms = grid_forms(
         lambda distance: s.direction - presliding(s.direction, s.position, distance_mm=distance),
-        [{"distance": distance} for distance in PRESLIDING_MM],
+        [{"distance": distance} for distance in s.scales.softening()],
         names=("share",),
         allowed=negative,
     )
@@ -215,7 +216,7 @@ def play(s: AxisSignals) -> Candidate:
     """After a reversal the load's friction is absent over a fixed way."""
     forms = grid_forms(
         lambda gap: backlash(s.direction, s.position, gap_mm=gap),
-        [{"gap": gap} for gap in PLAY_MM],
+        [{"gap": gap} for gap in s.scales.plays()],
         names=("level",),
         allowed=has_positive_first,
     )
@@ -227,10 +228,9 @@ def play(s: AxisSignals) -> Candidate:
 
 def turning_columns(s: AxisSignals) -> Array:
     """Return what friction may do otherwise than simulated while the axis turns, (n, p)."""
-    return np.column_stack([around_standstill(s.sense, s.velocity), reversal_columns(s)])
+    return np.column_stack([around_standstill(s), reversal_columns(s)])
 
 
 def reversal_columns(s: AxisSignals) -> Array:
-    """Return s·exp(−way/scale) for the way run since the last reversal at six scales, (n, 6)."""
-    scales_mm = (0.004, 0.02, 0.1, 0.3, 1.0, 3.0)
-    return np.column_stack([s.last_sense * np.exp(-s.way / scale) for scale in scales_mm])
+    """Return s·exp(−way/scale) for the way run since the last reversal at p scales, (n, p)."""
+    return np.column_stack([s.last_sense * np.exp(-s.way / w) for w in s.scales.turns()])

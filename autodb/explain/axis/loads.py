@@ -1,11 +1,14 @@
 """Candidates that load an axis, and those that the motor, the sensor or the clock make."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
 from autodb.explain.axis.friction import turning_columns
 from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.tilt import TILT_NAMES
 from autodb.explain.axis.unknown import BAR
 from autodb.explain.engine.candidates import (
     UNKNOWN,
@@ -17,7 +20,7 @@ from autodb.explain.engine.candidates import (
     spline,
     swings,
 )
-from autodb.terms.drive import compliance
+from autodb.terms.drive import compliance, tilt
 from autodb.terms.sensor import lag
 
 Array = NDArray[np.float64]
@@ -25,11 +28,15 @@ Array = NDArray[np.float64]
 RICHER = 4.0
 """Further evidence asked of a load that is not constant, beside a constant one. Chosen."""
 SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
+SWINGS_A_ROW = 0.3
+"""Swings in a row up to which rows show one. Chosen."""
 DAMPINGS = (0.03, 0.15)
 DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045)
 SETTLING = (0.05, 0.15, 0.4, 1.0)
 """Times of a settling drift and gain as shares of the recording."""
 STEPS = 24
+STEP_S, STEP_ROWS = 0.04, 2.0
+"""Time that a gain's step takes, and rows at least: a search can follow it. Chosen."""
 CLIPS = 28
 SIDES = ((1.0, -1.0), (1.0,), (-1.0,))
 """Ways in which an effort is limited: a drive's limit acts both ways, a sensor's often one way."""
@@ -44,18 +51,34 @@ LOWEST_CLIP = 0.6
 def load_candidates(s: AxisSignals) -> list[Candidate]:
     """Return the loads that an axis may have beside friction."""
     return [
-        Candidate(
-            "gravity",
-            "gravity",
-            (CandidateForm(lambda: np.ones_like(s.t_s), names=("level",)),),
-            excludes=frozenset({"spring"}),
-            static=True,
-        ),
+        *weights(s),
         inertia_candidate(s),
         spring_candidate(s),
-        swing(s),
+        *swings_behind(s),
         *cross_couplings(s),
     ]
+
+
+def weights(s: AxisSignals) -> list[Candidate]:
+    """Return a constant load, and of a rotary axis a weight that turns with its angle."""
+    constant = Candidate(
+        "gravity",
+        "gravity",
+        (CandidateForm(lambda: np.ones_like(s.t_s), names=("level",)),),
+        excludes=frozenset({"spring"}),
+        static=True,
+    )
+    if not s.rotary:
+        return [constant]
+    turning = Candidate(
+        "gravity over the angle",
+        "gravity",
+        (CandidateForm(lambda: tilt(s.position), names=TILT_NAMES),),
+        (s.channel("position"),),
+        excludes=frozenset({"spring"}),
+        static=True,
+    )
+    return [constant, turning]
 
 
 def inertia_candidate(s: AxisSignals) -> Candidate:
@@ -114,23 +137,28 @@ def _monotone(cubic: Array) -> bool:
     return min(forth, back) < 0.15 * max(forth, back)
 
 
-def swing(s: AxisSignals) -> Candidate:
+def swings_behind(s: AxisSignals) -> list[Candidate]:
+    """Return the load that swings behind the motor on a springy drive train, where rows show it."""
+    shown = [hz for hz in SWINGS_HZ if hz * s.scales.step_s < SWINGS_A_ROW]
+    return [swing(s, shown)] if shown else []
+
+
+def swing(s: AxisSignals, frequencies_hz: Sequence[float]) -> Candidate:
     """The load swings behind the motor on a springy drive train."""
-    rate_hz = 1.0 / float(np.median(np.diff(s.t_s)))
 
     def law(frequency: float, damping: float) -> Array:
         return compliance(s.acceleration, s.t_s, frequency_hz=frequency, damping=damping)
 
     forms = grid_forms(
         law,
-        [{"frequency": f, "damping": z} for f in SWINGS_HZ if f < 0.3 * rate_hz for z in DAMPINGS],
+        [{"frequency": f, "damping": z} for f in frequencies_hz for z in DAMPINGS],
         names=("coefficient",),
         ratio=1.5,
         allowed=has_positive_first,
     )
     return Candidate(
         "compliance", "compliance", tuple(forms), (s.channel("acceleration"),),
-        detail=lambda: np.column_stack([law(f, 0.1) for f in (9.0, 18.0, 35.0)]),
+        detail=lambda: np.column_stack([law(f, 0.1) for f in frequencies_hz[::2]]),
         excludes=frozenset({"lag"}),
     )  # fmt: skip
 
@@ -173,12 +201,13 @@ def sensor_candidates_of_axis(s: AxisSignals) -> list[Candidate]:
 def gain_candidate(s: AxisSignals) -> Candidate:
     """Every contribution scales alike with a factor that changes: steadily, settling, in a step."""
     run = _run(s)
+    rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(s.frame.t_s[-1] - s.frame.t_s[0])
 
     def settling(time_constant: float) -> Array:
         return -s.effort * np.expm1(-run / time_constant)
 
     def stepping(start: float) -> Array:
-        return s.effort * np.clip((run - start) * len(s.frame.t_s) / 10.0 + 0.5, 0.0, 1.0)
+        return s.effort * np.clip((run - start) / rise + 0.5, 0.0, 1.0)
 
     tries = 1 + len(SETTLING) + STEPS
     forms = [CandidateForm(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
@@ -255,7 +284,8 @@ def drift(s: AxisSignals) -> Candidate:
 
 def shift(s: AxisSignals) -> Candidate:
     """Recording and simulation are shifted in time, either way."""
-    least = DELAYS_S[0]
+    delays = s.scales.delays(DELAYS_S)
+    least = delays[0]
     slightly = CandidateForm(
         lambda: lag(s.simulation, s.t_s, delay_s=least) - s.simulation,
         names=("slight",),
@@ -263,7 +293,7 @@ def shift(s: AxisSignals) -> Candidate:
     )
     forms = grid_forms(
         lambda delay: lag(s.simulation, s.t_s, delay_s=delay) - s.simulation,
-        [{"delay": sign * d} for sign in (1.0, -1.0) for d in DELAYS_S],
+        [{"delay": sign * d} for sign in (1.0, -1.0) for d in delays],
         names=("share",),
         ratio=1.6,
         allowed=near_one,

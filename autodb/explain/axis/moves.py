@@ -9,19 +9,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms.friction import STANDSTILL_MM_S, direction
+from autodb.sensing.drives.moves.motion import STILL_SHARE
+from autodb.terms.friction import direction
 
 Array = NDArray[np.float64]
 Stop = tuple[float, float]
-"""A place [mm] and the speed [mm/s] that it is gone to with."""
+"""A place and the speed that it is gone to with, in the axis' unit and this a second."""
 
 STAND_S = 20.0
 SLOW = 0.05
 """A slow pass runs at this share of the top speed, unless it would take longer than SLOW_S."""
 SLOW_S = 60.0
 FIVE_SPEEDS = (0.06, 0.12, 0.25, 0.5, 1.0)
-SHORT_MM = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
-SHORT_MM_S = 0.2
+SHORT_OF_TRAVEL = (5e-5, 1.2e-4, 2.5e-4, 5e-4, 1.2e-3, 2.5e-3)
+"""Short ways as shares of the travel: 0.02 to 1 mm of 400 mm."""
+SHORT_S = 5.0
+"""Time that the longest of the short ways takes."""
 TURNS = 4
 WARMING_S = 120.0
 WARMINGS = 3
@@ -35,12 +38,31 @@ PROGRAMME_S = 300.0
 
 @dataclass(frozen=True)
 class Reach:
-    """Travel [mm], top speed [mm/s] and acceleration [mm/s²] of an axis in a recording."""
+    """Travel, top speed and acceleration of an axis in a recording: mm and s, of a rotary axis deg
+    and s; ``still``: the speed below which it stands.
+    """
 
     low_mm: float
     high_mm: float
     top_mm_s: float
     top_mm_s2: float
+    unit: str = "mm"
+    still: float | None = None
+
+    @property
+    def standstill(self) -> float:
+        """Speed below which the direction fades out."""
+        return STILL_SHARE * self.top_mm_s if self.still is None else self.still
+
+    @property
+    def short(self) -> tuple[float, ...]:
+        """Short ways, to reverse over."""
+        return tuple(share * (self.high_mm - self.low_mm) for share in SHORT_OF_TRAVEL)
+
+    @property
+    def short_speed(self) -> float:
+        """Speed over short ways."""
+        return min(self.short[-1] / SHORT_S, self.top_mm_s)
 
     @property
     def middle_mm(self) -> float:
@@ -55,12 +77,12 @@ class Reach:
     @property
     def moves(self) -> bool:
         """Whether the axis moved, so that moves can be scaled to it."""
-        return self.high_mm > self.low_mm and self.top_mm_s > STANDSTILL_MM_S
+        return self.high_mm > self.low_mm and self.top_mm_s > self.standstill
 
 
 @dataclass(frozen=True)
 class AxisPath:
-    """Position [mm], velocity, acceleration and direction of an axis, (n,), evenly over t [s]."""
+    """Position, velocity, acceleration and direction of an axis, (n,), evenly over t [s]."""
 
     t_s: Array
     position: Array
@@ -84,14 +106,17 @@ class AxisMove:
     of_other: bool = False
 
 
-def reach(position: Array, velocity: Array, acceleration: Array) -> Reach:
+def reach(
+    position: Array, velocity: Array, acceleration: Array, *, unit: str, still: float
+) -> Reach:
     """Return what an axis did, (n,) each; single rows of noise set neither speed nor acceleration.
 
     The acceleration is at least such that the top speed is reached in a second.
     """
     top = float(np.quantile(np.abs(velocity), 0.999))
     sharpest = float(np.quantile(np.abs(acceleration), 0.999))
-    return Reach(float(position.min()), float(position.max()), top, max(sharpest, top))
+    low, high = float(position.min()), float(position.max())
+    return Reach(low, high, top, max(sharpest, top), unit, still)
 
 
 def along(
@@ -104,7 +129,8 @@ def along(
         here = place
     position, velocity, acceleration = np.concatenate(parts, axis=1)
     t_s = np.arange(len(position)) / rate_hz
-    return AxisPath(t_s, position, velocity, acceleration, direction(velocity))
+    sense = direction(velocity, standstill_mm_s=r.standstill)
+    return AxisPath(t_s, position, velocity, acceleration, sense)
 
 
 def _rest(place_mm: float, rest_s: float, rate_hz: float) -> Array:
@@ -128,7 +154,7 @@ def _leg(start_mm: float, end_mm: float, speed: float, rise: float, rate_hz: flo
 
 
 def _passes(r: Reach, speeds: Iterable[float]) -> list[Stop]:
-    """Return one pass of the whole travel there and back at each speed [mm/s]."""
+    """Return one pass of the whole travel there and back at each speed."""
     return [(place, speed) for speed in speeds for place in (r.high_mm, r.low_mm)]
 
 
@@ -157,8 +183,8 @@ def _sharp(r: Reach, rate_hz: float) -> AxisPath:
 
 def _short(r: Reach, rate_hz: float) -> AxisPath:
     middle = r.middle_mm
-    turns = [middle + way * on for way in SHORT_MM for _ in range(TURNS) for on in (1, 0)]
-    return along(middle, [(place, SHORT_MM_S) for place in turns], r, rate_hz, 0.1)
+    turns = [middle + way * on for way in r.short for _ in range(TURNS) for on in (1, 0)]
+    return along(middle, [(place, r.short_speed) for place in turns], r, rate_hz, 0.1)
 
 
 def _warming(r: Reach, rate_hz: float) -> AxisPath:
@@ -179,44 +205,44 @@ def joined_paths(paths: Iterable[AxisPath], rate_hz: float) -> AxisPath:
 
 
 def _travel(r: Reach) -> str:
-    return f"the travel from {r.low_mm:.4g} to {r.high_mm:.4g} mm"
+    return f"the travel from {r.low_mm:.4g} to {r.high_mm:.4g} {r.unit}"
 
 
-def _feed(speed_mm_s: float) -> str:
-    return f"{float(f'{60.0 * speed_mm_s:.3g}'):g} mm/min"
+def _feed(r: Reach, speed: float) -> str:
+    return f"{float(f'{60.0 * speed:.3g}'):g} {r.unit}/min"
 
 
 LIBRARY: tuple[AxisMove, ...] = (
     AxisMove(lambda _: f"Stand still under control for {STAND_S:g} s", _stand, scaled=False),
-    AxisMove(lambda r: f"Pass {_travel(r)} there and back at {_feed(r.slow_mm_s)}", _slow),
+    AxisMove(lambda r: f"Pass {_travel(r)} there and back at {_feed(r, r.slow_mm_s)}", _slow),
     AxisMove(
-        lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r.top_mm_s)}", _fast
+        lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r, r.top_mm_s)}", _fast
     ),
     AxisMove(
         lambda r: (
             f"Pass {_travel(r)} there and back at five feeds from "
-            f"{_feed(max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s))} to {_feed(r.top_mm_s)}"
+            f"{_feed(r, max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s))} to {_feed(r, r.top_mm_s)}"
         ),
         _five_speeds,
     ),
     AxisMove(
         lambda r: (
-            f"Go over {_travel(r)} in thirds at {_feed(r.top_mm_s)}, {TURNS} times, accelerating "
-            f"with {r.top_mm_s2:.3g} mm/s² and standing 1 s after each move"
+            f"Go over {_travel(r)} in thirds at {_feed(r, r.top_mm_s)}, {TURNS} times, "
+            f"accelerating with {r.top_mm_s2:.3g} {r.unit}/s² and standing 1 s after each move"
         ),
         _sharp,
     ),
     AxisMove(
         lambda r: (
-            f"Reverse slowly, at {_feed(SHORT_MM_S)}, about {r.middle_mm:.4g} mm, {TURNS} times "
-            f"each over {SHORT_MM[0]:g} to {SHORT_MM[-1]:g} mm"
+            f"Reverse slowly, at {_feed(r, r.short_speed)}, about {r.middle_mm:.4g} {r.unit}, "
+            f"{TURNS} times each over {r.short[0]:.2g} to {r.short[-1]:.2g} {r.unit}"
         ),
         _short,
     ),
     AxisMove(
         lambda r: (
             f"Let the axis rest for {COLD_S / 60.0:g} min, then pass {_travel(r)} there and back "
-            f"at {_feed(0.5 * r.top_mm_s)} for {WARMING_S:g} s, {WARMINGS} times "
+            f"at {_feed(r, 0.5 * r.top_mm_s)} for {WARMING_S:g} s, {WARMINGS} times "
             f"with rests of {WARMING_S:g} s"
         ),
         _warming,
@@ -225,7 +251,7 @@ LIBRARY: tuple[AxisMove, ...] = (
     AxisMove(
         lambda r: (
             f"Let this axis stand and pass another axis over {_travel(r)} in thirds at "
-            f"{_feed(r.top_mm_s)}, accelerating with {r.top_mm_s2:.3g} mm/s²"
+            f"{_feed(r, r.top_mm_s)}, accelerating with {r.top_mm_s2:.3g} {r.unit}/s²"
         ),
         _sharp,
         of_other=True,

@@ -1,29 +1,25 @@
 """What an axis' candidates are built from: its motion, its simulated effort, and the other axes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.files.channels import axis_of
+from autodb.explain.axis.read_off import READ_OFF as READ_OFF  # noqa: PLC0414
+from autodb.explain.axis.read_off import own_terms_of
+from autodb.explain.axis.scales import AxisScales, axis_scales
+from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
 from autodb.terms.friction import since_reversal
 
 Array = NDArray[np.float64]
 
-OWN_SHARE = 0.005
-"""A term of which the simulation has less than this share is not in it."""
-BLURRED_SHARE = 0.02
-"""The same where motion is known within a dead band only. Chosen."""
-WIDTHS_MM_S = (0.0, 0.1, 0.3, 1.0, 3.0)
-"""Speeds over which a simulation's friction may turn; 0 is the recording's own direction."""
-WRITTEN = 1e-12
-"""Share of a simulation's sum of squares that six written digits leave: no width leaves less."""
-READ_OFF = frozenset({"coulomb", "viscous", "inertia", "gravity"})
-"""Terms that a simulation is read off with."""
+OWN_PART = 0.005
+"""A known part that is less than this share of the simulation is none."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
 FRICTION = frozenset({"coulomb", "viscous", "stribeck", "position_friction", "asymmetry"})
 ACTING = frozenset({"warmup", "gain", "lag", "saturation", "lost_sign"})
@@ -32,17 +28,19 @@ ACTING = frozenset({"warmup", "gain", "lag", "saturation", "lost_sign"})
 
 @dataclass(frozen=True)
 class AxisSignals:
-    """Signals of one axis at every row, (n,).
+    """Signals of one axis at every row, (n,): mm and s, of a rotary axis deg and s.
 
     ``direction``: ±1 in motion, fading through standstill · ``sense``: the same as the simulation
     turns it ·
     ``effort``: all that is known to act, the simulation at first · ``friction``: the same of
     friction, ``sense`` where there is none ·
-    ``last_sense``, ``way``: last direction, and the way run since it turned [mm] ·
-    ``others``: position, velocity and acceleration of further axes by channel ·
+    ``last_sense``, ``way``: last direction, and the way run since it turned ·
+    ``others``: position or angle, velocity and acceleration of further axes by channel ·
     ``own``: columns of the simulation's terms, ``had`` their coefficients; of a term that is not of
     ``READ_OFF`` its part, and 1 ·
     ``pieces``: runs of even rows ·
+    ``read_share``: share of the simulation's sum of squares that the terms read off give ·
+    ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
     ``like``: signals of the recording, where these are of another move.
     """
 
@@ -62,7 +60,26 @@ class AxisSignals:
     own: dict[str, Array]
     had: dict[str, float]
     pieces: tuple[slice, ...] = (slice(None),)
+    read_share: float = 1.0
+    phase_deg: float = 0.0
     like: "AxisSignals | None" = None
+
+    @property
+    def rotary(self) -> bool:
+        """Whether the axis turns."""
+        return self.axis in ROTARY_AXES
+
+    @property
+    def unit(self) -> str:
+        """The unit of its ways."""
+        return way_unit(self.axis)
+
+    @cached_property
+    def scales(self) -> AxisScales:
+        """What grids are measured in: the recording's scales."""
+        if self.like is not None:
+            return self.like.scales
+        return axis_scales(self.t_s, self.position, self.velocity, self.last_sense, self.way)
 
     @property
     def frame(self) -> "AxisSignals":
@@ -91,30 +108,33 @@ class AxisSignals:
         ), had=had)
 
     def channel(self, what: str) -> str:
-        """Return the name of a channel of this axis."""
-        return f"{self.axis}.{what}"
+        """Return the name of a channel of this axis; its `position` is an angle where it turns."""
+        return place_channel(self.axis) if what == "position" else f"{self.axis}.{what}"
 
 
 def axis_signals(
-    recording: Recording, simulation: Array, channel: str, parts: Mapping[str, Array] = NO_PARTS
+    recording: Recording,
+    simulation: Array,
+    channel: str,
+    parts: Mapping[str, Array] = NO_PARTS,
+    includes: Collection[str] | None = None,
 ) -> AxisSignals:
     """Return the signals of a channel's axis, with the terms that its simulation has.
 
-    ``parts``: what of it is known to come from which term. The four of ``READ_OFF`` are read off
-    what the others leave; each other part is a column of its own, with the coefficient 1.
+    ``parts``: what of it is known to come from which term. The four of ``READ_OFF``, or those of
+    them that ``includes`` names, are read off what the others leave; each other part is a column
+    of its own, with the coefficient 1.
 
     Raises UnusableInput when there is not even a position.
     """
     axis = axis_of(channel)
     cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
-    level = OWN_SHARE * float(np.sqrt(np.mean(simulation**2)))
+    level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
-    measured = recording.timing.placed
-    sense, had = _read_off(rest, inputs, measured)
-    own = {name: column for name, column in own_terms(sense, inputs).items() if name in had}
-    own, had = own | further, had | dict.fromkeys(further, 1.0)
+    read = own_terms_of(rest, inputs, recording, axis, includes=includes)
+    own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
         axis=axis,
@@ -123,16 +143,18 @@ def axis_signals(
         velocity=inputs["velocity"],
         acceleration=inputs["acceleration"],
         direction=inputs["direction"],
-        sense=sense,
+        sense=read.sense,
         simulation=simulation,
         effort=simulation,
-        friction=simulated_friction(sense, own, had),
+        friction=simulated_friction(read.sense, own, had),
         last_sense=last,
         way=way,
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
         own=own,
         had=had,
         pieces=recording.pieces,
+        read_share=read.share,
+        phase_deg=read.phase_deg,
     )
 
 
@@ -143,61 +165,16 @@ def simulated_friction(sense: Array, own: Mapping[str, Array], had: Mapping[str,
     return friction if np.any(friction) else sense
 
 
-def own_terms(sense: Array, inputs: dict[str, Array]) -> dict[str, Array]:
-    """Return the columns (n,) that a simulation is read off with, by term."""
-    return {
-        "coulomb": sense,
-        "viscous": inputs["velocity"],
-        "inertia": inputs["acceleration"],
-        "gravity": np.ones_like(sense),
-    }
-
-
-def _read_off(
-    simulation: Array, inputs: dict[str, Array], measured: NDArray[np.bool_] | None
-) -> tuple[Array, dict[str, float]]:
-    """Return the direction as the simulation turns it, and the coefficients of the terms it has.
-
-    A simulation has no noise, so what its output contains can be read by regression; the width over
-    which its friction turns is the one that leaves least. Rows that were not ``measured`` say
-    nothing.
-    """
-    v, stride = inputs["velocity"], max(1, len(simulation) // 200_000)
-    rows: slice | NDArray[np.intp] = slice(None, None, stride)
-    if measured is not None:
-        rows = np.flatnonzero(measured)[::stride]
-    rounding = WRITTEN * float(np.sum(simulation[rows] ** 2))
-    best: tuple[float, Array, Array] = (np.inf, inputs["direction"], np.zeros(4))
-    for width in WIDTHS_MM_S:
-        sense = np.asarray(np.tanh(v / width)) if width else inputs["direction"]
-        matrix = np.column_stack(list(own_terms(sense, inputs).values()))
-        coefficients = np.asarray(
-            np.linalg.lstsq(matrix[rows], simulation[rows], rcond=None)[0], dtype=np.float64
-        )
-        left = float(np.sum((simulation[rows] - matrix[rows] @ coefficients) ** 2))
-        if left + rounding < 0.98 * best[0]:
-            best = (left, sense, coefficients)
-    _, sense, coefficients = best
-    share = OWN_SHARE if measured is None else BLURRED_SHARE
-    level = share * float(np.sqrt(np.mean(simulation**2)))
-    had = {
-        name: float(c)
-        for (name, column), c in zip(own_terms(sense, inputs).items(), coefficients, strict=True)
-        if abs(c) * np.sqrt(np.mean(column**2)) > level
-    }
-    return sense, had
-
-
 def _others(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, Array]:
-    """Return position, velocity and acceleration of the other linear axes that move."""
+    """Return position or angle, velocity and acceleration of the other axes that move."""
     found: dict[str, Array] = {}
-    for name in recording.channels:
-        other, _, what = name.partition(".")
-        if what != "position" or other == axis or not np.ptp(recording[name]) > 0:
+    for other in (*LINEAR_AXES, *ROTARY_AXES):
+        place = place_channel(other)
+        if other == axis or place not in recording or not np.ptp(recording[place]) > 0:
             continue
         moved = axis_motion(recording, other, cutoff_hz=cutoff_hz)
         found |= {
-            f"{other}.position": moved.position,
+            place: moved.position,
             f"{other}.velocity": moved.velocity,
             f"{other}.acceleration": moved.acceleration,
         }

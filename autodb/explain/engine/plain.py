@@ -10,7 +10,7 @@ needless goes again.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,7 @@ from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.noise import PLAIN, Whitener
 from autodb.explain.engine.normal import HELD, columns_side_by_side
+from autodb.explain.engine.tuning import BesideShapes, tuned
 from autodb.explain.engine.working import reduced
 
 Array = NDArray[np.float64]
@@ -289,14 +290,24 @@ def founded(
         looked = [c for c in field.scanned(left, PLAIN, FIRST_SCAN + number) if c.named]
         moved = {c.key: c for c in (*named, *(c for c in acting if c.named), *looked)}
         bench.forget(c.key for c in acting)
-        kept = [Choice(moved.get(c.candidate.key, c.candidate), c.form) for c in found]
-        kept_scans = {c.candidate.key: c.candidate for c in kept if c.candidate.scanned}
-        rows = PlainRows(bench, (moved | kept_scans).values())
+        moved |= {c.candidate.key: c.candidate for c in found}
+        rows = PlainRows(bench, moved.values())
         before = {c.candidate.key for c in found}
-        found = completed(rows, kept)
+        found = completed(rows, found)
         if {c.candidate.key for c in found} == before:
             break
+        found = [
+            one if one.candidate.key in before else _tuned(bench, found, one) for one in found
+        ]
     return tuple(found)
+
+
+def _tuned(bench: WhiteRows, found: Sequence[Choice], choice: Choice) -> Choice:
+    """Return a choice with the values of its form at their best on plain rows, as its only form."""
+    beside = BesideShapes(bench, [c for c in found if c is not choice], (PLAIN, 1.0))
+    best = tuned(choice, beside).choice
+    bench.forget([choice.candidate.key])
+    return Choice(replace(choice.candidate, forms=(best.shape,)), 0)
 
 
 def _laws(static: Sequence[Candidate], found: Sequence[Choice]) -> list[Choice]:

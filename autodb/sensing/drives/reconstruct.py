@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from autodb import signals
+from autodb.files.channels import place_channel
 from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
@@ -22,7 +23,7 @@ from autodb.sensing.drives.fit.axis_model import (
 from autodb.sensing.drives.fit.deviation import OVER_SPEED
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STANDING, TURNED, DriveErrors, states
-from autodb.sensing.drives.moves.motion import place_channel, protocol_of, term_inputs
+from autodb.sensing.drives.moves.motion import protocol_of, term_inputs
 from autodb.terms import Contribution
 from autodb.terms.friction import direction
 from autodb.terms.vocabulary import term_called

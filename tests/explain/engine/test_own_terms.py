@@ -1,14 +1,17 @@
 """What is said of a simulation's own terms that may be off, alone and together."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
-from autodb.explain.axis.signals import _read_off
+from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.engine.confidence import Mistuned, standing
 from autodb.explain.engine.entries import own_term_entries
+from autodb.records import Recording
 from autodb.reports.explanation import headline
 from autodb.terms.friction import direction
 
@@ -82,11 +85,15 @@ def test_where_a_simulation_has_no_friction_no_rounding_chooses_how_it_turns(see
     t = np.arange(4000) / 250.0
     velocity = 80.0 * np.sin(1.7 * t) * np.sin(0.31 * t)
     inputs = {
+        "position": np.cumsum(velocity) / 250.0,
         "velocity": velocity, "acceleration": np.gradient(velocity, t),
         "direction": direction(velocity),
     }  # fmt: skip
     simulation = 0.2 * velocity + 0.1 * inputs["acceleration"] - 3.0
     rounded = simulation * (1.0 + 1e-15 * np.random.default_rng(seed).standard_normal(4000))
-    sense, had = _read_off(rounded, inputs, None)
-    assert_array_equal(sense, inputs["direction"])
-    assert set(had) == {"viscous", "inertia", "gravity"}
+    channels = {"t": t, "x.position": inputs["position"], "x.velocity": velocity}
+    recording = Recording(path=Path("r.csv"), channels=channels)
+    read = own_terms_of(rounded, inputs, recording, "x")
+    assert_array_equal(read.sense, inputs["direction"])
+    assert set(read.had) == {"viscous", "inertia", "gravity"}
+    assert read.share > 1.0 - 1e-9

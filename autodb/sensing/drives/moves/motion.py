@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting, signals
 from autodb.errors import UnusableInput
-from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
+from autodb.files.channels import LINEAR_AXES, place_channel
 from autodb.records import Recording
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction
@@ -18,6 +18,12 @@ STANDSTILL_RPM = 1.0
 """Spindle speed below which the direction fades out. Chosen."""
 NOISE_BAND = 4.0
 """Standard deviations of a velocity's noise within which an axis counts as standing."""
+STILL_SHARE = 1.0 / 3000.0
+"""Share of the top speed below which the direction fades out: 0.05 mm/s of 150 mm/s. Chosen."""
+TOP_QUANTILE = 0.95
+"""Quantile of the speeds in motion that counts as the top speed. Chosen."""
+MOVED = 3.0
+"""An axis that went less far than so many of its largest steps in a row flickers. Chosen."""
 
 NOISE_SHARE = 0.01
 """Share of an acceleration's variance that its noise may have: as much lower least squares find its
@@ -47,11 +53,6 @@ class AxisMotion:
     direction: Array
 
 
-def place_channel(axis: str) -> str:
-    """Return the channel of where an axis is: its angle where it is rotary."""
-    return f"{axis}.{'angle' if axis in ROTARY_AXES else 'position'}"
-
-
 def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMotion:
     """Return the motion of an axis; what is not recorded is derived at the cutoff.
 
@@ -72,7 +73,9 @@ def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMot
         return AxisMotion(smooth, v, a if acceleration is None else acceleration, sense)
     if acceleration is None:
         acceleration = _slope_of(recording, velocity, cutoff_hz=cutoff_hz)
-    sense = _direction(velocity, noise_sd(velocity))
+    noise = noise_sd(velocity)
+    still = standstill_speed(position, velocity, noise)
+    sense = direction(velocity, standstill_mm_s=max(still, NOISE_BAND * noise))
     return AxisMotion(position, velocity, acceleration, sense)
 
 
@@ -148,12 +151,27 @@ def _derived_noise(recording: Recording, source: Array, order: int, cutoff_hz: f
     return float((2.0 * np.pi) ** order * sigma * band)
 
 
-def _direction(velocity: Array, noise: float) -> Array:
-    """Return the direction of a velocity (n,) whose noise has this sd: none of it turns anything.
+def top_speed(velocity: Array, noise: float = 0.0) -> float:
+    """Return the speed that 95 % of a velocity's (n,) moving rows stay below; 0 where none moves.
 
-    The band of standstill is NOISE_BAND times the noise where that is wider.
+    ``noise``: its sd; a row moves beyond NOISE_BAND of it.
     """
-    return direction(velocity, standstill_mm_s=max(STANDSTILL_MM_S, NOISE_BAND * noise))
+    speed = np.abs(velocity)
+    moving = speed[speed > NOISE_BAND * noise]
+    return float(np.quantile(moving, TOP_QUANTILE)) if moving.size else 0.0
+
+
+def standstill_speed(position: Array, velocity: Array, noise: float) -> float:
+    """Return the speed below which the direction fades out, in the velocity's (n,) unit.
+
+    A share of the recording's own top speed, so that no unit matters; STANDSTILL_MM_S of an axis
+    that stands or flickers, whose speeds tell nothing.
+    """
+    top = top_speed(velocity, noise)
+    step = float(np.quantile(np.abs(np.diff(position)), 0.999))
+    if not top or float(np.ptp(position)) < MOVED * step:
+        return STANDSTILL_MM_S
+    return STILL_SHARE * top
 
 
 def noise_sd(values: Array) -> float:
@@ -173,11 +191,12 @@ def _derived_direction(
     rate_hz = timing.rate_hz
     sigma = noise_sd(position)
     plain = sigma * rate_hz / np.sqrt(2.0)
-    if NOISE_BAND * plain < STANDSTILL_MM_S:
-        return direction(signals.slope(position, timing, recording.t_s))
     passed = min(cutoff_hz, 0.5 * rate_hz)
-    noise = 2.0 * np.pi * sigma * np.sqrt(2.0 * passed**3 / (3.0 * rate_hz))
-    return _direction(filtered, float(min(noise, plain)))
+    noise = float(min(plain, 2 * np.pi * sigma * np.sqrt(2.0 * passed**3 / (3.0 * rate_hz))))
+    still = standstill_speed(position, filtered, noise)
+    if NOISE_BAND * plain < still:
+        return direction(signals.slope(position, timing, recording.t_s), standstill_mm_s=still)
+    return direction(filtered, standstill_mm_s=max(still, NOISE_BAND * noise))
 
 
 def term_inputs(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, Array]:

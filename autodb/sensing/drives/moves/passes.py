@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
+from autodb.files.channels import place_channel
 from autodb.records import Recording
-from autodb.sensing.drives.moves.motion import place_channel
 from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]

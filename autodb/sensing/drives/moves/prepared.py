@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.files.channels import axis_of, effort_channels, rotary_efforts
+from autodb.files.channels import axis_of, effort_channels, linear_efforts, rotary_efforts
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import (
     SPINDLE,
@@ -50,9 +50,8 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
 def _efforts(names: list[str], axis: str | None) -> list[str]:
     """Return the efforts of an axis; of all linear ones, or else of the rotary ones."""
     if axis is None:
-        return effort_channels(names) or rotary_efforts(names)
-    both = [*effort_channels(names), *rotary_efforts(names)]
-    return [name for name in both if axis_of(name) == axis]
+        return linear_efforts(names) or rotary_efforts(names)
+    return [name for name in effort_channels(names) if axis_of(name) == axis]
 
 
 def _spindle_effort(recording: Recording) -> str:

@@ -1,0 +1,126 @@
+"""Rotary axes are explained as linear ones, in degrees; their weight turns with the angle."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from numpy.typing import NDArray
+from pyarrow import csv
+
+from autodb.explain import explain
+from autodb.explain.answer.answer import Cause
+from autodb.explain.axis.moves import LIBRARY, Reach
+from autodb.explain.axis.signals import axis_signals
+from autodb.records import Recording
+from autodb.terms.drive import tilt
+from tests.conftest import Cli
+
+Array = NDArray[np.float64]
+Channels = dict[str, Array]
+
+T_S = np.arange(4000) / 100.0
+LEVEL, PHASE_DEG = 2.5, -40.0
+
+
+def _table(effort: str, **extra: Array) -> tuple[Channels, Channels]:
+    """Return a recording of a rotary axis, and what its effort is made of beside noise."""
+    angle = 170.0 * np.sin(2.0 * np.pi * T_S / 17.0) + 60.0 * np.sin(2.0 * np.pi * T_S / 5.3)
+    velocity = np.gradient(angle, T_S)
+    acceleration = np.gradient(velocity, T_S)
+    weight = np.array([np.cos(np.radians(PHASE_DEG)), np.sin(np.radians(PHASE_DEG))])
+    parts = {
+        "coulomb": 0.8 * np.tanh(velocity / 0.5), "viscous": 0.004 * velocity,
+        "inertia": 0.002 * acceleration, "gravity": LEVEL * (tilt(angle) @ weight), **extra,
+    }  # fmt: skip
+    noise = np.random.default_rng(1).normal(0.0, 0.05, len(T_S))
+    recording = {
+        "t": T_S, "a.angle": angle, "a.velocity": velocity, "a.acceleration": acceleration,
+        effort: np.asarray(sum(parts.values(), start=noise)),
+    }  # fmt: skip
+    return recording, parts
+
+
+def _simulated(effort: str, parts: Channels, without: set[str]) -> Channels:
+    left = [part for name, part in parts.items() if name not in without]
+    return {"t": T_S, effort: np.asarray(sum(left))}
+
+
+def _missing(effort: str, without: set[str], beside: Channels, **extra: Array) -> list[Cause]:
+    recording, parts = _table(effort, **extra)
+    done = explain(
+        Recording(path=Path("r.csv"), channels=recording | beside),
+        Recording(path=Path("s.csv"), channels=_simulated(effort, parts, without)),
+    )
+    return [c for c in done.explanation.channels[effort].missing if c.kind == "missing"]
+
+
+@pytest.mark.parametrize(("effort", "unit"), [("a.current", "A"), ("a.drive_torque", "N·m")])
+def test_a_swinging_weight_has_level_and_phase(effort: str, unit: str) -> None:
+    (cause,) = _missing(effort, {"gravity"}, {})
+    assert (cause.term, cause.variables, cause.alternatives) == ("gravity", ("a.angle",), ())
+    level, phase = cause.parameters["level"], cause.parameters["phase"]
+    assert level.low < LEVEL < level.high
+    assert phase.low < PHASE_DEG < phase.high
+    assert (level.unit, phase.unit) == (unit, "deg")
+    assert cause.statement.startswith("The weight of a table or its work")
+
+
+def test_a_constant_load_beside_a_weight_is_an_entry_of_its_own() -> None:
+    constant = np.full_like(T_S, 0.7)
+    causes = _missing("a.current", {"gravity", "offset"}, {}, offset=constant)
+    assert [(c.term, c.variables) for c in causes] == [("gravity", ("a.angle",)), ("gravity", ())]
+    assert causes[1].alternatives == ("sensor_drift",)
+    level = causes[1].parameters["level"]
+    assert level.low < 0.7 < level.high
+
+
+def test_a_ripple_has_its_period_in_degrees() -> None:
+    recording, _ = _table("a.current")
+    ripple = 0.4 * np.sin(2.0 * np.pi * recording["a.angle"] / 12.0)
+    causes = _missing("a.current", {"ripple"}, {}, ripple=ripple)
+    cause = next(c for c in causes if c.term == "cogging")
+    period = cause.parameters["period"]
+    assert period.low < 12.0 < period.high
+    assert period.unit == "deg"
+
+
+def test_another_rotary_axis_loads_this_one() -> None:
+    other = 80.0 * np.sin(2.0 * np.pi * T_S / 3.7)
+    push = 0.003 * np.gradient(np.gradient(other, T_S), T_S)
+    (cause,) = _missing("a.drive_torque", {"push"}, {"c.angle": other}, push=push)
+    assert (cause.term, cause.variables) == ("cross_coupling", ("c.acceleration",))
+    assert cause.parameters["coefficient"].unit == "N·m·s²/deg"
+
+
+def test_a_simulated_weight_is_read_off_with_its_phase() -> None:
+    recording, parts = _table("a.current")
+    simulation = _simulated("a.current", parts, set())["a.current"]
+    read = axis_signals(Recording(path=Path("r.csv"), channels=recording), simulation, "a.current")
+    assert read.had["gravity"] == pytest.approx(LEVEL, rel=1e-3)
+    assert read.phase_deg == pytest.approx(PHASE_DEG, abs=0.1)
+    assert read.unit == "deg"
+    assert read.channel("position") == "a.angle"
+
+
+@pytest.mark.parametrize("move", LIBRARY, ids=lambda move: move.words(Reach(0, 1, 1, 1))[:24])
+def test_moves_are_said_in_degrees(move: object) -> None:
+    words = getattr(move, "words")(Reach(-180.0, 180.0, 90.0, 400.0, unit="deg"))  # noqa: B009
+    assert "mm" not in words
+
+
+def _write(name: str, channels: Channels) -> None:
+    csv.write_csv(pa.table(channels), name)
+
+
+def test_the_command_takes_a_rotary_axis(cli: Cli) -> None:
+    recording, parts = _table("a.drive_torque")
+    bare = {name: recording[name] for name in ("t", "a.angle", "a.drive_torque")}
+    _write("moves.csv", bare)
+    _write("simulation.csv", _simulated("a.drive_torque", parts, {"gravity"}))
+    done = cli("explain", "moves.csv", "--simulation", "simulation.csv", "--out", "said")
+    assert done.code == 0
+    assert "a.velocity and a.acceleration derived from a.angle" in done.out + done.err
+    report = Path("said", "report.html").read_text()
+    assert "a.angle" in report
+    assert "[mm" not in report
