@@ -1,7 +1,7 @@
 """The accepted set fitted together with the simulation's own terms, at every row."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Noise
-from autodb.explain.engine.normal import columns_side_by_side, normal
+from autodb.explain.engine.normal import columns_side_by_side, normal, solved_together
 from autodb.explain.engine.prior import coefficient_costs, evidence_of
 
 Array = NDArray[np.float64]
@@ -62,6 +62,7 @@ def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) ->
     correction also takes what a law gets wrong in shape, as far as the rows show it.
     """
     own = tuple(bench.own)
+    choices = [c if c.candidate.static else across_own(bench, c) for c in choices]
     coefficients, covariance = _beside(bench, choices, noise, range(len(own)))
     sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     free, free_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
@@ -90,6 +91,20 @@ def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) ->
         values=values,
         retuned=tuple(retuned),
     )
+
+
+def across_own(bench: WhiteRows, choice: Choice) -> Choice:
+    """Return a choice less what own columns give of it on plain rows.
+
+    What acts on others and what has no name takes only what the simulation's own terms leave.
+    """
+    columns = bench.columns(choice.key, choice.shape)
+    along = solved_together(bench.chosen(()), columns)
+    built = bench.built(choice.shape) - bench.own_columns() @ along
+    form = replace(choice.shape, law=lambda **_: built, through=None)
+    forms = [*choice.candidate.forms]
+    forms[choice.form] = form
+    return Choice(replace(choice.candidate, forms=tuple(forms)), choice.form)
 
 
 def _beside(

@@ -59,3 +59,8 @@ def normal(design: Array, right: Array) -> Normal:
 def solved(design: Array, right: Array, *, weight: Array | None = None) -> Array:
     """Return least-squares coefficients (p,) of columns (n, p) for rows (n,)."""
     return normal(design, right).solved(weight)
+
+
+def solved_together(design: Array, right: Array) -> Array:
+    """Return least-squares coefficients (p, k) of columns (n, p) for k columns (n, k)."""
+    return np.asarray(Normal(design.T @ design, design.T @ right).inverse() @ (design.T @ right))
