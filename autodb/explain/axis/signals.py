@@ -129,7 +129,7 @@ def axis_signals(
     """
     axis = axis_of(channel)
     cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
-    inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz)
+    inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
@@ -172,7 +172,7 @@ def _others(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, A
         place = place_channel(other)
         if other == axis or place not in recording or not np.ptp(recording[place]) > 0:
             continue
-        moved = axis_motion(recording, other, cutoff_hz=cutoff_hz)
+        moved = axis_motion(recording, other, cutoff_hz=cutoff_hz, own_speeds=True)
         found |= {
             place: moved.position,
             f"{other}.velocity": moved.velocity,

@@ -197,7 +197,7 @@ def test_a_slow_axis_has_a_direction_of_its_own() -> None:
     position = 0.15 * np.sin(0.2 * t)
     channels = {"t": t, "x.position": position, "x.velocity": 0.03 * np.cos(0.2 * t)}
     recording = Recording(path=Path("r.csv"), channels=channels)
-    sense = axis_motion(recording, "x", cutoff_hz=20.0).direction
+    sense = axis_motion(recording, "x", cutoff_hz=20.0, own_speeds=True).direction
     assert np.mean(np.abs(sense) >= 1.0) > 0.95
 
 

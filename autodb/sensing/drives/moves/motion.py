@@ -53,10 +53,14 @@ class AxisMotion:
     direction: Array
 
 
-def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMotion:
+def axis_motion(
+    recording: Recording, axis: str, *, cutoff_hz: float, own_speeds: bool = False
+) -> AxisMotion:
     """Return the motion of an axis; what is not recorded is derived at the cutoff.
 
-    Acceleration from velocity where that is recorded, otherwise from position.
+    Acceleration from velocity where that is recorded, otherwise from position. The direction fades
+    out below STANDSTILL_MM_S, with ``own_speeds`` below a share of the recording's top speed: two
+    recordings of one axis have one direction with the first, two units of one with the second.
 
     Raises UnusableInput when there is not even a position, or one with a coarse dead band.
     """
@@ -69,12 +73,14 @@ def axis_motion(recording: Recording, axis: str, *, cutoff_hz: float) -> AxisMot
         smooth, v, a = signals.derivatives(
             recording.t_s, position, cutoff_hz=cutoff_hz, timing=timing
         )
-        sense = _derived_direction(recording, position, v, cutoff_hz=cutoff_hz)
+        sense = _derived_direction(
+            recording, position, v, cutoff_hz=cutoff_hz, own_speeds=own_speeds
+        )
         return AxisMotion(smooth, v, a if acceleration is None else acceleration, sense)
     if acceleration is None:
         acceleration = _slope_of(recording, velocity, cutoff_hz=cutoff_hz)
     noise = noise_sd(velocity)
-    still = standstill_speed(position, velocity, noise)
+    still = standstill_speed(position, velocity, noise) if own_speeds else STANDSTILL_MM_S
     sense = direction(velocity, standstill_mm_s=max(still, NOISE_BAND * noise))
     return AxisMotion(position, velocity, acceleration, sense)
 
@@ -180,7 +186,7 @@ def noise_sd(values: Array) -> float:
 
 
 def _derived_direction(
-    recording: Recording, position: Array, filtered: Array, *, cutoff_hz: float
+    recording: Recording, position: Array, filtered: Array, *, cutoff_hz: float, own_speeds: bool
 ) -> Array:
     """Return the direction from plain differences of position, or from its filtered velocity.
 
@@ -193,18 +199,20 @@ def _derived_direction(
     plain = sigma * rate_hz / np.sqrt(2.0)
     passed = min(cutoff_hz, 0.5 * rate_hz)
     noise = float(min(plain, 2 * np.pi * sigma * np.sqrt(2.0 * passed**3 / (3.0 * rate_hz))))
-    still = standstill_speed(position, filtered, noise)
+    still = standstill_speed(position, filtered, noise) if own_speeds else STANDSTILL_MM_S
     if NOISE_BAND * plain < still:
         return direction(signals.slope(position, timing, recording.t_s), standstill_mm_s=still)
     return direction(filtered, standstill_mm_s=max(still, NOISE_BAND * noise))
 
 
-def term_inputs(recording: Recording, axis: str, *, cutoff_hz: float) -> dict[str, Array]:
+def term_inputs(
+    recording: Recording, axis: str, *, cutoff_hz: float, own_speeds: bool = False
+) -> dict[str, Array]:
     """Return what the terms of an axis take: t, position, velocity, acceleration, direction, (n,).
 
-    Other linear axes with a position give `AXIS.acceleration`.
+    Other linear axes with a position give `AXIS.acceleration`; ``own_speeds`` as `axis_motion`.
     """
-    moved = axis_motion(recording, axis, cutoff_hz=cutoff_hz)
+    moved = axis_motion(recording, axis, cutoff_hz=cutoff_hz, own_speeds=own_speeds)
     others = {
         f"{other}.acceleration": axis_motion(recording, other, cutoff_hz=cutoff_hz).acceleration
         for other in LINEAR_AXES
