@@ -44,6 +44,11 @@ SOFTER = 2
 """Soft limits stand this many times as far apart as sharp ones."""
 SOFT = 0.08
 """Width of a soft knee as a share of the limit."""
+BELOW = 0.995
+"""Share of the rows of a clipped effort that are below its limit, but for noise. Chosen."""
+ONE_SIGN, OTHER_SIGN = 0.02, 0.1
+"""Where the sign is lost, rows but this share have one sign, but for noise of this share of their
+size; of a simulation with two signs twice that share has the other. Chosen."""
 LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
@@ -195,7 +200,18 @@ def sensor_candidates_of_axis(s: AxisSignals) -> list[Candidate]:
     """
     if not np.any(s.effort):
         return [drift(s)]
-    return [gain_candidate(s), drift(s), shift(s), clipping(s), lost_sign_candidate(s), braking(s)]
+    made = [gain_candidate(s), drift(s), shift(s), clipping(s), braking(s)]
+    made += [lost_sign_candidate(s)] if _has_one_sign(s) else []
+    return [candidate for candidate in made if candidate.forms]
+
+
+def _has_one_sign(s: AxisSignals) -> bool:
+    """Whether what was recorded has hardly another sign, while the simulation has both."""
+    if s.recorded is None:
+        return True
+    low, high = np.quantile(s.recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
+    other = np.quantile(s.simulation, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
+    return bool(min(-low, high) < OTHER_SIGN * max(-low, high) and other[0] < 0.0 < other[1])
 
 
 def gain_candidate(s: AxisSignals) -> Candidate:
@@ -319,7 +335,7 @@ def _shifted(s: AxisSignals) -> Array:
 def clipping(s: AxisSignals) -> Candidate:
     """The effort is clipped at a limit that the simulation exceeds: both ways, or one way only."""
     forms = [form for sides in SIDES for form in _limits(s, sides)]
-    return Candidate("saturation", "saturation", tuple(forms), ())
+    return Candidate("saturation", "saturation", tuple(forms), (), first=True)
 
 
 def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
@@ -331,7 +347,7 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
         return []
     lowest = max(float(np.quantile(like, LOWEST_CLIP)), highest / CLIPS)
     step = (highest - lowest) / CLIPS
-    limits = [lowest + step * number for number in range(CLIPS)]
+    limits = [at for n in range(CLIPS) if _ends_at(s, sides, at := lowest + step * n)]
 
     def sharp(limit: float) -> Array:
         return np.where(size > limit, sign * limit - s.simulation, 0.0)
@@ -363,6 +379,14 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
     ]
 
 
+def _ends_at(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
+    """Whether what was recorded ends near a limit on these sides, as what is clipped does."""
+    if s.recorded is None:
+        return True
+    size = _beyond(s.recorded, sides)
+    return bool(np.quantile(size, BELOW) < (1.0 + 2.0 * SOFT) * limit)
+
+
 def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
     """Return how far an effort is out on these sides, 0 on the other."""
     return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
@@ -377,4 +401,4 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
         allowed=near_one,
         through=lambda columns: columns * sign[:, None],
     )
-    return Candidate("lost_sign", "lost_sign", (form,), ())
+    return Candidate("lost_sign", "lost_sign", (form,), (), first=True)

@@ -14,7 +14,9 @@ from autodb.explain.axis.friction import friction_candidates, warmup_candidate
 from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
-from autodb.explain.axis.signals import NO_PARTS, READ_OFF, AxisSignals, axis_signals
+from autodb.explain.axis.read_off import READ_OFF
+from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
+from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -64,7 +66,7 @@ def explain_axis(
     """
     measured, unit = recording[channel], recording.unit(channel)
     _check(recording, channel, measured, simulation)
-    signals = axis_signals(recording, simulation, channel, parts)
+    signals = axis_signals(recording, simulation, channel, parts, includes)
     trace = ChannelTrace(
         x_name="t",
         x=recording.t_s,
@@ -79,7 +81,7 @@ def explain_axis(
     difference = measured - simulation
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
         return no_difference(unit), trace
-    own = _own_columns(signals, includes)
+    own = _own_columns(signals)
     factor = _factor(recording)
     bench = WhiteRows(
         difference,
@@ -166,8 +168,11 @@ class AxisField:
         return type(self)(self.signals.completed(retuned, parts), bench)
 
     def _open(self, candidates: list[Candidate]) -> list[Candidate]:
-        own = self.bench.own.keys() & READ_OFF
-        return [c for c in candidates if c.term not in own and c.key not in self.bench.own]
+        had = self.bench.own.keys()
+        own = had & READ_OFF
+        if self.signals.rotary and "gravity" in own:
+            own = own - {"gravity"} | {TURNING} | ({"gravity"} if CONSTANT in had else set())
+        return [c for c in candidates if not {c.term, c.key} & own and c.key not in had]
 
 
 def _factor(recording: Recording) -> int:
@@ -175,9 +180,9 @@ def _factor(recording: Recording) -> int:
     return max(1, int(recording.timing.rate_hz / WORKING_HZ), int(np.ceil(rows)))
 
 
-def _own_columns(signals: AxisSignals, includes: list[str] | None) -> dict[str, Array]:
+def _own_columns(signals: AxisSignals) -> dict[str, Array]:
     """Return the columns of the simulation's own terms, and what of it they do not give."""
-    own = {n: c for n, c in signals.own.items() if includes is None or n in includes}
+    own = dict(signals.own)
     rest = signals.simulation
     if own:
         matrix = np.column_stack(list(own.values()))

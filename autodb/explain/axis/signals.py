@@ -8,7 +8,6 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.read_off import READ_OFF as READ_OFF  # noqa: PLC0414
 from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
@@ -38,6 +37,7 @@ class AxisSignals:
     ``others``: position or angle, velocity and acceleration of further axes by channel ·
     ``own``: columns of the simulation's terms, ``had`` their coefficients; of a term that is not of
     ``READ_OFF`` its part, and 1 ·
+    ``recorded``: the effort as recorded; None: these are of another move ·
     ``pieces``: runs of even rows ·
     ``read_share``: share of the simulation's sum of squares that the terms read off give ·
     ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
@@ -59,6 +59,7 @@ class AxisSignals:
     others: dict[str, Array]
     own: dict[str, Array]
     had: dict[str, float]
+    recorded: Array | None = None
     pieces: tuple[slice, ...] = (slice(None),)
     read_share: float = 1.0
     phase_deg: float = 0.0
@@ -152,6 +153,7 @@ def axis_signals(
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
         own=own,
         had=had,
+        recorded=recording[channel],
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,

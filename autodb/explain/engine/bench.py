@@ -71,10 +71,17 @@ class WhiteRows:
 
         What each contributes is a column of its own, of size 1.
         """
-        parts = dict(zip((c.candidate.key for c in choices), self.parts(choices, PLAIN)[1], strict=True))
+        columns = self.chosen(choices)
+        at, parts = self._own.shape[1], {}
+        fitted = solved(columns, self._difference)
+        for choice in choices:
+            built = self.built(choice.shape)
+            parts[choice.candidate.key] = built @ fitted[at : at + built.shape[1]]
+            at += built.shape[1]
+        own = dict(zip(self.own, self.own_columns().T, strict=True))
         return type(self)(
             self.difference - sum(parts.values(), start=np.zeros_like(self.difference)),
-            self.own | parts,
+            own | parts,
             self.factor,
             self.rate.timing,
             own_sizes=[*self.own_sizes, *np.ones(len(parts))],

@@ -63,7 +63,8 @@ class Candidate:
     it does, it must be worth it beside them. ``sure``: its shape follows from what is recorded and
     simulated alone. ``static``: it adds to the others as position, speed, acceleration or the clock
     say, and changes none of them; such laws come before all others. ``needs``: terms of which
-    plain rows must hold one beside it: there is no dip of a friction that is not there.
+    plain rows must hold one beside it: there is no dip of a friction that is not there. ``first``:
+    it changes all that is recorded in a way that no static law looks like.
     """
 
     key: str
@@ -81,6 +82,7 @@ class Candidate:
     sure: bool = False
     static: bool = False
     needs: frozenset[str] = frozenset()
+    first: bool = False
 
     @property
     def exact(self) -> bool:

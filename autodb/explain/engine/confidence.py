@@ -32,6 +32,9 @@ TEMPER = 3.0
 right."""
 SUREST = 0.99
 """More is never claimed. Chosen: what nobody thought of is never less probable."""
+RARE = 2.0 * TEMPER * float(np.log(10.0))
+"""Evidence by which what soaks up any misfit is a rarer rival of a static law. Chosen: odds of ten.
+"""
 UNSURE = 0.89
 """More is not claimed of an effect without which plain rows are predicted about as well."""
 NEAR = 20.0
@@ -93,9 +96,10 @@ def of_plain(
     Each rival, and nothing, is fitted in its place; the odds are those that the mean of the
     differences over blocks has the other sign, by Student's t. A static law is compared with named
     laws alone: a curve follows what real laws get wrong. What acts on others, or was searched for,
-    soaks that up too: it has to do better than curves.
+    soaks that up too: it is a rarer rival of a static law, and has to do better than curves itself.
     """
-    whole = rows.squares(choices)
+    like = choice.candidate
+    whole = rows.squares(choices, like=like)
     others = [c for c in choices if c is not choice]
     taken = {c.candidate.key for c in choices}
     by_name = {}
@@ -105,13 +109,15 @@ def of_plain(
         same = candidate.term in (choice.candidate.term, *but)
         if candidate.key in taken or same or curve:
             continue
-        offer = rows.with_one_more(beside(others, candidate), candidate)
+        offer = rows.with_one_more(beside(others, candidate), candidate, like=like)
         if offer is None:
             continue
         fall = _fall(offer[0] - whole)
+        if choice.candidate.static and not candidate.static:
+            fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
-    found = standing(by_name, nothing=_fall(rows.squares(others) - whole))
+    found = standing(by_name, nothing=_fall(rows.squares(others, like=like) - whole))
     return replace(found, instead=instead)
 
 
@@ -130,7 +136,8 @@ def beside_plain(
     say, too.
     """
     choices = [*laws, choice]
-    if rms_fall(rows.squares(laws), rows.squares(choices)) < NEEDED:
+    like = choice.candidate
+    if rms_fall(rows.squares(laws, like=like), rows.squares(choices, like=like)) < NEEDED:
         return replace(white, confidence=min(white.confidence, UNSURE))
     plain = of_plain(rows, choices, choice)
     return replace(white, confidence=min(white.confidence, plain.confidence))

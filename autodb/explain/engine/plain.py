@@ -21,6 +21,7 @@ from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.noise import PLAIN, Whitener
 from autodb.explain.engine.normal import HELD, columns_side_by_side
+from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.tuning import BesideShapes, tuned
 from autodb.explain.engine.working import reduced
 
@@ -34,6 +35,9 @@ GAIN = 0.04
 nothing was missing in, a column lowered it by 4.5 % at most (physics reference, section 10)."""
 IN_BLOCKS = 6
 """Blocks of which each must be predicted better with it. Chosen."""
+BETTER = 0.05
+"""Share by which what changes all that is recorded must lower the held-out rms below that of all
+static laws to come before them. Chosen."""
 NEEDED = 0.02
 """Share by which the held-out rms must rise without a law for it to stay."""
 MOST = 5
@@ -50,12 +54,16 @@ BEYOND = 1.5
 """No contribution is larger than this times the range of what was measured. Chosen."""
 ROWS = 8000
 """Rows at most, means of more: laws that are clearly needed are seen in fewer. Chosen."""
+DEALT = 5
+"""Smaller blocks a fold is made of, at least, where an effect is confined to a stretch. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
 ROUNDS, FIRST_SCAN = 4, 10
 """Rounds of searching what laws leave, and the number that the first of them goes by."""
 SLOW = 64
 """Parts over which means are taken to see slow noise."""
+CHI_SQUARE_MEDIAN = 0.455
+"""Median of a squared standard normal: few parts that hold a stretch of something count little."""
 
 
 class PlainRows:
@@ -90,6 +98,7 @@ class PlainRows:
         self.range = float(np.ptp(self._difference))
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
+        self._dealt: dict[int, Folds] = {}
         self._weight = np.zeros(rows.shape[1])
         self._rows = rows
         self._weigh(bench.own_sizes)
@@ -101,10 +110,11 @@ class PlainRows:
         first = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
         at = np.concatenate([self._own, *(self._places[key] for key in first)]).astype(np.intp)
         left = self._difference - self._rows[:, at] @ self._solved(at)
-        parts = [part.sum() for part in np.array_split(left, min(SLOW, len(left)))]
-        slow = float(np.mean(np.square(parts))) * len(parts) / len(left)
+        sums = np.array([part.sum() for part in np.array_split(left, min(SLOW, len(left)))])
+        lasting = float(np.median(sums**2)) / CHI_SQUARE_MEDIAN * len(sums) / len(left)
+        self.slow = max(lasting, float(np.mean(left**2)), 1e-300)
         size = np.maximum(np.abs(OWN_SD * own_sizes), 1e-300)
-        self._weight[self._own] = max(slow, float(np.mean(left**2))) / size**2
+        self._weight[self._own] = self.slow / size**2
 
     def _at(self, choices: Sequence[Choice]) -> Index:
         return np.concatenate([self._own, *(self._places[c.key] for c in choices)]).astype(np.intp)
@@ -129,10 +139,24 @@ class PlainRows:
         scale = np.outer(norm, norm)
         return np.asarray(np.linalg.pinv(inner / scale, rcond=HELD, hermitian=True) / scale)
 
-    def squares(self, choices: Sequence[Choice]) -> Array:
-        """Return the sum of squares of each block, predicted by a fit to the others, (BLOCKS,)."""
+    def squares(self, choices: Sequence[Choice], *, like: Candidate | None = None) -> Array:
+        """Return the sum of squares of each fold, predicted by a fit to the others, (BLOCKS,).
+
+        A fold is a contiguous block; where one is to be ``like`` an effect that is confined to a
+        stretch, it is many small ones, so that each fold holds a part of the stretch.
+        """
         at = self._at(choices)
-        return self._folds.by_fold(at, self._weight[at])
+        return self._folds_like(like).by_fold(at, self._weight[at])
+
+    def _folds_like(self, like: Candidate | None) -> Folds:
+        if like is None or like.interval is None:
+            return self._folds
+        column = self._rows[:, self._places[like.key, 0][0]]
+        inside = int(np.count_nonzero(np.abs(column) > HALF * np.abs(column).max()))
+        parts = min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
+        if parts not in self._dealt:
+            self._dealt[parts] = Folds(self._rows, 0, blocks=parts * BLOCKS, folds=BLOCKS)
+        return self._dealt[parts]
 
     def contribution(self, choices: Sequence[Choice], number: int) -> Array:
         """Return what one of the choices adds beside the others, (m,)."""
@@ -167,15 +191,18 @@ class PlainRows:
         return float(1.0 / spread.max()) if np.all(spread > HALF) else 0.0
 
     def with_one_more(
-        self, choices: Sequence[Choice], candidate: Candidate
+        self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
     ) -> tuple[Array, Choice] | None:
-        """Return the squares by block with a candidate in its best form, and the choice."""
+        """Return the squares by fold with a candidate in its best form, and the choice.
+
+        ``like``: the candidate that folds are chosen for, None: this one.
+        """
         best: tuple[Array, Choice] | None = None
         for number in range(len(candidate.forms)):
             choice = Choice(candidate, number)
             if choice.key not in self._places:
                 continue
-            squares = self.squares([*choices, choice])
+            squares = self.squares([*choices, choice], like=like or candidate)
             if best is not None and squares.sum() >= best[0].sum():
                 continue
             if self.physical([*choices, choice]):
@@ -206,36 +233,50 @@ def grown(
     """
     found = list(choices)
     for _ in range(min(most, MOST - len(found))):
-        before = rows.squares(found)
         taken = {c.candidate.key for c in found}
-        offers = [
-            offer
-            for candidate in among
-            if candidate.key not in taken
-            and (offer := rows.with_one_more(beside(found, candidate), candidate)) is not None
-            and rms_fall(before, offer[0]) >= GAIN
-            and int(np.sum(offer[0] < before)) >= IN_BLOCKS
-        ]
-        if not offers:
+        offers = [_offered(rows, found, c) for c in among if c.key not in taken]
+        fall, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
+        if best is None or fall < GAIN:
             break
-        taken_one = min(offers, key=lambda offer: float(offer[0].sum()))[1]
-        found = [*beside(found, taken_one.candidate), taken_one]
+        found = [*beside(found, best.candidate), best]
     return pruned(rows, found)
+
+
+def _offered(
+    rows: PlainRows, found: Sequence[Choice], candidate: Candidate
+) -> tuple[float, Choice | None]:
+    """Return by what share the held-out rms falls with a candidate, and it in its best form.
+
+    Nothing where it falls in too few folds, or by no more than slow noise would let it by chance.
+    """
+    offer = rows.with_one_more(beside(found, candidate), candidate)
+    if offer is None:
+        return 0.0, None
+    before = rows.squares(found, like=candidate)
+    chance = MARGIN + 2.0 * float(np.log(offer[1].shape.tries))
+    told = float(before.sum() - offer[0].sum()) > chance * rows.slow
+    if not told or int(np.sum(offer[0] < before)) < IN_BLOCKS:
+        return 0.0, None
+    return rms_fall(before, offer[0]), offer[1]
 
 
 def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """Return the choices without those that the others do as well without."""
     found = list(choices)
     while len(found) > 1:
-        whole = rows.squares(found)
-        loss = [
-            -rms_fall(whole, rows.squares([c for c in found if c is not gone])) for gone in found
-        ]
+        loss = [_loss(rows, found, gone) for gone in found]
         least = int(np.argmin(loss))
         if loss[least] >= NEEDED:
             break
         del found[least]
     return found
+
+
+def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
+    """Return by what share the held-out rms rises without one of the choices."""
+    others = [c for c in found if c is not gone]
+    like = gone.candidate
+    return -rms_fall(rows.squares(found, like=like), rows.squares(others, like=like))
 
 
 @dataclass(frozen=True)
@@ -282,7 +323,7 @@ def founded(
     """Return the named laws that plain rows clearly need: static ones, then any."""
     named = [c for c in standing if c.named]
     static = [c for c in named if c.static]
-    found = grown(PlainRows(bench, static), [], static)
+    found = _first(bench, named, static)
     for number in range(ROUNDS):
         left = bench.left(bench.chosen([*_laws(static, found), *found]))
         retuned, parts = bench.parts(found, PLAIN)
@@ -300,6 +341,25 @@ def founded(
             one if one.candidate.key in before else _tuned(bench, found, one) for one in found
         ]
     return tuple(found)
+
+
+def _first(
+    bench: WhiteRows, named: Sequence[Candidate], static: Sequence[Candidate]
+) -> list[Choice]:
+    """Return the static laws, beside what changes all that is recorded where that alone predicts
+    better than all of them: they are then seen through it.
+    """
+    found = grown(PlainRows(bench, static), [], static)
+    acting = [c for c in named if c.first]
+    rows = PlainRows(bench, [*static, *acting])
+    offers = [_offered(rows, [], c) for c in acting]
+    _, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
+    if best is None or rms_fall(rows.squares(found), rows.squares([best])) < BETTER:
+        return found
+    best = _tuned(bench, [], best)
+    bench.look_through([best])
+    rows = PlainRows(bench, [*static, best.candidate])
+    return grown(rows, [best], static)
 
 
 def _tuned(bench: WhiteRows, found: Sequence[Choice], choice: Choice) -> Choice:
