@@ -12,7 +12,7 @@ def rising_after_reversals(axis: RealAxis, distance: float) -> Array:
     """Return friction (n,), −1 to 1, that rises over ``distance`` (mm) after each reversal.
 
     It is held at standstill. Source: Dahl 1968, the form whose slope falls off linearly:
-    dz/dx = (1 − sgn(v)·z)/distance, plain_fit from row to row.
+    dz/dx = (1 − sgn(v)·z)/distance, fitted_sizes from row to row.
     """
     moved = np.diff(axis.position, prepend=axis.position[0])
     moved[np.abs(axis.v) < STILL * axis.top_speed] = 0.0

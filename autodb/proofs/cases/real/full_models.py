@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.proofs.cases.real.held_out import Blocks, HeldOut, plain_fit
+from autodb.proofs.cases.real.held_out import Blocks, HeldOut, fitted_sizes
 from autodb.proofs.cases.real.real_axis import Array, RealAxis
 from autodb.proofs.cases.real.real_columns import centred
 
@@ -92,7 +92,7 @@ class FittedModel:
 
     def refitted(self, effort: Array) -> "FittedModel":
         """Return the same columns fitted to another effort (n,)."""
-        return FittedModel(self.names, self.columns, plain_fit(self.columns, effort))
+        return FittedModel(self.names, self.columns, fitted_sizes(self.columns, effort))
 
     def mistuned(self, term: str, share: float) -> "FittedModel":
         """Return the model with the coefficients of one term larger by a share."""
@@ -113,7 +113,9 @@ def full_model(axis: RealAxis) -> FittedModel:
     known = FULL_MODELS[axis.name]
     named = [(term, column) for term in known.terms for column in _columns(term, axis, known)]
     columns = np.array([column for _, column in named])
-    return FittedModel(tuple(name for name, _ in named), columns, plain_fit(columns, axis.effort))
+    return FittedModel(
+        tuple(name for name, _ in named), columns, fitted_sizes(columns, axis.effort)
+    )
 
 
 def _columns(term: str, axis: RealAxis, known: FullModel) -> Array:

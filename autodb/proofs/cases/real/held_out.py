@@ -18,7 +18,7 @@ def block_numbers(rows: int) -> NDArray[np.intp]:
     return np.arange(rows) * BLOCKS // rows
 
 
-def plain_fit(columns: Array, y: Array) -> Array:
+def fitted_sizes(columns: Array, y: Array) -> Array:
     """Return coefficients (k,) of columns (k, n), however their scales differ."""
     if not len(columns):
         return np.zeros(0)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from autodb.proofs.cases.real.full_models import FittedModel
-from autodb.proofs.cases.real.held_out import Blocks, plain_fit
+from autodb.proofs.cases.real.held_out import Blocks, fitted_sizes
 from autodb.proofs.cases.real.real_axis import Array, RealAxis
 from autodb.proofs.cases.real.real_columns import REAL_TERMS, columns_of
 
@@ -46,6 +46,6 @@ def best_of_name(
         both = np.concatenate([model.columns, columns])
         error = Blocks.of(both, axis.effort).held_out(list(range(len(both)))).rms
         if error < best[0]:
-            part = plain_fit(both, axis.effort)[len(model.columns) :] @ columns
+            part = fitted_sizes(both, axis.effort)[len(model.columns) :] @ columns
             best = (error, float(np.max(np.abs(part))))
     return best
