@@ -30,8 +30,8 @@ MOST_ELASTIC = 0.8
 """Of the inertia, beyond the spring."""
 MOST_GAIN = 0.5
 MOST_LAG_S, MOST_LAG_ROWS = 0.1, 2.0
-MOST_CLIPPED = 0.7
-"""Of the peak: a limit below that is another drive."""
+UNCLIPPED = 0.7
+"""Quantile of |effort| that a limit leaves alone: at most three rows in ten are clipped."""
 FALLEN_AT = 0.15
 """Speed at which the Stribeck part is gone, share of the top speed."""
 ELASTIC_HZ = (1.0, 25.0)
@@ -162,7 +162,7 @@ def _saturation(axis: RealAxis, _model: FittedModel, _rng: Rng) -> Effect:
         limit = peak * (1.0 - share)
         return np.asarray(np.clip(axis.effort, -limit, limit) - axis.effort)
 
-    return Effect(MOST_CLIPPED, change)
+    return Effect(1.0 - float(np.quantile(np.abs(axis.effort), UNCLIPPED)) / peak, change)
 
 
 def _lost_sign(axis: RealAxis, _model: FittedModel, _rng: Rng) -> Effect:
