@@ -41,7 +41,7 @@ def injectable(recording: str) -> tuple[str, ...]:
 def injected_case(spec: RealSpec) -> RealCase:
     """Make a case: the effect is sized by what of it is left beside the model's own columns."""
     axis, model, rms = fitted_axis(spec.recording)
-    effect = effect_on(spec.term, axis, model, _drawn_by(spec))
+    effect = effect_on(spec.term, axis, model, effect_draws(spec))
     beside = Beside(model.columns)
     change = effect.change(_sized(effect, beside, STRENGTHS[spec.strength] * rms))
     changed = axis.with_effort(axis.effort + change)
@@ -116,7 +116,7 @@ def _root(
     return float(brentq(missing, low, high, rtol=1e-4, xtol=1e-9 * high))
 
 
-def _drawn_by(spec: RealSpec) -> np.random.Generator:
+def effect_draws(spec: RealSpec) -> np.random.Generator:
     """Return what draws an effect: the same at both strengths and in every tuning."""
     return np.random.default_rng(
         [SEED, list(READERS).index(spec.recording), EFFECTS.index(spec.term)]

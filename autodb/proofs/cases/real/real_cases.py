@@ -35,12 +35,11 @@ def injected_specs() -> list[RealSpec]:
         for shift in range(len(EFFECTS)):
             for row, recording in enumerate(INJECTED_INTO):
                 term = EFFECTS[(row + shift) % len(EFFECTS)]
-                strength, tuning = ways[(round_ + row + shift) % len(ways)]
-                if term in ONE_STRENGTH and strength != "strong":
-                    continue
+                strength, tuning = ways[(round_ + 2 * row + shift) % len(ways)]
                 if term in injectable(recording):
+                    strength = "strong" if term in ONE_STRENGTH else strength
                     found.append(RealSpec("injected", recording, term, strength, tuning))
-    return found
+    return list(dict.fromkeys(found))
 
 
 def real_specs() -> list[RealSpec]:
