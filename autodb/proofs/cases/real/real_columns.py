@@ -19,10 +19,17 @@ TIMES = (0.1, 0.3, 1.0)
 """Time constants, shares of the duration."""
 DISTANCES = (0.001, 0.003, 0.01, 0.03, 0.1)
 """Distances after a reversal, shares of the span."""
-PERIODS = 400
-"""Periods tried for a ripple, from its shortest to half the span."""
+MOST_PERIODS = 400.0
+"""Within the span, of the finest ripple."""
+ROWS_A_PERIOD = 4.0
+"""At top speed."""
+BINS, PADDED = 4096, 4
+"""Places at which a residual is summed up for its spectrum over position, and by how much finer
+than a line of that is the grid of periods."""
 TRIED_PERIODS = 3
-"""How many of them, the strongest ones, are held against others."""
+"""How many periods, the strongest ones, are held against others."""
+NOT_NEGATIVE = ("coulomb", "viscous", "inertia", "stribeck")
+"""Friction and mass."""
 EDGES = 8
 """Intervals of a load: from each to each later of nine instants."""
 CLIPPED = (0.4, 0.6, 0.8, 0.95)
@@ -78,14 +85,20 @@ def _cogging(axis: RealAxis, _model: Array, residual: Array) -> Alternatives:
 def _waves(axis: RealAxis, residual: Array) -> Alternatives:
     """Return cosine and sine over position (2, n) at the periods that a residual shows most."""
     span = float(np.ptp(axis.position))
-    shortest = max(4.0 * axis.top_speed / axis.rate_hz, span / PERIODS)
-    if shortest >= span / 2.0:
-        return []
-    periods = 1.0 / np.linspace(2.0 / span, 1.0 / shortest, PERIODS)
-    turns = np.exp(2j * np.pi * axis.position[None] / periods[:, None])
-    strength = np.abs(turns @ (residual - residual.mean()))
-    best = np.argsort(strength)[::-1][:TRIED_PERIODS]
-    return [np.array([turns[i].real, turns[i].imag]) for i in best]
+    most = min(MOST_PERIODS, span * axis.rate_hz / (ROWS_A_PERIOD * axis.top_speed))
+    place = (axis.position - axis.position.min()) / max(span, 1e-12)
+    bins = np.round(place * (BINS - 1)).astype(int)
+    sums = np.bincount(bins, residual - residual.mean(), minlength=BINS)
+    strength = np.abs(np.fft.rfft(sums, PADDED * BINS))
+    cycles = np.arange(len(strength)) * (BINS - 1) / (PADDED * BINS)
+    inner = np.arange(1, len(strength) - 1)
+    peaks = inner[
+        (strength[inner] >= strength[inner - 1]) & (strength[inner] > strength[inner + 1])
+    ]
+    peaks = peaks[(cycles[peaks] >= 2.0) & (cycles[peaks] <= most)]
+    best = peaks[np.argsort(strength[peaks])[::-1][:TRIED_PERIODS]]
+    turns = 2.0 * np.pi * cycles[best, None] * place
+    return [np.array([np.cos(turn), np.sin(turn)]) for turn in turns]
 
 
 def _cross(axis: RealAxis, _model: Array, _residual: Array) -> Alternatives:

@@ -5,7 +5,7 @@ import numpy as np
 from autodb.proofs.cases.real.full_models import FittedModel
 from autodb.proofs.cases.real.held_out import Blocks, fitted_sizes
 from autodb.proofs.cases.real.real_axis import Array, RealAxis
-from autodb.proofs.cases.real.real_columns import REAL_TERMS, columns_of
+from autodb.proofs.cases.real.real_columns import NOT_NEGATIVE, REAL_TERMS, columns_of
 
 AS_GOOD = 1.1
 """Held-out error of another name, of that of the true one, up to which both are fair."""
@@ -39,13 +39,16 @@ def rivals_of(
 def best_of_name(
     name: str, axis: RealAxis, model: FittedModel, simulated: Array
 ) -> tuple[float, float]:
-    """Return held-out error and peak of a name beside a model, at its best shape."""
-    best = (np.inf, 0.0)
+    """Return held-out error and peak of a name beside a model, at its best shape.
+
+    Friction and mass that come out negative explain nothing; no peak exceeds that of the effort.
+    """
+    best, most = (np.inf, 0.0), float(np.max(np.abs(axis.effort)))
     residual = axis.effort - model.whole
     for columns in columns_of(name, axis, simulated, residual):
         both = np.concatenate([model.columns, columns])
         error = Blocks.of(both, axis.effort).held_out(list(range(len(both)))).rms
-        if error < best[0]:
-            part = fitted_sizes(both, axis.effort)[len(model.columns) :] @ columns
-            best = (error, float(np.max(np.abs(part))))
+        sizes = fitted_sizes(both, axis.effort)[len(model.columns) :]
+        if error < best[0] and not (name in NOT_NEGATIVE and sizes[0] < 0.0):
+            best = (error, min(float(np.max(np.abs(sizes @ columns))), most))
     return best

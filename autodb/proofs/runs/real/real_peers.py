@@ -11,7 +11,7 @@ import numpy as np
 from autodb.proofs.cases.real.held_out import BLOCKS, Blocks, HeldOut, fitted_sizes
 from autodb.proofs.cases.real.real_axis import Array
 from autodb.proofs.cases.real.real_case import RealCase
-from autodb.proofs.cases.real.real_columns import REAL_TERMS, columns_of
+from autodb.proofs.cases.real.real_columns import NOT_NEGATIVE, REAL_TERMS, columns_of
 
 JOINS = 0.04
 """Share by which a term lowers the held-out error at least."""
@@ -19,7 +19,6 @@ IN_BLOCKS = 6
 MOST_TERMS = 4
 AS_WELL = 1.02
 """Held-out error without a term, of that with it, up to which it goes out."""
-NOT_NEGATIVE = ("coulomb", "viscous", "inertia", "stribeck")
 PLAIN_NAMES = (
     "coulomb", "viscous", "inertia", "gravity", "spring", "asymmetry", "stribeck",
     "position_friction", "sensor_drift", "cogging",

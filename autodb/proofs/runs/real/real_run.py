@@ -100,7 +100,9 @@ def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedR
         hit=is_named(case, said, WITHIN_HIT),
         wrong=is_wrong(case, said),
         size_ratio=sizes[0] / true if sizes else None,
-        false_name=any(one.named and one.term == case.concealed for one in twin.entries),
+        false_name=None
+        if twin.error
+        else any(one.named and one.term == case.concealed for one in twin.entries),
         sure=sure_entries(case, answer, twin),
     )
 

@@ -117,9 +117,13 @@ def sure_entries(
 
 
 def own_within(case: RealCase, answer: RealAnswer) -> bool:
-    """Say whether no own term is called mistuned by more than RETUNED of its peak."""
+    """Say whether no own term is called mistuned by more than RETUNED of its peak.
+
+    Of a term that is smaller than the held-out error, by more than RETUNED of that.
+    """
     tuned = [one for one in answer.entries if one.kind == "mistuned"]
-    return all(one.size <= RETUNED * case.own_peaks.get(one.term, 0.0) for one in tuned)
+    peaks = ((one, case.own_peaks.get(one.term, 0.0)) for one in tuned)
+    return all(one.size <= RETUNED * max(peak, case.rms_full) for one, peak in peaks)
 
 
 def peer_score(case: RealCase, found: PeerAnswer) -> PeerScore:
