@@ -25,7 +25,8 @@ from autodb.proofs.runs.real.real_score import JudgedReal, PeerScore, peer_score
 from benchmarks.peers.real_given import RealGiven
 
 METHODS = {
-    "FROLS (SysIdentPy)": "frols", "STLSQ (pysindy)": "sindy", "boosted trees (name nothing)": "boosting",
+    "FROLS (SysIdentPy)": "frols", "STLSQ (pysindy)": "sindy",
+    "boosted trees (name nothing)": "boosting",
 }  # fmt: skip
 """Methods by the name that a table has; the last one names nothing."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
