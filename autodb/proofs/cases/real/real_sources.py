@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from autodb.errors import UnusableInput
 from autodb.proofs.cases.real.real_axis import SIGN_WIDTH, Array, RealAxis
 
 VARIABLE = "AUTODB_SHARED"
@@ -28,17 +27,21 @@ SLOW_HZ, PULL_HZ = 100.0, 200.0
 """Rates of ODrive recordings, whose rows come unevenly: means of what falls into each step."""
 
 
+class NoRecordings(FileNotFoundError):
+    """The recordings are not where they are looked for, in one line."""
+
+
 def real_folder(*parts: str) -> Path:
-    """Return a file or folder of the recordings; raises UnusableInput where it is missing."""
+    """Return a file or folder of the recordings; raises NoRecordings where it is missing."""
     root = os.environ.get(VARIABLE)
     if not root:
-        raise UnusableInput(
+        raise NoRecordings(
             f"{VARIABLE} is not set; set it to the folder whose data/real, data/emps and "
             "data/odrive_cogging hold the recordings"
         )
     path = Path(root, "data", *parts)
     if not path.exists():
-        raise UnusableInput(f"{path}: missing; {VARIABLE} must name the folder of recordings")
+        raise NoRecordings(f"{path}: missing; {VARIABLE} must name the folder of recordings")
     return path
 
 
