@@ -54,7 +54,7 @@ def real_specs() -> list[RealSpec]:
 
 
 def made_case(spec: RealSpec) -> RealCase:
-    """Make a case; raises NoRecordings where the recordings are not here."""
+    """Make a case; raises NoRecordingsError where the recordings are not here."""
     return MAKERS[spec.kind](spec)
 
 

@@ -27,21 +27,21 @@ SLOW_HZ, PULL_HZ = 100.0, 200.0
 """Rates of ODrive recordings, whose rows come unevenly: means of what falls into each step."""
 
 
-class NoRecordings(FileNotFoundError):
+class NoRecordingsError(FileNotFoundError):
     """The recordings are not where they are looked for, in one line."""
 
 
 def real_folder(*parts: str) -> Path:
-    """Return a file or folder of the recordings; raises NoRecordings where it is missing."""
+    """Return a file or folder of the recordings; raises NoRecordingsError where it is missing."""
     root = os.environ.get(VARIABLE)
     if not root:
-        raise NoRecordings(
+        raise NoRecordingsError(
             f"{VARIABLE} is not set; set it to the folder whose data/real, data/emps and "
             "data/odrive_cogging hold the recordings"
         )
     path = Path(root, "data", *parts)
     if not path.exists():
-        raise NoRecordings(f"{path}: missing; {VARIABLE} must name the folder of recordings")
+        raise NoRecordingsError(f"{path}: missing; {VARIABLE} must name the folder of recordings")
     return path
 
 

@@ -26,7 +26,7 @@ from autodb.proofs.cases.real import (
 from autodb.proofs.cases.real.real_case import RealCase, RealSpec
 from autodb.proofs.cases.real.real_cases import made_case, real_specs
 from autodb.proofs.cases.real.real_nulls import twin_of
-from autodb.proofs.cases.real.real_sources import NoRecordings
+from autodb.proofs.cases.real.real_sources import NoRecordingsError
 from autodb.proofs.cases.real.shown_cases import recording_of
 from autodb.proofs.runs.real.idle_names import idle_names
 from autodb.proofs.runs.real.real_answers import RealAnswer, explained_real
@@ -60,7 +60,7 @@ def run_real(seed: int) -> list[JudgedReal]:
     """
     try:
         case = made_case(planned(seed))
-    except NoRecordings as error:
+    except NoRecordingsError as error:
         raise UnusableInput(str(error)) from None
     if not case.seen:
         return [unjudged(case)]
