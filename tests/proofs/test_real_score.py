@@ -222,6 +222,20 @@ def test_a_summary_says_which_limit_is_missed(
     assert [name for name, *_, passed in found.checks() if not passed] == [missed]
 
 
+def test_a_null_is_silent_where_nothing_is_named() -> None:
+    nulls = [
+        judged_real(NULL, RealAnswer(entries, 1.0, 1.0), NONE)
+        for entries in (
+            (),
+            (SaidEntry("lag", "missing", 0.4, 1.0), SaidEntry("unknown", "missing", 0.9, 1.0)),
+            (SaidEntry("viscous", "mistuned", 0.9, 0.1),),
+            (SaidEntry("lag", "missing", 0.5, 1.0),),
+        )
+    ]
+    ours = _summary(_judged(), *nulls).peers[0]
+    assert (ours.nulls, ours.silent) == (4, 3)
+
+
 def test_cases_that_cannot_be_decided_are_counted_apart() -> None:
     found = _summary(_judged("injected", fair=("stribeck",), strength="weak"), _judged())
     assert (found.both.cases, found.others.cases) == (1, 1)

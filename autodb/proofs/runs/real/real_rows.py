@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.proofs.runs.found import percent, ratio
+from autodb.proofs.runs.real.real_answers import NAMED_FROM, NO_NAME
 from autodb.proofs.runs.real.real_score import JudgedReal, PeerScore
 from autodb.proofs.runs.score import exact_interval
 
@@ -158,9 +159,16 @@ def peer_group(name: str, cases: Sequence[JudgedReal], nulls: Sequence[JudgedRea
 def _peer(name: str, one: JudgedReal) -> PeerScore:
     """Return a method's score of a case; for the command's own see what was judged of it."""
     if name == OURS:
-        silent = not one.error and not any("(mistuned)" not in said for said in one.said)
+        silent = not one.error and not any(map(_is_name, one.said))
         return PeerScore(one.said, one.named, one.wrong, silent, one.fit)
     return (one.peers or {})[name]
+
+
+def _is_name(said: str) -> bool:
+    """Say whether an entry as it is kept, `TERM:SIZE(CONFIDENCE)`, names a term as missing."""
+    term, _, rest = said.partition(":")
+    sure = float(rest.rpartition("(")[2].rstrip(")"))
+    return sure >= NAMED_FROM and term != NO_NAME and not term.endswith("(mistuned)")
 
 
 def grouped(
