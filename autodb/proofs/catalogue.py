@@ -89,6 +89,8 @@ from autodb.proofs.runs.mill import (
 )
 from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
+from autodb.proofs.runs.real import real_run, real_summary
+from autodb.proofs.runs.real.real_score import JudgedReal
 from autodb.proofs.runs.run_file import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.proofs.runs.stamps import stamps_run, stamps_summary
@@ -251,6 +253,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=stamps_summary.stamps_summary_of,
         read=stamps_summary.StampsSummary.from_json,
         generator=stamps_run.GENERATOR,
+    ),
+    Proof(
+        name="real",
+        what="explain names what a simulation of a real axis left out; needs its recordings",
+        runs=real_run.REAL_RUNS,
+        run=real_run.run_real,
+        kept=TypeAdapter(Finished[JudgedReal]),
+        score=real_summary.real_summary_of,
+        read=real_summary.RealSummary.from_json,
+        generator=real_run.REAL_GENERATOR,
     ),
     Proof(
         name="published-axis",

@@ -16,7 +16,7 @@ FOLDER = KEPT.parent / "proofs"
 INDEX = FOLDER / "index.md"
 PAGES = tuple(
     FOLDER / f"{name}.md"
-    for name in ("axes", "time", "lathes", "mills", "pairs", "explain", "keeping")
+    for name in ("axes", "time", "lathes", "mills", "pairs", "explain", "real", "keeping")
 )
 BEGIN, END = "<!-- proof: {} -->\n", "<!-- end of proof -->\n"
 PROOF = re.compile(BEGIN.format(r"([\w-]+)") + ".*?" + END, re.DOTALL)

@@ -1,0 +1,1 @@
+"""Recordings of real axes, and what is concealed in them; physics of their own."""

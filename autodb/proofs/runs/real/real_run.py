@@ -1,0 +1,137 @@
+"""Proof: an explanation of a real axis names what its simulation left out, whatever else is in it.
+
+A case is a place in a plan that is fixed; what is drawn of it is fixed by its name.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+from autodb.errors import UnusableInput
+from autodb.proofs.cases.real import (
+    friction_states,
+    full_models,
+    held_out,
+    injected,
+    left_out_terms,
+    real_axis,
+    real_case,
+    real_cases,
+    real_columns,
+    real_effects,
+    real_nulls,
+    real_sources,
+    rival_names,
+    shown_cases,
+)
+from autodb.proofs.cases.real.real_case import RealCase, RealSpec
+from autodb.proofs.cases.real.real_cases import made_case, real_specs
+from autodb.proofs.cases.real.real_nulls import twin_of
+from autodb.proofs.cases.real.real_sources import NoRecordingsError
+from autodb.proofs.cases.real.shown_cases import recording_of
+from autodb.proofs.runs.real.idle_names import idle_names
+from autodb.proofs.runs.real.real_answers import RealAnswer, explained_real
+from autodb.proofs.runs.real.real_peers import PEERS, greedy
+from autodb.proofs.runs.real.real_score import (
+    HARMED,
+    WITHIN_HIT,
+    WITHIN_NAMED,
+    JudgedReal,
+    is_named,
+    is_wrong,
+    own_within,
+    peer_score,
+    sure_entries,
+    unjudged,
+)
+
+REAL_GENERATOR = (
+    friction_states, full_models, held_out, injected, left_out_terms, real_axis, real_case,
+    real_cases, real_columns, real_effects, real_nulls, real_sources, rival_names, shown_cases,
+)  # fmt: skip
+"""All modules that make cases."""
+REAL_RUNS = len(real_specs())
+LONGEST_ERROR = 300
+
+
+def run_real(seed: int) -> list[JudgedReal]:
+    """Make the case of a place in the plan, ask about it, and judge the answer.
+
+    Raises UnusableInput beyond the plan's end, and where the recordings are not here.
+    """
+    try:
+        case = made_case(planned(seed))
+    except NoRecordingsError as error:
+        raise UnusableInput(str(error)) from None
+    if not case.seen:
+        return [unjudged(case)]
+    answer = explained_real(case)
+    twin = RealAnswer() if case.concealed is None else _twin_answer(case)
+    judged = judged_real(case, answer, twin)
+    peers = {name: peer_score(case, greedy(case, names)) for name, names in PEERS.items()}
+    return [replace(judged, peers=peers)]
+
+
+def planned(seed: int) -> RealSpec:
+    """Return the case of a place in the plan, from 1 on; raises UnusableInput beyond its end."""
+    specs = real_specs()
+    if seed > len(specs):
+        raise UnusableInput(f"--runs {seed}: the plan has {len(specs)} cases; ask for fewer")
+    return specs[seed - 1]
+
+
+def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
+    """Judge an answer, beside that to the same recording without the effect."""
+    judged = replace(unjudged(case), error=answer.error[:LONGEST_ERROR], seconds=answer.seconds)
+    if answer.error or answer.before is None or answer.after is None:
+        return judged
+    harm = answer.after > HARMED * answer.before
+    judged = replace(
+        judged, harm=harm, fit=answer.after / case.rms_full,
+        said=tuple(
+            f"{one.term}{'' if one.kind == 'missing' else ' (mistuned)'}:{one.size:.3g}"
+            f"({one.confidence:.2f})" for one in answer.entries
+        ),
+    )  # fmt: skip
+    if case.concealed is None:
+        own_ok = own_within(case, answer)
+        sure = tuple(one.term for one in answer.entries if one.kind == "missing" and one.sure)
+        return replace(
+            judged, own_ok=own_ok, null_ok=own_ok and not harm, idle=idle_names(case, sure)
+        )
+    said = [one for one in answer.entries if one.named]
+    sizes = [one.size for one in said if one.term == case.concealed]
+    true = case.true_size or 1.0
+    return replace(
+        judged,
+        named=is_named(case, said, WITHIN_NAMED),
+        hit=is_named(case, said, WITHIN_HIT),
+        wrong=is_wrong(case, said),
+        size_ratio=sizes[0] / true if sizes else None,
+        false_name=None
+        if twin.error
+        else any(one.named and one.term == case.concealed for one in twin.entries),
+        sure=sure_entries(case, answer, twin),
+    )
+
+
+def _twin_answer(case: RealCase) -> RealAnswer:
+    """Return the answer to the same recording without the effect; each twin is asked once."""
+    if case.kind == "shown":
+        null = f"{recording_of(case.spec.recording)}-null"
+        return _asked(RealSpec("shown", null, variant="null"))
+    return _asked_twin(twin_of(case))
+
+
+@cache
+def _asked(spec: RealSpec) -> RealAnswer:
+    return explained_real(made_case(spec))
+
+
+TWINS: dict[RealSpec, RealAnswer] = {}
+"""Answers to twins that were asked already."""
+
+
+def _asked_twin(twin: RealCase) -> RealAnswer:
+    if twin.spec not in TWINS:
+        TWINS[twin.spec] = explained_real(twin)
+    return TWINS[twin.spec]
