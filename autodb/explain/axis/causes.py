@@ -40,9 +40,9 @@ RETUNED = 0.01
 INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 """Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
 
-OFFSET, LOAD = 0.05, 0.8
-"""Share of the effort's range above which a constant is a load so probably: zero points of current
-sensors are within a few per cent of what they measure. Chosen."""
+OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
+"""Share of the effort's range above which a constant is a load so probably, and how probably it is
+below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
 
 
 def value_of(value: float, sd: float, unit: str) -> IntervalValue:
@@ -99,7 +99,7 @@ def _effect(reading: AxisReading, number: int) -> Cause:
 def _is_a_load(reading: AxisReading, level: float) -> float:
     """Return the probability that a constant is a load and not the zero point of a sensor."""
     effort = reading.whole.difference + reading.signals.simulation
-    return LOAD if level > OFFSET * float(np.ptp(effort)) else 0.5
+    return LOAD if level > OFFSET * float(np.ptp(effort)) else SMALL_LOAD
 
 
 def standing_of(reading: AxisReading, number: int, *, but: Collection[str] = ()) -> Standing:

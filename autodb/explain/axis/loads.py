@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
@@ -31,7 +33,7 @@ SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
 SWINGS_A_ROW = 0.3
 """Swings in a row up to which rows show one. Chosen."""
 DAMPINGS = (0.03, 0.15)
-DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045)
+DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22)
 SETTLING = (0.05, 0.15, 0.4, 1.0)
 """Times of a settling drift and gain as shares of the recording."""
 STEPS = 24
@@ -49,6 +51,8 @@ BELOW = 0.995
 ONE_SIGN, OTHER_SIGN = 0.02, 0.1
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
 size; of a simulation with two signs twice that share has the other. Chosen."""
+TERMS_WITH_SIGNS, SIGN_ROUNDS = 2, 10
+"""Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
@@ -393,12 +397,42 @@ def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
 
 
 def lost_sign_candidate(s: AxisSignals) -> Candidate:
-    """A magnitude was recorded."""
-    sign = np.where(s.effort < 0, -1.0, 1.0)
-    form = CandidateForm(
-        lambda: sign * s.simulation - s.simulation,
-        names=("share",),
-        allowed=near_one,
-        through=lambda columns: columns * sign[:, None],
+    """A magnitude was recorded: of the simulation, or of its terms fitted to the magnitude."""
+    efforts = [s.effort, *_signed_efforts(s)]
+
+    def law(number: int) -> Array:
+        return np.abs(efforts[number]) - s.simulation
+
+    def through(columns: Array, number: int) -> Array:
+        return columns * np.where(efforts[number] < 0, -1.0, 1.0)[:, None]
+
+    forms = tuple(
+        CandidateForm(
+            partial(law, number),
+            names=("share",),
+            tries=len(efforts),
+            allowed=near_one,
+            through=partial(through, number=number),
+        )
+        for number in range(len(efforts))
     )
-    return Candidate("lost_sign", "lost_sign", (form,), (), first=True)
+    return Candidate("lost_sign", "lost_sign", forms, (), first=True)
+
+
+def _signed_efforts(s: AxisSignals) -> list[Array]:
+    """Return efforts of the simulation's terms whose magnitudes fit what was recorded.
+
+    A simulation that was refitted to magnitudes has lost its signs with them. Fit and signs are
+    found in turn, from the sign of each term on; the best stays.
+    """
+    if s.recorded is None or len(s.own) < TERMS_WITH_SIGNS:
+        return []
+    own = np.column_stack(list(s.own.values()))
+    found = []
+    for column in own.T:
+        sign = np.sign(column)
+        for _ in range(SIGN_ROUNDS):
+            effort = own @ np.linalg.lstsq(own, sign * s.recorded, rcond=None)[0]
+            sign = np.sign(effort)
+        found.append(effort)
+    return [min(found, key=lambda effort: float(np.sum((np.abs(effort) - s.recorded) ** 2)))]

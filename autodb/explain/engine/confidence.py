@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.plain import NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.plain import BLOCKS, NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
@@ -97,6 +97,7 @@ def of_plain(
     differences over blocks has the other sign, by Student's t. A static law is compared with named
     laws alone: a curve follows what real laws get wrong. What acts on others, or was searched for,
     soaks that up too: it is a rarer rival of a static law, and has to do better than curves itself.
+    The best of more forms does well by chance so many times more often.
     """
     like = choice.candidate
     whole = rows.squares(choices, like=like)
@@ -112,21 +113,49 @@ def of_plain(
         offer = rows.with_one_more(beside(others, candidate), candidate, like=like)
         if offer is None:
             continue
-        fall = _fall(offer[0] - whole)
+        richer = max(0.0, rows.richness(offer[1]) - rows.richness(choice))
+        fall = _fall(offer[0] * (1.0 + richer) ** 2 - whole, ranks=like.static)
+        more = offer[1].shape.tries / choice.shape.tries
+        fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
         if choice.candidate.static and not candidate.static:
             fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
-    found = standing(by_name, nothing=_fall(rows.squares(others, like=like) - whole))
+    found = standing(by_name, nothing=_fall(rows.squares(others, like=like) - whole, ranks=like.static))
     return replace(found, instead=instead)
 
 
-def _fall(differences: Array) -> float:
-    """Return the evidence that differences of squares (BLOCKS,) are above none in the mean."""
+def _fall(differences: Array, *, ranks: bool) -> float:
+    """Return the evidence that differences of squares (BLOCKS,) are above none in the middle.
+
+    By Student's t; with ``ranks`` also by signed ranks (Wilcoxon 1945), whichever is surer: one
+    block in which a rival is far off says nothing for it.
+    """
     sd = float(np.std(differences, ddof=1)) / np.sqrt(len(differences))
     ahead = float(np.mean(differences)) / max(sd, 1e-300)
-    less = float(student.logsf(ahead, len(differences) - 1))
-    return 2.0 * TEMPER * (float(student.logcdf(ahead, len(differences) - 1)) - less)
+    freedom = len(differences) - 1
+    by_mean = float(student.logcdf(ahead, freedom) - student.logsf(ahead, freedom))
+    if not ranks:
+        return 2.0 * TEMPER * by_mean
+    order = np.argsort(np.argsort(np.abs(differences))) + 1
+    total = int(order[differences > 0].sum())
+    at_least = SIGNED_RANKS[total:].sum()
+    by_rank = float(np.log((1.0 - at_least + SIGNED_RANKS[total]) / at_least))
+    return 2.0 * TEMPER * max(by_mean, by_rank)
+
+
+def _signed_ranks(count: int) -> Array:
+    """Return the probability of each sum of the ranks of positive signs, of so many at random."""
+    chances = np.ones(1)
+    for rank in range(1, count + 1):
+        longer = np.zeros(len(chances) + rank)
+        longer[: len(chances)] += 0.5 * chances
+        longer[rank:] += 0.5 * chances
+        chances = longer
+    return chances
+
+
+SIGNED_RANKS = _signed_ranks(BLOCKS)
 
 
 def beside_plain(

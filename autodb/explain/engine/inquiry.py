@@ -89,7 +89,8 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     """Return what the bench's rows hold: laws that plain rows need, then what white rows show
     beside a simulation that is complete with them.
     """
-    laws = founded(bench, field.standing(), field)
+    standing = field.standing()
+    laws = founded(bench, standing, field)
     whole = bench
     if laws:
         retuned, parts = bench.parts(laws, PLAIN)
@@ -97,7 +98,7 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
         whole = bench.completed(laws)
         field = field.completed(whole, retuned, terms)
     inquiry = inquire_beside(whole, field)
-    pool = {c.key: c for c in inquiry.search.candidates}
+    pool = {c.key: c for c in (*inquiry.search.candidates, *standing)}
     found = (*laws, *inquiry.found.choices)
     pool |= {c.candidate.key: c.candidate for c in found}
     rows = PlainRows(bench, pool.values(), found)

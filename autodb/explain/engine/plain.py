@@ -190,6 +190,10 @@ class PlainRows:
         spread = np.diag(inverse)[last] * np.diag(inner)[last]
         return float(1.0 / spread.max()) if np.all(spread > HALF) else 0.0
 
+    def richness(self, choice: Choice) -> float:
+        """Return the share by which the held-out rms must fall for a choice's further columns."""
+        return NEEDED * (len(self._places[choice.key]) - 1)
+
     def with_one_more(
         self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
     ) -> tuple[Array, Choice] | None:
@@ -235,9 +239,10 @@ def grown(
     for _ in range(min(most, MOST - len(found))):
         taken = {c.candidate.key for c in found}
         offers = [_offered(rows, found, c) for c in among if c.key not in taken]
-        fall, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
-        if best is None or fall < GAIN:
+        able = [(fall - rows.richness(best), best) for fall, best in offers if fall >= GAIN and best]
+        if not able:
             break
+        _, best = max(able, key=lambda offer: offer[0])
         found = [*beside(found, best.candidate), best]
     return pruned(rows, found)
 
