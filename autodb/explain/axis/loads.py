@@ -51,6 +51,8 @@ BELOW = 0.995
 ONE_SIGN, OTHER_SIGN = 0.02, 0.1
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
 size; of a simulation with two signs twice that share has the other. Chosen."""
+TURNING = "gravity over the angle"
+"""Key of a weight that turns with a rotary axis."""
 TERMS_WITH_SIGNS, SIGN_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
@@ -80,7 +82,7 @@ def weights(s: AxisSignals) -> list[Candidate]:
     if not s.rotary:
         return [constant]
     turning = Candidate(
-        "gravity over the angle",
+        TURNING,
         "gravity",
         (CandidateForm(lambda: tilt(s.position), names=TILT_NAMES),),
         (s.channel("position"),),

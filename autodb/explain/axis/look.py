@@ -11,7 +11,7 @@ from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
-from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
+from autodb.explain.axis.loads import TURNING, load_candidates, sensor_candidates_of_axis
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.read_off import READ_OFF

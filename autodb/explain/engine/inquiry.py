@@ -20,7 +20,7 @@ from autodb.explain.engine.noise import PLAIN, Noise, Whitener
 from autodb.explain.engine.normal import normal
 from autodb.explain.engine.plain import FoundedLaw, PlainRows, fitted_laws, founded
 from autodb.explain.engine.prior import coefficient_costs
-from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
+from autodb.explain.engine.search import DETAIL, MARGIN, CandidateSearch, FoundSet
 from autodb.explain.engine.tuning import BesideShapes, tuned
 from autodb.explain.engine.weighing import unweighed
 
@@ -97,7 +97,7 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
         terms = [(c.candidate.term, part) for c, part in zip(laws, parts, strict=True)]
         whole = bench.completed(laws)
         field = field.completed(whole, retuned, terms)
-    inquiry = inquire_beside(whole, field)
+    inquiry = inquire_beside(whole, field, Before(bench, laws))
     pool = {c.key: c for c in (*inquiry.search.candidates, *standing)}
     found = (*laws, *inquiry.found.choices)
     pool |= {c.candidate.key: c.candidate for c in found}
@@ -106,7 +106,30 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     return replace(inquiry, laws=fitted_laws(bench, laws, variance), rows=rows)
 
 
-def inquire_beside(bench: WhiteRows, field: CandidateSource) -> Inquiry:
+@dataclass(frozen=True)
+class Before:
+    """The laws that were found before, and the rows that they were found in."""
+
+    bench: WhiteRows
+    laws: tuple[Choice, ...] = ()
+
+    def details(self, bench: WhiteRows) -> dict[tuple[str, int], Array]:
+        """Return what each law may get wrong in shape, (m, p)."""
+        return {(c.candidate.key, DETAIL): bench.detail(c.candidate) for c in self.laws}
+
+    def explained(self, bench: WhiteRows, noise: Noise) -> float:
+        """Return by how much the laws let the white sum of squares fall, over the variance."""
+        if not self.laws:
+            return 0.0
+        exact = [c for c in self.laws if not c.candidate.exact]
+        if not exact:
+            return 0.0
+        whitener, variance = noise
+        first, then = (whitener(one.reduced_difference) for one in (self.bench, bench))
+        return max(0.0, float(first @ first - then @ then) / variance)
+
+
+def inquire_beside(bench: WhiteRows, field: CandidateSource, before: Before) -> Inquiry:
     """Return the set of candidates that white rows hold beside the bench's own columns."""
     candidates = {s.key: s for s in field.standing()}
     whitener, variance = _saturated(bench, field, candidates)
@@ -118,13 +141,19 @@ def inquire_beside(bench: WhiteRows, field: CandidateSource) -> Inquiry:
             found = _renewed(bench, field, found, candidates, (whitener, variance))
         left = bench.left(bench.chosen(found.choices), whitener)
         _take(bench, candidates, field.scanned(left, whitener, number))
-        products = bench.products(bench.blocks(candidates.values()), (whitener, variance))
-        search = CandidateSearch(products, candidates.values())
+        noise = whitener, variance
+        blocks = bench.blocks(candidates.values()) | before.details(bench)
+        search = CandidateSearch(
+            bench.products(blocks, noise),
+            candidates.values(),
+            laws=[choice.candidate.key for choice in before.laws],
+            explained=before.explained(bench, noise),
+        )
         considered = considered or {o.choice.candidate.key: o.worth for o in search.offers(())}
-        before, found = found, _predicting(bench, search, (whitener, variance))
+        last, found = found, _predicting(bench, search, noise)
         account = Inquiry(found, search, whitener, variance, considered, bench)
         accounts.append((account, bench.through))
-        if not found.choices or (number and found.keys == before.keys):
+        if not found.choices or (number and found.keys == last.keys):
             accounts = accounts[-1:]
             break
         for key in [k for k, s in candidates.items() if s.scanned and k not in found.keys]:

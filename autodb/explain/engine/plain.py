@@ -95,7 +95,7 @@ class PlainRows:
         rows = reduced(rows, self.mean_of)
         self._difference = rows[:, 0]
         self._peak = np.abs(rows).max(axis=0)
-        self.range = float(np.ptp(self._difference))
+        self.range = max(float(np.ptp(self._difference)), float(np.abs(self._difference).max()))
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
         self._dealt: dict[int, Folds] = {}
@@ -345,7 +345,24 @@ def founded(
         found = [
             one if one.candidate.key in before else _tuned(bench, found, one) for one in found
         ]
-    return tuple(found)
+    return tuple(_surer_than_curves(bench, found, [c for c in standing if not c.named]))
+
+
+def _surer_than_curves(
+    bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
+) -> list[Choice]:
+    """Return the laws, less what is not static and does no better than a curve in its place."""
+    kept = list(found)
+    if all(choice.candidate.static for choice in kept):
+        return kept
+    rows = PlainRows(bench, [*curves, *(c.candidate for c in kept)], kept)
+    for choice in [c for c in kept if not c.candidate.static]:
+        others, like = [c for c in kept if c is not choice], choice.candidate
+        offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
+        best = min((float(o[0].sum()) for o in offers if o), default=np.inf)
+        if best < float(rows.squares(kept, like=like).sum()):
+            kept = others
+    return kept
 
 
 def _first(

@@ -66,13 +66,23 @@ class Offer:
 class CandidateSearch:
     """The candidates, and the products of their columns in every shape.
 
-    ``faint``: share of what a set explains below which an effect of it is put down to the others.
+    ``faint``: share of what a set explains below which an effect of it is put down to the others;
+    ``laws``: keys of what was found before, whose details are among the products, and
+    ``explained`` by how much it let the sum of squares fall.
     """
 
     def __init__(
-        self, products: Products, candidates: Iterable[Candidate], *, faint: float = FAINT
+        self,
+        products: Products,
+        candidates: Iterable[Candidate],
+        *,
+        faint: float = FAINT,
+        laws: Sequence[str] = (),
+        explained: float = 0.0,
     ) -> None:
         self.products = products
+        self.laws = tuple(laws)
+        self.explained_before = explained
         self.candidates = tuple(candidates)
         self.faint = faint
         self._barred: set[tuple[str, int]] = set()
@@ -153,14 +163,15 @@ class CandidateSearch:
                 continue
             form = offer.choice.shape
             beside = free.gain(offer.choice.key, allowed=form.allowed).evidence
-            if beside - self.penalty(offer.choice) > MARGIN or not found.choices:
+            first = not found.choices and not self.laws
+            if beside - self.penalty(offer.choice) > MARGIN or first:
                 sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
         sets.sort(key=lambda scored: -scored[0])
         return [self.settled(choices) for _, choices in sets[: 2 * BEAM]]
 
     def with_detail(self, choices: tuple[Choice, ...]) -> Given:
         """Return the products with what the choices' shapes may get wrong projected out too."""
-        details = [(c.candidate.key, DETAIL) for c in choices]
+        details = [(key, DETAIL) for key in (*self.laws, *(c.candidate.key for c in choices))]
         held = [key for key in details if key in self.products.places]
         return self.products.given([*(c.key for c in choices), *held])
 
@@ -239,6 +250,7 @@ class CandidateSearch:
         worth = []
         held = zip(found.choices, found.evidence, strict=True)
         total = found.score - sum(worth for choice, worth in held if choice.candidate.exact)
+        total += self.explained_before
         for choice in found.choices:
             free = self.with_detail(found.without(choice.candidate.key))
             gain = free.gain(choice.key)

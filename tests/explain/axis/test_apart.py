@@ -81,10 +81,10 @@ def _reading(
     white, candidates = (Whitener(np.zeros(1)), NOISE_A**2), pair(signals)
     search = CandidateSearch(bench.products(bench.blocks(candidates), white), candidates)
     found = search.settled((Choice(candidates[0], 0),))
-    inquiry = Inquiry(found, search, *white, {})
+    inquiry = Inquiry(found, search, *white, {}, bench)
     choices = tuned_together(bench, found.choices, white)
     fitted = fit_white_rows(bench, choices, white)
-    return AxisReading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A")
+    return AxisReading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A", bench)
 
 
 def _friction(position: Array) -> Array:

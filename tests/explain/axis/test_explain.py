@@ -373,7 +373,7 @@ def test_what_does_not_fit_together_says_so(
     )
     line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
     assert "did you mean coulomb" in line
-    few = {name: recording[name][:900] for name in ("t", "x.position", "x.current")}
+    few = {name: recording[name][:150] for name in ("t", "x.position", "x.current")}
     csv.write_csv(pa.table(few), tmp_path / "few.csv")
     assert "too short" in refused("explain", tmp_path / "few.csv", "--simulation", files[1])
     glitch = recording["x.current"].copy()

@@ -45,9 +45,9 @@ def _reading(seed: int, key: str, effect: Array | float) -> AxisReading:
     noise = bench.noise(bench.chosen([choice]))
     products = bench.products(bench.blocks([choice.candidate]), noise)
     search = CandidateSearch(products, [choice.candidate])
-    inquiry = Inquiry(FoundSet((choice,)), search, *noise, {})
+    inquiry = Inquiry(FoundSet((choice,)), search, *noise, {}, bench)
     fitted = fit_white_rows(bench, [choice], noise)
-    return AxisReading(bench, inquiry, noise, (choice,), fitted, signals, frozenset(), "A")
+    return AxisReading(bench, inquiry, noise, (choice,), fitted, signals, frozenset(), "A", bench)
 
 
 def _values(short: Short) -> dict[str, tuple[float, float]]:
