@@ -26,8 +26,8 @@ from autodb.explain.axis.moves import (
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.fit import rms
 from autodb.explain.engine.confidence import of_plain
+from autodb.explain.engine.fit import rms
 from autodb.explain.engine.telling import (
     NEAREST,
     SEPARATES,
@@ -93,7 +93,7 @@ def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] 
     """Return the best set in which a term stands in for a found effect; its shape is tuned."""
     inquiry = reading.inquiry
     choice = inquiry.choices[number]
-    if choice in inquiry.founded:
+    if inquiry.rows is not None and choice in inquiry.founded:
         rival = of_plain(inquiry.rows, inquiry.founded, choice).instead.get(name)
         others = tuple(c for c in inquiry.choices if c is not choice)
         return _with_tuned(reading, others, rival) if rival else None

@@ -105,11 +105,11 @@ def _is_a_load(reading: AxisReading, level: float) -> float:
 def standing_of(reading: AxisReading, number: int, *, but: Collection[str] = ()) -> Standing:
     """Return how the name of what was found stands beside its rivals."""
     inquiry, choice = reading.inquiry, reading.inquiry.choices[number]
-    if inquiry.rows is None:
-        return of_missing(inquiry.search, inquiry.found, choice, but=but)
-    if choice in inquiry.founded:
+    if inquiry.rows is not None and choice in inquiry.founded:
         return of_plain(inquiry.rows, inquiry.founded, choice, but=but)
     white = of_missing(inquiry.search, inquiry.found, choice, but=but)
+    if inquiry.rows is None:
+        return white
     return beside_plain(white, inquiry.rows, inquiry.founded, choice)
 
 
@@ -129,9 +129,7 @@ def _size(reading: AxisReading, number: int) -> IntervalValue:
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     columns = laws[number].columns if beside < 0 else reading.fitted.columns[beside]
     at = columns[row]
-    covariance = (
-        laws[number].covariance if beside < 0 else reading.fitted.covariances[beside]
-    )
+    covariance = laws[number].covariance if beside < 0 else reading.fitted.covariances[beside]
     return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
 
 
@@ -140,7 +138,8 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
     law = _plain_law(reading, choice)
     if law is None:
         return {}
-    bench, noise, retuned = reading.bench, reading.noise, list(reading.fitted.retuned)
+    bench, noise = reading.bench, reading.noise
+    retuned: list[int] | None = list(reading.fitted.retuned)
     others = reading.inquiry.found.without(choice.candidate.key)
     if choice in reading.inquiry.founded:
         bench, noise, retuned = reading.whole, unweighed(reading.inquiry.noise), None

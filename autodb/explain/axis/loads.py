@@ -1,7 +1,6 @@
 """Candidates that load an axis, and those that the motor, the sensor or the clock make."""
 
 from collections.abc import Sequence
-
 from functools import partial
 
 import numpy as np
@@ -33,7 +32,23 @@ SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
 SWINGS_A_ROW = 0.3
 """Swings in a row up to which rows show one. Chosen."""
 DAMPINGS = (0.03, 0.15)
-DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045, 0.07, 0.1, 0.15, 0.22)
+DELAYS_S = (
+    0.0004,
+    0.0008,
+    0.0015,
+    0.0025,
+    0.004,
+    0.006,
+    0.009,
+    0.013,
+    0.02,
+    0.03,
+    0.045,
+    0.07,
+    0.1,
+    0.15,
+    0.22,
+)
 SETTLING = (0.05, 0.15, 0.4, 1.0)
 """Times of a settling drift and gain as shares of the recording."""
 STEPS = 24
@@ -403,7 +418,7 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
     efforts = [s.effort, *_signed_efforts(s)]
 
     def law(number: int) -> Array:
-        return np.abs(efforts[number]) - s.simulation
+        return np.asarray(np.abs(efforts[number]) - s.simulation)
 
     def through(columns: Array, number: int) -> Array:
         return columns * np.where(efforts[number] < 0, -1.0, 1.0)[:, None]
@@ -437,4 +452,5 @@ def _signed_efforts(s: AxisSignals) -> list[Array]:
             effort = own @ np.linalg.lstsq(own, sign * s.recorded, rcond=None)[0]
             sign = np.sign(effort)
         found.append(effort)
-    return [min(found, key=lambda effort: float(np.sum((np.abs(effort) - s.recorded) ** 2)))]
+    left = [float(np.sum((np.abs(effort) - s.recorded) ** 2)) for effort in found]
+    return [found[int(np.argmin(left))]]

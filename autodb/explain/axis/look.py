@@ -12,9 +12,9 @@ from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
 from autodb.explain.axis.loads import TURNING, load_candidates, sensor_candidates_of_axis
+from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
-from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
@@ -211,9 +211,7 @@ def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
 
 def _nothing(fit: FitQuality, unit: str) -> ChannelAnswer:
     """Return the answer where nothing that was tried predicts rows left out better."""
-    kept = fit.model_copy(
-        update={"rms_after": fit.rms_before, "heldout_after": fit.heldout_before}
-    )
+    kept = fit.model_copy(update={"rms_after": fit.rms_before, "heldout_after": fit.heldout_before})
     return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=kept)
 
 
@@ -223,9 +221,7 @@ def _answer(
     found = causes(reading)
     if not found:
         return _nothing(fit, reading.unit), trace
-    intervals = tuple(
-        _interval(c) for c in reading.everything if c.candidate.interval is not None
-    )
+    intervals = tuple(_interval(c) for c in reading.everything if c.candidate.interval is not None)
     narrow = [] if intervals else regimes(reading.correction, trace.regime_signals)
     answer = ChannelAnswer(
         unit=reading.unit,

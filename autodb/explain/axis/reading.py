@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class AxisReading:
-    """``bench`` has what the simulation lacks by plain rows as own columns; ``noise`` weighs its rows
-    in the final fit; ``choices`` are what was found beside, tuned; ``had``: the terms of the
+    """``bench`` has what the simulation lacks by plain rows as own columns; ``noise`` weighs its
+    rows in the final fit; ``choices`` are what was found beside, tuned; ``had``: the terms of the
     simulation, read off it or said to be; ``whole``: the rows as recorded, less the simulation.
     """
 

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.read_off import own_terms_of
+from autodb.explain.axis.read_off import READ_OFF, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records import Recording
@@ -103,10 +103,12 @@ class AxisSignals:
     def completed(self, retuned: Array, parts: Sequence[tuple[str, Array]]) -> "AxisSignals":
         """Return the signals of a simulation that holds what has been found, of size 1 each."""
         now = self.beside(retuned, parts)
-        had = self.had | dict.fromkeys((term for term, _ in parts), 1.0)
-        return replace(now, simulation=now.effort + sum(
-            (part for term, part in parts if term in ACTING), start=np.zeros_like(retuned)
-        ), had=had)
+        acting = [part for term, part in parts if term in ACTING]
+        return replace(
+            now,
+            simulation=sum(acting, start=now.effort),
+            had=self.had | dict.fromkeys((term for term, _ in parts), 1.0),
+        )
 
     def channel(self, what: str) -> str:
         """Return the name of a channel of this axis; its `position` is an angle where it turns."""

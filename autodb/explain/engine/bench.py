@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.noise import ORDER, PLAIN, Noise, Whitener, fitted_whitener
+from autodb.explain.engine.noise import ORDER, Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import columns_side_by_side, solved
 from autodb.explain.engine.search import DETAIL, MISTAKEN
 from autodb.explain.engine.working import WorkingRate
@@ -208,9 +208,7 @@ class WhiteRows:
 
     def whitener_of(self, left: Array) -> Whitener:
         """Return the filter that whitens a residual at the working rate, (m,)."""
-        return fitted_whitener(
-            left, linked=self.rate.linked(ORDER), beside=self.discrepancy**2
-        )
+        return fitted_whitener(left, linked=self.rate.linked(ORDER), beside=self.discrepancy**2)
 
     def noise(self, columns: Array) -> Noise:
         """Return the whitener and the variance of a white row, of what columns leave.

@@ -103,7 +103,7 @@ def of_plain(
     whole = rows.squares(choices, like=like)
     others = [c for c in choices if c is not choice]
     taken = {c.candidate.key for c in choices}
-    by_name = {}
+    by_name: dict[str, float] = {}
     instead: dict[str, Choice] = {}
     for candidate in rows.candidates:
         curve = choice.candidate.static and not candidate.named
@@ -121,7 +121,9 @@ def of_plain(
             fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
-    found = standing(by_name, nothing=_fall(rows.squares(others, like=like) - whole, ranks=like.static))
+    found = standing(
+        by_name, nothing=_fall(rows.squares(others, like=like) - whole, ranks=like.static)
+    )
     return replace(found, instead=instead)
 
 

@@ -88,9 +88,7 @@ class Folds:
     ``gap`` rows on both sides of each.
     """
 
-    def __init__(
-        self, rows: Array, gap: int, *, blocks: int = BLOCKS, folds: int = FOLDS
-    ) -> None:
+    def __init__(self, rows: Array, gap: int, *, blocks: int = BLOCKS, folds: int = FOLDS) -> None:
         edges = np.linspace(0, len(rows), blocks + 1).astype(np.intp)
         shape = (folds, rows.shape[1], rows.shape[1])
         self.test, near = np.zeros(shape), np.zeros(shape)

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.laws import FoundedLaw, fitted_laws, founded
 from autodb.explain.engine.noise import PLAIN, Noise, Whitener
 from autodb.explain.engine.normal import normal
-from autodb.explain.engine.plain import FoundedLaw, PlainRows, fitted_laws, founded
+from autodb.explain.engine.plain import PlainRows
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import DETAIL, MARGIN, CandidateSearch, FoundSet
 from autodb.explain.engine.tuning import BesideShapes, tuned
@@ -47,7 +48,6 @@ class CandidateSource(Protocol):
     def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return those that what is left (m,) at the working rate points to."""
 
-
     def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:
         """Return those of a simulation that holds what was found too."""
 
@@ -56,8 +56,8 @@ class CandidateSource(Protocol):
 class Inquiry:
     """What an inquiry found: the set, the search that holds its rivals, and the noise.
 
-    ``bench``: the rows that the set was searched for in; ``laws``: those that plain rows need, which
-    are own columns there; ``rows``: plain rows of all that was tried.
+    ``bench``: the rows that the set was searched for in; ``laws``: those that plain rows need,
+    which are own columns there; ``rows``: plain rows of all that was tried.
     """
 
     found: FoundSet
@@ -118,11 +118,11 @@ class Before:
         return {(c.candidate.key, DETAIL): bench.detail(c.candidate) for c in self.laws}
 
     def explained(self, bench: WhiteRows, noise: Noise) -> float:
-        """Return by how much the laws let the white sum of squares fall, over the variance."""
-        if not self.laws:
-            return 0.0
-        exact = [c for c in self.laws if not c.candidate.exact]
-        if not exact:
+        """Return by how much the laws let the white sum of squares fall, over the variance.
+
+        Laws without a shape to get wrong count nothing.
+        """
+        if all(choice.candidate.exact for choice in self.laws):
             return 0.0
         whitener, variance = noise
         first, then = (whitener(one.reduced_difference) for one in (self.bench, bench))

@@ -84,7 +84,9 @@ def _reading(
     inquiry = Inquiry(found, search, *white, {}, bench)
     choices = tuned_together(bench, found.choices, white)
     fitted = fit_white_rows(bench, choices, white)
-    return AxisReading(bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A", bench)
+    return AxisReading(
+        bench, inquiry, white, choices, fitted, signals, frozenset(signals.own), "A", bench
+    )
 
 
 def _friction(position: Array) -> Array:

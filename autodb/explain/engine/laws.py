@@ -1,0 +1,239 @@
+"""Named laws that plain rows need, whatever the colour of the noise.
+
+A real mismatch is smooth: an autoregression predicts it one step ahead, so that white rows may
+hold nothing of a load or a mass that anybody sees. And real laws are approximate: where noise is
+small, a curve that bends with their errors is likelier than they are. The error on blocks left out
+of the fit knows neither trap: a law that is missing lowers it in most blocks, by much. So the laws
+are taken one by one that lower it most, static ones first; what acts on others (a lag, a gain) and
+what must be searched for (a period, a stretch) may enter where no static law does, and a law that
+the others make needless goes again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.bench import WhiteRows
+from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.noise import PLAIN, Whitener
+from autodb.explain.engine.plain import NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.search import MARGIN
+from autodb.explain.engine.tuning import BesideShapes, tuned
+
+Array = NDArray[np.float64]
+
+GAIN = 0.04
+"""Share by which the held-out rms must fall with a law: by chance, on recordings of real axes that
+nothing was missing in, a column lowered it by 4.5 % at most (physics reference, section 10)."""
+IN_BLOCKS = 6
+"""Blocks of which each must be predicted better with it. Chosen."""
+BETTER = 0.05
+"""Share by which what changes all that is recorded must lower the held-out rms below that of all
+static laws to come before them. Chosen."""
+MOST = 5
+"""Laws at most."""
+ROUNDS, FIRST_SCAN = 4, 10
+"""Rounds of searching what laws leave, and the number that the first of them goes by."""
+
+
+def grown(
+    rows: PlainRows,
+    choices: Sequence[Choice],
+    among: Sequence[Candidate],
+    *,
+    most: int = MOST,
+) -> list[Choice]:
+    """Return the choices with every further law that is clearly needed, the largest first.
+
+    ``most``: of further laws.
+    """
+    found = list(choices)
+    for _ in range(min(most, MOST - len(found))):
+        taken = {c.candidate.key for c in found}
+        offers = [_offered(rows, found, c) for c in among if c.key not in taken]
+        able = [(fall, choice) for fall, choice in offers if choice and fall >= GAIN]
+        if not able:
+            break
+        best = max(able, key=lambda offer: offer[0] - rows.richness(offer[1]))[1]
+        found = [*beside(found, best.candidate), best]
+    return pruned(rows, found)
+
+
+def _offered(
+    rows: PlainRows, found: Sequence[Choice], candidate: Candidate
+) -> tuple[float, Choice | None]:
+    """Return by what share the held-out rms falls with a candidate, and it in its best form.
+
+    Nothing where it falls in too few folds, or by no more than slow noise would let it by chance.
+    """
+    offer = rows.with_one_more(beside(found, candidate), candidate)
+    if offer is None:
+        return 0.0, None
+    before = rows.squares(found, like=candidate)
+    chance = MARGIN + 2.0 * float(np.log(offer[1].shape.tries))
+    told = float(before.sum() - offer[0].sum()) > chance * rows.slow
+    if not told or int(np.sum(offer[0] < before)) < IN_BLOCKS:
+        return 0.0, None
+    return rms_fall(before, offer[0]), offer[1]
+
+
+def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
+    """Return the choices without those that the others do as well without."""
+    found = list(choices)
+    while len(found) > 1:
+        loss = [_loss(rows, found, gone) for gone in found]
+        least = int(np.argmin(loss))
+        if loss[least] >= NEEDED:
+            break
+        del found[least]
+    return found
+
+
+def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
+    """Return by what share the held-out rms rises without one of the choices."""
+    others = [c for c in found if c is not gone]
+    like = gone.candidate
+    return -rms_fall(rows.squares(found, like=like), rows.squares(others, like=like))
+
+
+@dataclass(frozen=True)
+class FoundedLaw:
+    """A law that plain rows need: its columns (n, p) at every row, their coefficients (p,) and
+    covariance (p, p).
+    """
+
+    choice: Choice
+    columns: Array
+    coefficients: Array
+    covariance: Array
+
+    @property
+    def effect(self) -> Array:
+        """What it adds, (n,)."""
+        return np.asarray(self.columns @ self.coefficients)
+
+
+def fitted_laws(
+    bench: WhiteRows, choices: Sequence[Choice], variance: float
+) -> tuple[FoundedLaw, ...]:
+    """Return laws fitted beside each other and own terms on plain rows of a variance."""
+    rows = PlainRows(bench, [c.candidate for c in choices], choices)
+    return tuple(
+        FoundedLaw(choice, bench.built(choice.shape), values, variance * covariance / rows.mean_of)
+        for choice, values, covariance in zip(choices, *rows.fitted(choices), strict=True)
+    )
+
+
+class Proposals(Protocol):
+    """Where candidates come from that stand beside static laws."""
+
+    def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
+        """Return those that act on other effects, built anew beside what has been found."""
+
+    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
+        """Return those that what is left (m,) at the working rate points to."""
+
+
+def founded(
+    bench: WhiteRows, standing: Sequence[Candidate], field: Proposals
+) -> tuple[Choice, ...]:
+    """Return the named laws that plain rows clearly need: static ones, then any.
+
+    What clips, shifts or signs all that is recorded is among them, too: the bench's columns are
+    then seen through it.
+    """
+    named = [c for c in standing if c.named]
+    static = [c for c in named if c.static]
+    found = _first(bench, named, static)
+    for number in range(ROUNDS):
+        rows = PlainRows(bench, _anew(bench, named, found, field, number))
+        before = {c.candidate.key for c in found}
+        found = completed(rows, found)
+        if {c.candidate.key for c in found} == before:
+            break
+        found = [c if c.candidate.key in before else _tuned(bench, found, c) for c in found]
+    found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
+    kept = [c for c in found if c.candidate.first]
+    if bench.through and not kept:
+        bench.look_through(kept)
+    return tuple(found)
+
+
+def _anew(
+    bench: WhiteRows,
+    named: Sequence[Candidate],
+    found: Sequence[Choice],
+    field: Proposals,
+    number: int,
+) -> list[Candidate]:
+    """Return the named candidates, what acts on others beside what was found, and what scans of the
+    residual of all static laws point to.
+    """
+    static = [c for c in named if c.static]
+    left = bench.left(bench.chosen([*_laws(static, found), *found]))
+    retuned, parts = bench.parts(found, PLAIN)
+    terms = [c.candidate.term for c in found]
+    acting = field.beside(retuned, list(zip(terms, parts, strict=True)))
+    bench.forget(c.key for c in acting)
+    looked = field.scanned(left, PLAIN, FIRST_SCAN + number)
+    made = {c.key: c for c in (*named, *acting, *looked) if c.named}
+    return list((made | {c.candidate.key: c.candidate for c in found}).values())
+
+
+def _surer_than_curves(
+    bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
+) -> list[Choice]:
+    """Return the laws, less what is not static and does no better than a curve in its place."""
+    kept = list(found)
+    if all(choice.candidate.static for choice in kept):
+        return kept
+    rows = PlainRows(bench, [*curves, *(c.candidate for c in kept)], kept)
+    for choice in [c for c in kept if not c.candidate.static]:
+        others, like = [c for c in kept if c is not choice], choice.candidate
+        offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
+        best = min((float(o[0].sum()) for o in offers if o), default=np.inf)
+        if best < float(rows.squares(kept, like=like).sum()):
+            kept = others
+    return kept
+
+
+def _first(
+    bench: WhiteRows, named: Sequence[Candidate], static: Sequence[Candidate]
+) -> list[Choice]:
+    """Return the static laws, beside what changes all that is recorded where that alone predicts
+    better than all of them: they are then seen through it.
+    """
+    found = grown(PlainRows(bench, static), [], static)
+    acting = [c for c in named if c.first]
+    rows = PlainRows(bench, [*static, *acting])
+    offers = [_offered(rows, [], c) for c in acting]
+    _, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
+    if best is None or rms_fall(rows.squares(found), rows.squares([best])) < BETTER:
+        return found
+    acts = _tuned(bench, [], best)
+    bench.look_through([acts])
+    return grown(PlainRows(bench, [*static, acts.candidate]), [acts], static)
+
+
+def _tuned(bench: WhiteRows, found: Sequence[Choice], choice: Choice) -> Choice:
+    """Return a choice with the values of its form at their best on plain rows, as its only form."""
+    others = [c for c in found if c is not choice]
+    best = tuned(choice, BesideShapes(bench, others, (PLAIN, 1.0))).choice
+    bench.forget([choice.candidate.key])
+    return Choice(replace(choice.candidate, forms=(best.shape,)), 0)
+
+
+def _laws(static: Sequence[Candidate], found: Sequence[Choice]) -> list[Choice]:
+    """Return the static laws in their first form but for those found."""
+    taken = {c.candidate.key for c in found}
+    return [Choice(c, 0) for c in static if c.key not in taken and c.forms and c.forms[0].names]
+
+
+def completed(rows: PlainRows, found: Sequence[Choice]) -> list[Choice]:
+    """Return the choices with one more law of any kind, then static ones anew."""
+    static = [c for c in rows.candidates if c.static]
+    others = [c for c in rows.candidates if not c.static]
+    return grown(rows, grown(rows, found, others, most=1), static)
