@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
-from autodb.explain.axis.loads import DELAYS_S
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL
 from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import (

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.friction import friction_candidates
-from autodb.explain.axis.loads import load_candidates, sensor_candidates_of_axis
+from autodb.explain.axis.loads import load_candidates
 from autodb.explain.axis.moves import AxisPath
 from autodb.explain.axis.read_off import own_terms
 from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.sensors_of_axis import sensor_candidates_of_axis
 from autodb.explain.axis.signals import ACTING, AxisSignals, simulated_friction
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.telling import held_coefficients

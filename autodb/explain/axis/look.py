@@ -11,10 +11,11 @@ from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
-from autodb.explain.axis.loads import TURNING, load_candidates, sensor_candidates_of_axis
+from autodb.explain.axis.loads import TURNING, load_candidates
 from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
+from autodb.explain.axis.sensors_of_axis import sensor_candidates_of_axis
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates

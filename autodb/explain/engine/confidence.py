@@ -96,10 +96,13 @@ def of_plain(
     Each rival, and nothing, is fitted in its place; the odds are those that the mean of the
     differences over blocks has the other sign, by Student's t. A static law is compared with named
     laws alone: a curve follows what real laws get wrong. What acts on others, or was searched for,
-    soaks that up too: it is a rarer rival of a static law, and has to do better than curves itself.
+    soaks that up too: it is a rarer rival of a static law, which is judged among its like, and has
+    to do better than curves itself.
     The best of more forms does well by chance so many times more often.
     """
     like = choice.candidate
+    if like.static:
+        choices = [c for c in choices if c.candidate.static or c.candidate.first]
     whole = rows.squares(choices, like=like)
     others = [c for c in choices if c is not choice]
     taken = {c.candidate.key for c in choices}

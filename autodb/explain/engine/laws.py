@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 GAIN = 0.04
 """Share by which the held-out rms must fall with a law: by chance, on recordings of real axes that
 nothing was missing in, a column lowered it by 4.5 % at most (physics reference, section 10)."""
+CLEAR = 2.0 * GAIN
+"""Share that is clear, for a law with nothing to search for. Chosen."""
 IN_BLOCKS = 6
 """Blocks of which each must be predicted better with it. Chosen."""
 BETTER = 0.05
@@ -67,7 +69,9 @@ def _offered(
 ) -> tuple[float, Choice | None]:
     """Return by what share the held-out rms falls with a candidate, and it in its best form.
 
-    Nothing where it falls in too few folds, or by no more than slow noise would let it by chance.
+    Nothing where it falls in too few folds, or by no more than slow noise would let it by chance:
+    of that a real machine's other effects pass for much, so that a static law that lowers it
+    clearly needs no more.
     """
     offer = rows.with_one_more(beside(found, candidate), candidate)
     if offer is None:
@@ -75,16 +79,22 @@ def _offered(
     before = rows.squares(found, like=candidate)
     chance = MARGIN + 2.0 * float(np.log(offer[1].shape.tries))
     told = float(before.sum() - offer[0].sum()) > chance * rows.slow
-    if not told or int(np.sum(offer[0] < before)) < IN_BLOCKS:
+    fall = rms_fall(before, offer[0])
+    plain = candidate.static and fall >= CLEAR
+    if not (told or plain) or int(np.sum(offer[0] < before)) < IN_BLOCKS:
         return 0.0, None
-    return rms_fall(before, offer[0]), offer[1]
+    return fall, offer[1]
 
 
 def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the choices without those that the others do as well without."""
+    """Return the choices without those that the others do as well without.
+
+    What acts on others holds what they add: beside it a static law stays.
+    """
     found = list(choices)
     while len(found) > 1:
-        loss = [_loss(rows, found, gone) for gone in found]
+        acted_on = any(not (c.candidate.static or c.candidate.scanned) for c in found)
+        loss = [np.inf if c.candidate.static and acted_on else _loss(rows, found, c) for c in found]
         least = int(np.argmin(loss))
         if loss[least] >= NEEDED:
             break

@@ -35,8 +35,8 @@ DEALT = 5
 """Smaller blocks a fold is made of, at least, where an effect is confined to a stretch. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
-SLOW = 64
-"""Parts over which sums are taken to see slow noise. Chosen."""
+SLOW = (16, 32, 64)
+"""Numbers of parts over which sums are taken to see slow noise. Chosen."""
 CHI_SQUARE_MEDIAN = 0.455
 """Median of a squared standard normal: few parts that hold a stretch of something count little."""
 
@@ -85,8 +85,7 @@ class PlainRows:
         first = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
         at = np.concatenate([self._own, *(self._places[key] for key in first)]).astype(np.intp)
         left = self._difference - self._rows[:, at] @ self._solved(at)
-        sums = np.array([part.sum() for part in np.array_split(left, min(SLOW, len(left)))])
-        lasting = float(np.median(sums**2)) / CHI_SQUARE_MEDIAN * len(sums) / len(left)
+        lasting = max(_long_run_variance(left, parts) for parts in SLOW)
         self.slow = max(lasting, float(np.mean(left**2)), 1e-300)
         size = np.maximum(np.abs(OWN_SD * own_sizes), 1e-300)
         self._weight[self._own] = self.slow / size**2
@@ -189,6 +188,12 @@ class PlainRows:
             if self.physical([*choices, choice]):
                 best = squares, choice
         return best
+
+
+def _long_run_variance(left: Array, parts: int) -> float:
+    """Return the variance of a row that slow noise seems to have in sums over parts of rows."""
+    sums = np.array([part.sum() for part in np.array_split(left, min(parts, len(left)))])
+    return float(np.median(sums**2)) / CHI_SQUARE_MEDIAN * len(sums) / len(left)
 
 
 def beside(choices: Sequence[Choice], candidate: Candidate) -> list[Choice]:

@@ -22,16 +22,14 @@ from autodb.explain.axis.friction import (
 )
 from autodb.explain.axis.loads import (
     cross_couplings,
-    drift,
-    gain_candidate,
     inertia_candidate,
     load_candidates,
-    sensor_candidates_of_axis,
     spring_candidate,
 )
 from autodb.explain.axis.moves import LIBRARY, AxisMove, Reach
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import rough_place, travel_ripple
+from autodb.explain.axis.sensors_of_axis import drift, gain_candidate, sensor_candidates_of_axis
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice

@@ -1,0 +1,140 @@
+"""Laws that plain rows need: found where noise of any colour hides nothing, and nowhere else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.stats import wilcoxon
+
+from autodb.explain.axis.look import AxisField
+from autodb.explain.axis.signals import AxisSignals, axis_signals
+from autodb.explain.engine.bench import WhiteRows
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
+from autodb.explain.engine.confidence import SIGNED_RANKS
+from autodb.explain.engine.fit import Folds
+from autodb.explain.engine.laws import fitted_laws, founded
+from autodb.explain.engine.plain import BLOCKS, PlainRows
+from autodb.records import Recording
+
+Array = NDArray[np.float64]
+T_S = np.arange(2500) / 100.0
+NOISE_A = 0.01
+
+
+def _motion() -> dict[str, Array]:
+    """Return position [mm], velocity and acceleration (n,) of two sines, one of them slow."""
+    fast, slow = 2 * np.pi * 0.9, 2 * np.pi * 0.13
+    return {
+        "x.position": 100 + 8 * np.sin(fast * T_S) + 60 * np.sin(slow * T_S),
+        "x.velocity": 8 * fast * np.cos(fast * T_S) + 60 * slow * np.cos(slow * T_S),
+        "x.acceleration": -8 * fast**2 * np.sin(fast * T_S) - 60 * slow**2 * np.sin(slow * T_S),
+    }
+
+
+def _bench(missing: Array, *, known: Array | None = None) -> tuple[AxisSignals, WhiteRows]:
+    """Return the signals and rows of an axis of whose effort a simulation has friction only."""
+    moved = _motion()
+    friction = 0.3 * np.sign(moved["x.velocity"]) + 0.002 * moved["x.velocity"]
+    simulation = friction if known is None else known
+    channels = {"t": T_S, **moved, "x.current": friction + missing}
+    recording = Recording(path=Path("r.csv"), channels=channels)
+    signals = axis_signals(recording, simulation, "x.current")
+    sizes = [signals.had[name] for name in signals.own]
+    difference = channels["x.current"] - simulation
+    return signals, WhiteRows(difference, dict(signals.own), 1, own_sizes=sizes, gap=25)
+
+
+def _founded(signals: AxisSignals, bench: WhiteRows) -> tuple[Choice, ...]:
+    field = AxisField(signals, bench)
+    return founded(bench, field.standing(), field)
+
+
+def _slow_noise(seed: int, sd: float) -> Array:
+    """Return noise that forgets in half a second, (n,)."""
+    white = np.random.default_rng(seed).normal(0.0, 1.0, len(T_S) + 500)
+    noise = np.asarray(lfilter([1.0], [1.0, -0.98], white))[500:]
+    return np.asarray(noise * sd / noise.std())
+
+
+def test_a_mass_is_found_though_its_mismatch_is_smooth_and_its_law_off_by_a_tenth() -> None:
+    """An autoregression predicts such a mismatch one step ahead: white rows would hold nothing."""
+    acceleration = _motion()["x.acceleration"]
+    load = 0.004 * acceleration * (1 + 0.1 * np.sin(2 * np.pi * 0.05 * T_S))
+    signals, bench = _bench(load + _slow_noise(1, NOISE_A))
+    laws = fitted_laws(bench, _founded(signals, bench), NOISE_A**2)
+    (mass,) = [law for law in laws if law.choice.candidate.term == "inertia"]
+    assert_allclose(mass.coefficients[0], 0.004, rtol=0.05)
+
+
+def test_slow_noise_founds_nothing() -> None:
+    """Of 12 recordings none: each law has to show in six of eight blocks, beyond slow noise."""
+    for seed in range(12):
+        assert _founded(*_bench(_slow_noise(seed, NOISE_A))) == ()
+
+
+def test_friction_takes_no_sign_but_its_own() -> None:
+    signals, bench = _bench(-0.05 * np.sign(_motion()["x.velocity"]) + _slow_noise(2, NOISE_A))
+    found = {choice.candidate.term for choice in _founded(signals, bench)}
+    assert not found & {"coulomb", "viscous", "stribeck"}
+
+
+def test_a_load_in_one_block_is_found_where_it_acts() -> None:
+    """It is as long as a third of a block: whole blocks left out would show nothing of it."""
+    load = 0.2 * ((T_S > 8.0) & (T_S < 9.0))
+    signals, bench = _bench(load + _slow_noise(3, NOISE_A))
+    (choice,) = _founded(signals, bench)
+    assert choice.candidate.term == "external_load"
+    assert_allclose([choice.shape.shape[end] for end in ("start", "end")], [8.0, 9.0], atol=0.1)
+
+
+def test_a_lost_sign_comes_before_what_soaks_it_up() -> None:
+    moved = _motion()
+    effort = 0.3 * np.sign(moved["x.velocity"]) + 0.002 * moved["x.velocity"]
+    signals, bench = _bench(np.abs(effort) - effort + _slow_noise(4, NOISE_A))
+    assert [choice.candidate.term for choice in _founded(signals, bench)] == ["lost_sign"]
+
+
+@pytest.mark.parametrize("limit", [0.25, 0.35])
+def test_what_is_clipped_is_found_with_its_limit(limit: float) -> None:
+    moved = _motion()
+    effort = 0.3 * np.sign(moved["x.velocity"]) + 0.002 * moved["x.velocity"]
+    clipped = np.clip(effort, -limit, limit) - effort
+    signals, bench = _bench(clipped + _slow_noise(5, 0.3 * NOISE_A))
+    (choice,) = _founded(signals, bench)
+    assert choice.candidate.term == "saturation"
+    assert_allclose(choice.shape.shape["limit"], limit, rtol=0.03)
+
+
+def test_blocks_left_out_are_predicted_by_a_fit_to_the_others() -> None:
+    rng = np.random.default_rng(6)
+    rows = rng.normal(size=(800, 4))
+    squares = Folds(rows, 5, blocks=BLOCKS, folds=BLOCKS).by_fold([1, 2, 3], np.zeros(3))
+    for block in range(BLOCKS):
+        start, end = 100 * block, 100 * (block + 1)
+        others = np.r_[0 : max(0, start - 5), min(800, end + 5) : 800]
+        fitted = np.linalg.lstsq(rows[others, 1:], rows[others, 0], rcond=None)[0]
+        left = rows[start:end, 0] - rows[start:end, 1:] @ fitted
+        assert_allclose(squares[block], left @ left, rtol=1e-6)
+
+
+def test_a_law_that_the_others_give_is_none() -> None:
+    moved = _motion()
+    signals, bench = _bench(_slow_noise(7, NOISE_A))
+    same = Candidate("same", "spring", (CandidateForm(lambda: 2.0 * moved["x.velocity"]),))
+    other = Candidate("other", "spring", (CandidateForm(lambda: moved["x.position"]),))
+    rows = PlainRows(bench, (), [Choice(same, 0), Choice(other, 0)])
+    assert signals.own.keys() >= {"viscous"}
+    assert not rows.physical([Choice(same, 0)])
+    assert rows.physical([Choice(other, 0)])
+
+
+def test_signed_ranks_are_wilcoxon_s() -> None:
+    differences = np.array([3.0, -1.0, 4.0, 1.5, -0.5, 9.0, 2.6, 5.3])
+    ranks = np.argsort(np.argsort(np.abs(differences))) + 1
+    total = int(ranks[differences > 0].sum())
+    expected = wilcoxon(differences, alternative="greater", method="exact").pvalue
+    assert_allclose(SIGNED_RANKS.sum(), 1.0)
+    assert_allclose(SIGNED_RANKS[total:].sum(), expected, rtol=1e-12)
