@@ -123,7 +123,7 @@ def _read(
     choices = tuned_together(beside, inquiry.found.choices, inquiry.noise)
     plain = unweighed(inquiry.noise)
     noise = plain if inquiry.laws else weighing(beside, choices, inquiry.noise)
-    fitted = fit_white_rows(beside, choices, noise)
+    fitted = fit_white_rows(beside, choices, noise, inquiry.founded)
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
 
 

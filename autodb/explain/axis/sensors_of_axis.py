@@ -56,13 +56,13 @@ def sensor_candidates_of_axis(s: AxisSignals) -> list[Candidate]:
     """
     if not np.any(s.effort):
         return [drift(s)]
-    made = [gain_candidate(s), drift(s), shift(s), clipping(s), braking(s)]
-    made += [lost_sign_candidate(s)] if _has_one_sign(s) else []
+    made = [gain_candidate(s), drift(s), shift(s), clipping(s), lost_sign_candidate(s), braking(s)]
     return [candidate for candidate in made if candidate.forms]
 
 
 def _has_one_sign(s: AxisSignals) -> bool:
     """Whether what was recorded has hardly another sign, while the simulation has both."""
+    s = s.frame
     if s.recorded is None:
         return True
     low, high = np.quantile(s.recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
@@ -237,9 +237,10 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
 
 def _ends_at(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
     """Whether what was recorded ends near a limit on these sides, as what is clipped does."""
-    if s.recorded is None:
+    recorded = s.frame.recorded
+    if recorded is None:
         return True
-    size = _beyond(s.recorded, sides)
+    size = _beyond(recorded, sides)
     return bool(np.quantile(size, BELOW) < (1.0 + 2.0 * SOFT) * limit)
 
 
@@ -250,7 +251,8 @@ def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
 
 def lost_sign_candidate(s: AxisSignals) -> Candidate:
     """A magnitude was recorded: of the simulation, or of its terms fitted to the magnitude."""
-    efforts = [s.effort, *_signed_efforts(s)]
+    one_sign = _has_one_sign(s)
+    efforts = [s.effort, *_signed_efforts(s)] if one_sign else [s.effort]
 
     def law(number: int) -> Array:
         return np.asarray(np.abs(efforts[number]) - s.simulation)
@@ -263,7 +265,7 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
             partial(law, number),
             names=("share",),
             tries=len(efforts),
-            allowed=near_one,
+            allowed=lambda share: one_sign and near_one(share),
             through=partial(through, number=number),
         )
         for number in range(len(efforts))

@@ -106,6 +106,8 @@ class WhiteRows:
                 for number, column in enumerate(choice.candidate.loose().T):
                     free.own[f"{choice.candidate.key} loose {number}"] = column
         free._own = free.reduce(free.own_columns())
+        added = len(free.own) - len(self.own_sizes)
+        free.own_sizes = np.concatenate([self.own_sizes, np.full(added, np.inf)])
         return free
 
     def _seen(self, columns: Array) -> Array:

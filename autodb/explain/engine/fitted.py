@@ -54,12 +54,15 @@ class FittedEffects:
         return float(self.coefficients[at]), float(np.sqrt(self.covariance[at, at]))
 
 
-def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> FittedEffects:
+def fit_white_rows(
+    bench: WhiteRows, choices: Sequence[Choice], noise: Noise, laws: Sequence[Choice] = ()
+) -> FittedEffects:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
     Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
     take the re-tuning up: what either would do is no contradiction of the simulation. The
-    correction also takes what a law gets wrong in shape, as far as the rows show it.
+    correction also takes what a law gets wrong in shape, as far as the rows show it; of ``laws``,
+    which are among the own columns, too.
     """
     own = tuple(bench.own)
     choices = [c if c.candidate.static else across_own(bench, c) for c in choices]
@@ -70,7 +73,7 @@ def fit_white_rows(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) ->
     off = np.minimum(np.abs(coefficients / sd), np.abs(free / free_sd))
     retuned = [i for i in range(len(own)) if off[i] > KEPT_SDS]
     _, law_covariance = _beside(bench, choices, noise, retuned)
-    shaped = [*choices, *deviations(bench, choices, noise)]
+    shaped = [*choices, *deviations(bench, choices, noise, laws)]
     values, _ = _beside(bench, shaped, noise, retuned)
     built = [bench.built(choice.shape) for choice in shaped]
     design = columns_side_by_side(bench.own_columns()[:, retuned], *built)
@@ -140,10 +143,15 @@ def _deviation_key(choice: Choice) -> str:
     return f"{choice.candidate.key}, shape"
 
 
-def deviations(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> list[Choice]:
-    """Return what plain laws get wrong in shape, each where there is evidence of it."""
+def deviations(
+    bench: WhiteRows, choices: Sequence[Choice], noise: Noise, laws: Sequence[Choice] = ()
+) -> list[Choice]:
+    """Return what plain laws get wrong in shape, each where there is evidence of it.
+
+    ``laws``: those that are own columns.
+    """
     found: list[Choice] = []
-    for choice in choices:
+    for choice in (*choices, *laws):
         detail = choice.candidate.detail
         if detail is None or not choice.shape.names or choice.shape.through is not None:
             continue

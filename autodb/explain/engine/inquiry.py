@@ -97,7 +97,7 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
         terms = [(c.candidate.term, part) for c, part in zip(laws, parts, strict=True)]
         whole = bench.completed(laws)
         field = field.completed(whole, retuned, terms)
-    inquiry = inquire_beside(whole, field, Before(bench, laws))
+    inquiry = inquire_beside(whole, field, LawsBefore(bench, laws))
     pool = {c.key: c for c in (*inquiry.search.candidates, *standing)}
     found = (*laws, *inquiry.found.choices)
     pool |= {c.candidate.key: c.candidate for c in found}
@@ -107,7 +107,7 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
 
 
 @dataclass(frozen=True)
-class Before:
+class LawsBefore:
     """The laws that were found before, and the rows that they were found in."""
 
     bench: WhiteRows
@@ -129,7 +129,7 @@ class Before:
         return max(0.0, float(first @ first - then @ then) / variance)
 
 
-def inquire_beside(bench: WhiteRows, field: CandidateSource, before: Before) -> Inquiry:
+def inquire_beside(bench: WhiteRows, field: CandidateSource, before: LawsBefore) -> Inquiry:
     """Return the set of candidates that white rows hold beside the bench's own columns."""
     candidates = {s.key: s for s in field.standing()}
     whitener, variance = _saturated(bench, field, candidates)

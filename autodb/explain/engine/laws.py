@@ -153,13 +153,14 @@ def founded(
     """Return the named laws that plain rows clearly need: static ones, then any.
 
     What clips, shifts or signs all that is recorded is among them, too: the bench's columns are
-    then seen through it.
+    then seen through it. Further laws stand beside what those found may get wrong in passing.
     """
     named = [c for c in standing if c.named]
     static = [c for c in named if c.static]
     found = _first(bench, named, static)
     for number in range(ROUNDS):
-        rows = PlainRows(bench, _anew(bench, named, found, field, number))
+        candidates = _anew(bench, named, found, field, number)
+        rows = PlainRows(bench.loosened(found), candidates)
         before = {c.candidate.key for c in found}
         found = completed(rows, found)
         if {c.candidate.key for c in found} == before:

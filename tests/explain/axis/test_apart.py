@@ -297,6 +297,10 @@ def _same_as_recorded(forms: tuple[CandidateForm, ...], again: tuple[CandidateFo
         assert_allclose(other.build(), one.build(), atol=1e-12)
 
 
+OUT_OF_REACH = 25
+"""Rows at the ends of a part that a shape takes from beyond: the longest delay has 22."""
+
+
 def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
     """Scales, middles and knots come from the recording, whatever the move covers."""
     s = _warmup_or_gain().signals
@@ -309,8 +313,9 @@ def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
         for whole, again in zip(make(s), make(part), strict=True):
             for one, other in zip(whole.forms, again.forms, strict=True):
                 assert one.shape == other.shape
+                inner = slice(OUT_OF_REACH, -OUT_OF_REACH)
                 assert_allclose(
-                    other.build()[5:-5], one.build()[rows][5:-5], atol=1e-9, err_msg=whole.key
+                    other.build()[inner], one.build()[rows][inner], atol=1e-9, err_msg=whole.key
                 )
 
 
