@@ -21,7 +21,6 @@ from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.confidence import DISCREPANCY
 from autodb.explain.engine.fit import SAME, no_difference, quality, rms
 from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
@@ -91,7 +90,6 @@ def explain_axis(
         recording.timing,
         own_sizes=[signals.had.get(name, 1.0) for name in own],
         gap=round(GAP_S / (factor * recording.timing.step_s)),
-        discrepancy=DISCREPANCY * float(np.std(simulation)),
     )
     inquiry = inquire(bench, AxisField(signals, bench))
     had = frozenset(own) | frozenset(includes or ())

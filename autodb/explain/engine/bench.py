@@ -33,8 +33,7 @@ class WhiteRows:
 
     Columns of candidates are built at every row, reduced to the working rate and kept so. The first
     ``firm`` own columns are the simulation's, with the coefficients ``own_sizes`` there; those that
-    ``loosen`` adds follow. ``gap``: rows at the working rate over which noise is correlated;
-    ``discrepancy``: standard deviation of what laws are off by, at every frequency alike.
+    ``loosen`` adds follow. ``gap``: rows at the working rate over which noise is correlated.
     """
 
     def __init__(
@@ -46,9 +45,7 @@ class WhiteRows:
         *,
         own_sizes: Sequence[float] = (),
         gap: int = 0,
-        discrepancy: float = 0.0,
     ) -> None:
-        self.discrepancy = discrepancy
         self.own_sizes = np.array(own_sizes or np.ones(len(own)), dtype=np.float64)
         self.gap = gap
         self.difference = difference
@@ -86,7 +83,6 @@ class WhiteRows:
             self.rate.timing,
             own_sizes=[*self.own_sizes, *np.ones(len(parts))],
             gap=self.gap,
-            discrepancy=self.discrepancy,
         )
 
     def look_through(self, choices: Sequence[Choice]) -> None:
@@ -210,7 +206,7 @@ class WhiteRows:
 
     def whitener_of(self, left: Array) -> Whitener:
         """Return the filter that whitens a residual at the working rate, (m,)."""
-        return fitted_whitener(left, linked=self.rate.linked(ORDER), beside=self.discrepancy**2)
+        return fitted_whitener(left, linked=self.rate.linked(ORDER))
 
     def noise(self, columns: Array) -> Noise:
         """Return the whitener and the variance of a white row, of what columns leave.
@@ -222,8 +218,7 @@ class WhiteRows:
         whitener = self.whitener_of(left)
         white = whitener(left)
         free = max(1, len(white) - columns.shape[1])
-        off = self.discrepancy**2 * (1.0 + float(whitener.coefficients @ whitener.coefficients))
-        return whitener, float(white @ white) / free + off
+        return whitener, float(white @ white) / free
 
     def products(self, blocks: Mapping[tuple[str, int], Array], noise: Noise) -> Products:
         """Return the inner products of the difference, own columns and blocks (m, p), all white."""

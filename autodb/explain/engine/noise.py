@@ -100,17 +100,16 @@ Noise = tuple[Whitener, float]
 
 
 def fitted_whitener(
-    residual: Array, order: int = ORDER, *, linked: Index | None = None, beside: float = 0.0
+    residual: Array, order: int = ORDER, *, linked: Index | None = None
 ) -> Whitener:
     """Return the whitener of an autoregression fitted to a residual (n,) by least squares.
 
-    ``linked``: which of the rows but the first ``order`` follow those before without a gap;
-    ``beside``: the variance of white noise that is added to the residual.
+    ``linked``: which of the rows but the first ``order`` follow those before without a gap.
     """
     lagged = np.column_stack([residual[order - k : -k] for k in range(1, order + 1)])
     target = residual[order:]
     if linked is not None:
         lagged, target = lagged[linked], target[linked]
-    ridge = max(1e-9 * float(residual @ residual), beside * len(target), 1e-300)
+    ridge = max(1e-9 * float(residual @ residual), 1e-300)
     coefficients = np.linalg.solve(lagged.T @ lagged + ridge * np.eye(order), lagged.T @ target)
     return Whitener(np.asarray(coefficients, dtype=np.float64), linked)
