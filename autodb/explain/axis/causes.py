@@ -25,7 +25,7 @@ from autodb.explain.engine.confidence import (
 )
 from autodb.explain.engine.entries import own_term_entries
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
-from autodb.explain.engine.weighing import unweighed, weighing
+from autodb.explain.engine.weighing import weighing
 from autodb.fitting import NORMAL_95
 from autodb.terms import Term
 from autodb.terms.vocabulary import term_called
@@ -142,7 +142,7 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
     retuned: list[int] | None = list(reading.fitted.retuned)
     others = reading.inquiry.found.without(choice.candidate.key)
     if choice in reading.inquiry.founded:
-        bench, noise, retuned = reading.whole, unweighed(reading.inquiry.noise), None
+        bench, noise, retuned = reading.whole, reading.inquiry.plain_noise, None
         others = tuple(c for c in reading.inquiry.founded if c is not choice)
     elif not reading.inquiry.laws:
         noise = weighing(bench, [*others, law], reading.inquiry.noise, of=law)

@@ -29,7 +29,7 @@ from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import columns_side_by_side
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
-from autodb.explain.engine.weighing import unweighed, weighing
+from autodb.explain.engine.weighing import weighing
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -119,8 +119,8 @@ def _read(
     """Return the final fit of what was found."""
     beside = inquiry.bench.loosened(inquiry.found.choices)
     choices = tuned_together(beside, inquiry.found.choices, inquiry.noise)
-    plain = unweighed(inquiry.noise)
-    noise = plain if inquiry.laws else weighing(beside, choices, inquiry.noise)
+    weighed = weighing(beside, choices, inquiry.noise)
+    noise = inquiry.plain_noise if inquiry.laws else weighed
     fitted = fit_white_rows(beside, choices, noise, inquiry.founded)
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
 

@@ -31,6 +31,8 @@ ROUNDS = 5
 FOLDS = 5
 BLOCKS = 40
 HARM = 1.02
+PLAINLY = 0.7
+"""Share of the squares on plain rows left out, below which an effect is no noise. Chosen."""
 
 
 class CandidateSource(Protocol):
@@ -80,6 +82,13 @@ class Inquiry:
         return (*self.founded, *self.found.choices)
 
     @property
+    def plain_noise(self) -> Noise:
+        """The filter that leaves rows as they are, and the variance that slow noise gives a row."""
+        whitener, variance = unweighed(self.noise)
+        slow = 0.0 if self.rows is None else self.rows.slow * self.rows.mean_of
+        return whitener, max(variance, slow)
+
+    @property
     def noise(self) -> Noise:
         """The filter that makes the noise white, and the variance of a white row."""
         return self.whitener, self.variance
@@ -102,8 +111,8 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     found = (*laws, *inquiry.found.choices)
     pool |= {c.candidate.key: c.candidate for c in found}
     rows = PlainRows(bench, pool.values(), found)
-    variance = unweighed(inquiry.noise)[1]
-    return replace(inquiry, laws=fitted_laws(bench, laws, variance), rows=rows)
+    inquiry = replace(inquiry, rows=rows)
+    return replace(inquiry, laws=fitted_laws(bench, laws, inquiry.plain_noise[1]))
 
 
 @dataclass(frozen=True)
@@ -160,7 +169,9 @@ def inquire_beside(bench: WhiteRows, field: CandidateSource, before: LawsBefore)
             del candidates[key]
         whitener, variance = bench.noise(bench.chosen(found.choices, detail=True))
     seen_alike = [account for account, through in accounts if through == bench.through]
-    standing = [replace(one, found=stands(bench, one.found, one.search)) for one in seen_alike]
+    standing = [
+        replace(one, found=stands(bench, one.found, one.search, one.noise)) for one in seen_alike
+    ]
     return min(standing, key=lambda one: _outlier_test(bench, one))
 
 
@@ -224,14 +235,21 @@ def _held(bench: WhiteRows, found: FoundSet, choice: Choice, noise: Noise) -> Ch
     return Choice(replace(choice.candidate, forms=(tuned(choice, beside).choice.shape,)), 0)
 
 
-def stands(bench: WhiteRows, found: FoundSet, search: CandidateSearch) -> FoundSet:
+def stands(bench: WhiteRows, found: FoundSet, search: CandidateSearch, noise: Noise) -> FoundSet:
     """Return the set without effects that noise of another colour would explain as well.
 
     For each effect the noise is fitted anew without it: N·ln of the ratio of the innovations'
     variances is twice the gain of the log-likelihood, noise and coefficients both at their best.
+    No noise explains what plain rows left out show (``PLAINLY``).
     """
     while found.choices:
-        worth = [_beside_noise(bench, found, choice, search) for choice in found.choices]
+        plain = held_out_sums(bench, found.choices, noise)[1]
+        worth = [
+            np.inf
+            if plain < PLAINLY * held_out_sums(bench, found.without(c.candidate.key), noise)[1]
+            else _beside_noise(bench, found, c, search)
+            for c in found.choices
+        ]
         weakest = int(np.argmin(worth))
         if worth[weakest] > MARGIN:
             return found
