@@ -237,12 +237,17 @@ def _interval(choice: Choice) -> tuple[float, float]:
 
 
 def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
-    """Return every candidate of the first round; one found later with its evidence in its set."""
-    found = inquiry.found
+    """Return the laws that plain rows need with what they lower there, and every candidate of the
+    first round; one found later with its evidence in its set.
+    """
+    found, laws, rows = inquiry.found, inquiry.founded, inquiry.rows
     worth = {**dict(zip(found.keys, found.evidence, strict=True)), **inquiry.considered}
+    if rows is not None:
+        worth |= {c.candidate.key: rows.evidence(laws, c) for c in laws}
+    accepted = {*found.keys, *(c.candidate.key for c in laws)}
     return tuple(
         Considered(
-            name=key, evidence=value, verdict="accepted" if key in found.keys else "not needed"
+            name=key, evidence=value, verdict="accepted" if key in accepted else "not needed"
         )
         for key, value in sorted(worth.items(), key=lambda item: -item[1])
     )

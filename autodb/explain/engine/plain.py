@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import Folds
-from autodb.explain.engine.normal import HELD, columns_side_by_side
+from autodb.explain.engine.normal import Normal, columns_side_by_side
 from autodb.explain.engine.working import reduced
 
 Array = NDArray[np.float64]
@@ -110,10 +110,8 @@ class PlainRows:
         return np.asarray(self._inverse(at) @ self._folds.whole[at, 0])
 
     def _inverse(self, at: Index, *, weight: float = 1.0) -> Array:
-        inner = self._folds.whole[np.ix_(at, at)] + weight * np.diag(self._weight[at])
-        norm = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-        scale = np.outer(norm, norm)
-        return np.asarray(np.linalg.pinv(inner / scale, rcond=HELD, hermitian=True) / scale)
+        whole = self._folds.whole
+        return Normal(whole[np.ix_(at, at)], whole[at, 0]).inverse(weight * self._weight[at])
 
     def squares(self, choices: Sequence[Choice], *, like: Candidate | None = None) -> Array:
         """Return the sum of squares of each fold, predicted by a fit to the others, (BLOCKS,).
@@ -142,6 +140,14 @@ class PlainRows:
     def coefficients(self, choices: Sequence[Choice]) -> list[Array]:
         """Return each choice's coefficients, fitted on all rows."""
         return self.fitted(choices)[0]
+
+    def evidence(self, choices: Sequence[Choice], choice: Choice) -> float:
+        """Return by how much the held-out squares fall with one of the choices, over the variance
+        that slow noise gives a row.
+        """
+        others = [c for c in choices if c is not choice]
+        without, whole = (self.squares(c, like=choice.candidate) for c in (others, choices))
+        return float(without.sum() - whole.sum()) / self.slow
 
     def physical(self, choices: Sequence[Choice]) -> bool:
         """Whether each choice has what it needs and a sign that it may have, and none is larger

@@ -385,3 +385,11 @@ def test_what_does_not_fit_together_says_so(
     bare = tmp_path / "bare.csv"
     csv.write_csv(pa.table({"t": recording["t"], "x.current": recording["x.current"]}), bare)
     assert "no channel 'x.position'" in refused("explain", bare, "--simulation", files[1])
+
+
+def test_a_law_that_plain_rows_need_is_among_what_was_considered() -> None:
+    recording, simulation, parts = _pair(1, ("coulomb",))
+    done = explain(recording, simulation, includes=[name for name in parts if name != "coulomb"])
+    (coulomb,) = [c for c in done.traces["x.current"].considered if c.name == "coulomb"]
+    assert coulomb.verdict == "accepted"
+    assert coulomb.evidence > 100.0
