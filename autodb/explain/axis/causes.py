@@ -52,8 +52,12 @@ def value_of(value: float, sd: float, unit: str) -> IntervalValue:
 
 
 def causes(reading: AxisReading) -> list[Cause]:
-    """Return the entries of accepted effects, then of the simulation's own terms that are off."""
-    entries = [_effect(reading, number) for number in range(len(reading.everything))]
+    """Return the entries of accepted effects, then of the simulation's own terms that are off.
+
+    An effect that shows in so few rows that its size is none is not said.
+    """
+    made = [_effect(reading, number) for number in range(len(reading.everything))]
+    entries = [entry for entry in made if entry.parameters["size"].value > 0.0]
     named = {entry.term for entry in entries}
     again = _mistuned(reading, beside=entries)
     return [*_merged(entries), *(c for c in again if c.term not in named)]
