@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 
 RICHER = 4.0
 """Further evidence asked of a load that is not constant, beside a constant one. Chosen."""
+REST = 1.5
+"""A spring rests at most this many half travels from the middle of the travel; what pulls from
+farther is more a constant load. Chosen."""
 SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
 SWINGS_A_ROW = 0.3
 """Swings in a row up to which rows show one. Chosen."""
@@ -97,6 +100,7 @@ def spring_candidate(s: AxisSignals) -> Candidate:
                 lambda middle: np.column_stack([s.position - middle, here]),
                 shape={"middle": middle},
                 names=("stiffness", "constant"),
+                allowed=lambda c: bool(abs(c[1]) <= REST * half * abs(c[0])),
             ),
             CandidateForm(
                 lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone

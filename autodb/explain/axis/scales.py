@@ -21,10 +21,10 @@ DIPS_OF_TOP = (0.0028, 0.0065, 0.015, 0.035, 0.08, 0.18, 0.4)
 """Speeds over which extra friction at creep may fall, as shares of the top speed. Chosen."""
 STARTS_OF_TOP = (0.0035, 0.015)
 """Speeds over which friction may rise where a move starts, as shares of the top speed. Chosen."""
-SOFT_OF_TRAVEL = tuple(4e-6 * 2.6**k for k in range(9))
-"""Ways of pre-sliding as shares of the travel: 0.002 to 4 mm of 500 mm. Chosen."""
-PLAY_OF_TRAVEL = tuple(8e-6 * 2.1**k for k in range(10))
-"""Plays as shares of the travel: 0.004 to 3 mm of 500 mm. Chosen."""
+SOFT_OF_TRAVEL = tuple(4e-6 * 2.6**k for k in range(11))
+"""Ways of pre-sliding as shares of the travel: 0.002 mm of 500 mm to 0.6 mm of 10 mm. Chosen."""
+PLAY_OF_TRAVEL = tuple(8e-6 * 2.1**k for k in range(14))
+"""Plays as shares of the travel: 0.004 mm of 500 mm to 1.2 mm of 10 mm. Chosen."""
 TURNS_OF_TRAVEL = (8e-6, 5e-5, 2.5e-4, 8e-4, 2.5e-3, 8e-3)
 """Ways after a reversal over which friction may be otherwise, as shares of the travel. Chosen."""
 OF_A_ROW = 0.25

@@ -106,7 +106,9 @@ def of_plain(
     whole = rows.squares(choices, like=like)
     others = [c for c in choices if c is not choice]
     taken = {c.candidate.key for c in choices}
+    none = rows.squares(others, like=like)
     by_name: dict[str, float] = {}
+    like_it: dict[str, float] = {}
     instead: dict[str, Choice] = {}
     for candidate in rows.candidates:
         curve = choice.candidate.static and not candidate.named
@@ -124,10 +126,13 @@ def of_plain(
             fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
-    found = standing(
-        by_name, nothing=_fall(rows.squares(others, like=like) - whole, ranks=like.static)
-    )
-    return replace(found, instead=instead)
+        does = rms_fall(none, offer[0]) >= NEEDED
+        if does and not rows.has_its_own(others, choice, offer[1]):
+            like_it[candidate.term] = min(fall, like_it.get(candidate.term, np.inf))
+    nothing = _fall(none - whole, ranks=like.static)
+    found, alone = standing(by_name, nothing=nothing), standing(like_it, nothing=nothing)
+    sure = max(found.confidence, min(alone.confidence, UNSURE))
+    return replace(found, confidence=sure, near=alone.near, instead=instead)
 
 
 def _fall(differences: Array, *, ranks: bool) -> float:

@@ -197,7 +197,10 @@ def _anew(
 def _surer_than_curves(
     bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
 ) -> list[Choice]:
-    """Return the laws, less what is not static and does no better than a curve in its place."""
+    """Return the laws, less what is not static and of which a curve in its place does more.
+
+    A curve that does something else leaves a law its own.
+    """
     kept = list(found)
     if all(choice.candidate.static for choice in kept):
         return kept
@@ -205,8 +208,9 @@ def _surer_than_curves(
     for choice in [c for c in kept if not c.candidate.static]:
         others, like = [c for c in kept if c is not choice], choice.candidate
         offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
-        best = min((float(o[0].sum()) for o in offers if o), default=np.inf)
-        if best < float(rows.squares(kept, like=like).sum()):
+        whole = float(rows.squares(kept, like=like).sum())
+        better = [o[1] for o in offers if o and float(o[0].sum()) < whole]
+        if not all(rows.has_its_own(others, choice, curve) for curve in better):
             kept = others
     return kept
 

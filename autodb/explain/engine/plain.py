@@ -25,6 +25,9 @@ worth something. Chosen of none, 0.25 and free on real recordings."""
 ALONE = 1e-3
 """Share of a law's squares that the others must not be able to give: less than that and it is they
 in other sizes. Chosen."""
+OWN = 0.5
+"""Share of the squares that a law takes away, which it must take away beside a rival, too, for them
+to be effects of two kinds. Chosen."""
 HALF = 0.5
 """A column times its inverse is 1 at least; less than this where rows do not hold it at all."""
 BEYOND = 1.5
@@ -79,10 +82,10 @@ class PlainRows:
         self._weigh(bench.own_sizes)
 
     def _weigh(self, own_sizes: Array) -> None:
-        """Draw own terms to what the simulation says, as far as slow noise of what all static laws
-        leave allows.
+        """Draw own terms to what the simulation says, as far as slow noise of what all named
+        effects leave allows.
         """
-        first = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
+        first = [(c.key, 0) for c in self.candidates if c.named and (c.key, 0) in self._places]
         at = np.concatenate([self._own, *(self._places[key] for key in first)]).astype(np.intp)
         left = self._difference - self._rows[:, at] @ self._solved(at)
         lasting = max(_long_run_variance(left, parts) for parts in SLOW)
@@ -164,13 +167,25 @@ class PlainRows:
         return self.own_share(choices) > ALONE
 
     def own_share(self, choices: Sequence[Choice]) -> float:
-        """Return the least share of a column of the last choice that the others cannot give."""
+        """Return the largest share of a column of the last choice that the others cannot give."""
         at = self._at(choices)
         last = np.arange(len(at) - len(self._places[choices[-1].key]), len(at))
         inner = self._folds.whole[np.ix_(at, at)]
         inverse = self._inverse(at, weight=0.0)
         spread = np.diag(inverse)[last] * np.diag(inner)[last]
-        return float(1.0 / spread.max()) if np.all(spread > HALF) else 0.0
+        held = spread[spread > HALF]
+        return float(1.0 / held.min()) if len(held) else 0.0
+
+    def has_its_own(self, others: Sequence[Choice], choice: Choice, rival: Choice) -> bool:
+        """Whether a choice beside others explains something else than a rival in its place: beside
+        the rival, too, it takes OWN of the squares away that it takes without it.
+        """
+        like = choice.candidate
+        sets = ([], [choice], [rival], [rival, choice])
+        none, its, rivals, both = (
+            float(self.squares([*others, *one], like=like).sum()) for one in sets
+        )
+        return rivals - both > OWN * (none - its) > 0.0
 
     def richness(self, choice: Choice) -> float:
         """Return the share by which the held-out rms must fall for a choice's further columns."""
