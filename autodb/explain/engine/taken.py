@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 ALIKE = 1e-10
 """Share of the largest eigenvalue of R below which a direction is none: contributions are alike."""
+TINY = 1e-300
 
 
 def shares_taken(difference: Array, parts: Sequence[Array]) -> Array:
@@ -47,9 +48,14 @@ def largest_first(
     """Return the causes, that with the largest share first, and their shares.
 
     ``parts`` (n,): what each adds to the simulation; ``correction`` (n,): what is added in all. The
-    rest of it, such as own terms' changes within their uncertainty, has a share of its own.
+    rest of it is what own terms change along with the causes, such as what a refitted simulation
+    has swallowed of them: its share goes to the causes in proportion, so that theirs add up to what
+    the correction takes away.
     """
     rest = correction - sum(parts, start=np.zeros_like(correction))
     shares = shares_taken(difference, [*parts, rest])[:-1]
+    square, left = (float(values @ values) for values in (difference, difference - correction))
+    whole = max(0.0, 1.0 - left / square) if square > 0.0 else 0.0
+    shares = shares * whole / max(float(shares.sum()), TINY)
     order = np.argsort(-shares, kind="stable")
     return tuple(causes[k] for k in order), tuple(float(shares[k]) for k in order)
