@@ -8,8 +8,7 @@ their products with each other and with the difference d = recording − simulat
 
 Shares are not negative and their sum is what all contributions take away together. They are close
 to the means over all orders of correcting one cause after the other (Lindeman, Merenda, Gold 1980).
-Source: Johnson 2000 (A heuristic method for estimating the relative weight of predictor variables),
-equations 1 to 4.
+Source: Johnson 2000 (A heuristic method for estimating the relative weight of predictor variables).
 """
 
 from collections.abc import Sequence

@@ -279,8 +279,9 @@ def test_all_that_is_kept_of_a_mismatch_is_shown(machine: Cli) -> None:
     shown = machine("mismatch", "show", number).out
     for text in (
         f"mismatch {number}: x.current of recording 1: a.csv", "term: unknown (missing, 90 % sure)",
-        "statement: It differs.", "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 % of it; x.velocity 5 to 9 mm/s, "
-        "60 % of the squared error in 12 % of the rows",
+        "statement: It differs.",
+        "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 % of it; "
+        "x.velocity 5 to 9 mm/s, 60 % of the squared error in 12 % of the rows",
         "depends on: x.position", "or: asymmetry, gain", "to tell them apart: Move back.",
         "status: open",
     ):  # fmt: skip
