@@ -1,14 +1,16 @@
 """How much of the squared error each cause takes away; the largest first.
 
-Causes overlap, and what one takes away depends on which are corrected before it. Each gets its
-*relative weight*: with E (n, p) the contributions, each of unit norm, R = EᵀE and r = Eᵀd / |d|
-their products with each other and with the difference d = recording − simulation,
+Causes overlap, and what one takes away depends on which are corrected before it. Its share is the
+mean over all orders in which the causes may be corrected one after the other. With d = recording −
+simulation and e_j the contributions, c = Σ e_j, the squares fall by 2 e_jᵀ(d − s) − |e_j|² where s
+is what was corrected before; s is on average half of the others, so that
 
-    share_j = Σ_k (R^½)_jk² · (R^−½ r)_k².
+    share_j = e_jᵀ (2 d − c) / |d|²,    Σ share_j = 1 − |d − c|² / |d|².
 
-Shares are not negative and their sum is what all contributions take away together. They are close
-to the means over all orders of correcting one cause after the other (Lindeman, Merenda, Gold 1980).
-Source: Johnson 2000 (A heuristic method for estimating the relative weight of predictor variables).
+A contribution that mostly undoes another has a negative one: it takes nothing away. What own terms
+change within their uncertainty goes with the causes, which they would else stand in for. So the
+causes' shares are scaled to what the whole correction takes away. Source: Shapley 1953 (A value for
+n-person games), of a quadratic game.
 """
 
 from collections.abc import Sequence
@@ -20,25 +22,16 @@ from autodb.explain.answer.answer import Cause
 
 Array = NDArray[np.float64]
 
-ALIKE = 1e-10
-"""Share of the largest eigenvalue of R below which a direction is none: contributions are alike."""
 TINY = 1e-300
 
 
-def shares_taken(difference: Array, parts: Sequence[Array]) -> Array:
-    """Return the share of |d|² that each contribution takes away, (p,); 0 of one that is none."""
-    square = float(difference @ difference)
-    if not parts or square == 0.0:
-        return np.zeros(len(parts))
-    columns = np.column_stack(parts)
-    norm = np.linalg.norm(columns, axis=0)
-    columns = columns / np.where(norm > 0.0, norm, 1.0)
-    values, vectors = np.linalg.eigh(columns.T @ columns)
-    there = values > ALIKE * values[-1]
-    values, vectors = values[there], vectors[:, there]
-    along = vectors @ ((vectors.T @ (columns.T @ difference)) / np.sqrt(values))
-    root = (vectors * np.sqrt(values)) @ vectors.T
-    return np.asarray(root**2 @ along**2 / square)
+def shares_taken(difference: Array, correction: Array, parts: Sequence[Array]) -> Array:
+    """Return the share of |d|² that each of the parts of a correction takes away, (p,)."""
+    twice_left = 2.0 * difference - correction
+    square = max(float(difference @ difference), TINY)
+    whole = max(float(correction @ twice_left) / square, 0.0)
+    kept = np.array([max(float(part @ twice_left), 0.0) for part in parts])
+    return np.asarray(kept * (whole / max(float(kept.sum()), TINY)))
 
 
 def largest_first(
@@ -46,15 +39,8 @@ def largest_first(
 ) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
     """Return the causes, that with the largest share first, and their shares.
 
-    ``parts`` (n,): what each adds to the simulation; ``correction`` (n,): what is added in all. The
-    rest of it is what own terms change along with the causes, such as what a refitted simulation
-    has swallowed of them: its share goes to the causes in proportion, so that theirs add up to what
-    the correction takes away.
+    ``parts`` (n,): what each adds to the simulation; ``correction`` (n,): what is added in all.
     """
-    rest = correction - sum(parts, start=np.zeros_like(correction))
-    shares = shares_taken(difference, [*parts, rest])[:-1]
-    square, left = (float(values @ values) for values in (difference, difference - correction))
-    whole = max(0.0, 1.0 - left / square) if square > 0.0 else 0.0
-    shares = shares * whole / max(float(shares.sum()), TINY)
+    shares = shares_taken(difference, correction, parts)
     order = np.argsort(-shares, kind="stable")
     return tuple(causes[k] for k in order), tuple(float(shares[k]) for k in order)
