@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
 from autodb.explain.axis.loads import TURNING, load_candidates
@@ -29,7 +30,6 @@ from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import columns_side_by_side
 from autodb.explain.engine.search import FoundSet
-from autodb.explain.engine.taken import largest_first
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
 from autodb.records import Recording

@@ -16,6 +16,7 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.cuts.candidates.effect_parameters import (
     EffectInCuts,
     effect_parameters,
@@ -33,7 +34,6 @@ from autodb.explain.engine.confidence import Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
-from autodb.explain.engine.taken import largest_first
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.terms import TERMS

@@ -15,12 +15,12 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
-from autodb.explain.engine.taken import largest_first
 from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
