@@ -6,6 +6,7 @@ that has a shell of its own.
 
 import math
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from markupsafe import Markup
@@ -75,6 +76,8 @@ KIND_WORDS = {
     "missing": ("is missing", "are missing"),
     "mistuned": ("is set wrong", "are set wrong"),
 }
+SURE = 0.9
+"""Confidence from which on a cause is said without a word on how sure it is."""
 CERTAINTY = (
     (0.95, "almost certain"),
     (0.8, "very likely"),
@@ -102,11 +105,12 @@ def explanation_fragment(explained: Explained) -> str:
             "words": channel_words(name),
             "answer": answer,
             "trace": explained.traces.get(name),
+            "shares": shares_of(answer, explained.traces.get(name)),
         }
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
-    words = (headline, certainty, term_words, move_words, parameter_words, advice)
-    where = (where_words, regime_words, bars)
+    words = (headline, smaller_words, open_words, certainty, term_words, parameter_words, advice)
+    where = (where_words, stretch_words, share_words, bars)
     plots = (
         traces_over_time,
         located,
@@ -134,12 +138,11 @@ def term_words(term: str) -> str:
     return TERM_WORDS.get(term, term.replace("_", " "))
 
 
-def move_words(cause: Cause) -> str | None:
-    """Return what would distinguish a cause from its alternatives, with the pairs in shop words."""
-    text = cause.to_tell_apart
-    for other in cause.alternatives if text else ():
-        pair = f"{term_words(cause.term)} and {term_words(other)}"
-        text = str(text).replace(f"{cause.term} and {other}", pair)
+def move_words(cause: Cause, say: Callable[[str], str]) -> str:
+    """Return what would distinguish a cause from its alternatives, with the pairs in words."""
+    text = cause.to_tell_apart or ""
+    for other in cause.alternatives:
+        text = text.replace(f"{cause.term} and {other}", f"{say(cause.term)} and {say(other)}")
     return text
 
 
@@ -162,23 +165,111 @@ def parameter_words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def headline(answer: ChannelAnswer) -> str:
-    """Return the channel's answer as a headline."""
+def headline(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
+    """Return the first sentence: the largest cause, and the share of the error that it takes away.
+
+    The share is of the squared error, `ChannelTrace.takes`.
+    """
     if not answer.missing:
         return "A mismatch without a cause found" if answer.mismatch else "No mismatch beyond noise"
-    count = len(answer.missing)
-    by_kind = (_causes_of_kind(answer, kind) for kind in KIND_WORDS)
-    return f"{count} cause{'s' if count > 1 else ''} found: {'; '.join(filter(None, by_kind))}"
+    first, (share, *_) = answer.missing[0], shares_of(answer, trace)
+    which = "The largest cause" if len(answer.missing) > 1 else "The cause"
+    hedge = "" if first.confidence >= SURE else f" ({certainty_words(first.confidence)})"
+    takes = "" if share is None else f"; it takes away {share_words(share)} of the squared error"
+    verb, _ = KIND_WORDS[first.kind]
+    return f"{which}{hedge}: {_cause_words(first)} {verb} ({_size_words(first)}){takes}."
 
 
-def _causes_of_kind(answer: ChannelAnswer, kind: str) -> str:
-    """Return "A, B and C are missing", or nothing."""
-    names = [_cause_words(cause) for cause in answer.missing if cause.kind == kind]
-    if not names:
+def shares_of(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[float | None]:
+    """Return the share of the squared error that each cause takes away; None: not known."""
+    if trace is None or len(trace.takes) != len(answer.missing):
+        return [None] * len(answer.missing)
+    return list(trace.takes)
+
+
+def smaller_words(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
+    """Return the sentence on the other causes that are sure; "" where there is none."""
+    shares = shares_of(answer, trace)
+    others = [
+        (cause, share)
+        for cause, share in zip(answer.missing[1:], shares[1:], strict=True)
+        if cause.confidence >= SURE
+    ]
+    if not others:
         return ""
+    by_kind = "; ".join(filter(None, (_sure_of_kind(others, kind) for kind in KIND_WORDS)))
+    return f"With less effect, at least {100.0 * SURE:.0f} % sure: {by_kind}."
+
+
+def _sure_of_kind(causes: Sequence[tuple[Cause, float | None]], kind: str) -> str:
+    """Return "A, B and C are missing", each with its size and share, or nothing."""
+    names = [
+        f"{_cause_words(cause)} ({_size_words(cause)}"
+        f"{'' if share is None else f', {share_words(share)}'})"
+        for cause, share in causes
+        if cause.kind == kind
+    ]
+    return f"{_listed(names, 'and')} {KIND_WORDS[kind][len(names) > 1]}" if names else ""
+
+
+def _listed(names: Sequence[str], word: str) -> str:
+    """Return "A, B and C"."""
     *others, last = names
-    named = f"{', '.join(others)} and {last}" if others else last
-    return f"{named} {KIND_WORDS[kind][bool(others)]}"
+    return f"{', '.join(others)} {word} {last}" if others else last
+
+
+def _size_words(cause: Cause) -> str:
+    size = cause.parameters["size"]
+    return figures.quantity(size.value, size.unit)
+
+
+def share_words(share: float) -> str:
+    """Return a share in per cent.
+
+    >>> share_words(0.87), share_words(0.004), share_words(0.998)
+    ('87 %', 'less than 1 %', 'over 99 %')
+    """
+    if share < 0.01:
+        return "less than 1 %"
+    return "over 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
+
+
+def open_words(answer: ChannelAnswer, called: Callable[[str], str] | None = None) -> str:
+    """Return what the recording cannot tell of a channel, as one paragraph; "" where it tells all.
+
+    What it is not sure of, what each cause may also be and what would tell, and what is
+    unexplained. ``called``: how terms are written, where not in shop words.
+    """
+    say = called or term_words
+    unsure = [c for c in answer.missing if c.confidence < SURE]
+    said = []
+    if unsure:
+        names = [f"{_named(c, say)} ({certainty_words(c.confidence)})" for c in unsure]
+        said.append(f"It is not sure of {_listed(names, 'and')}.")
+    several = [c for c in answer.missing if c.alternatives]
+    for cause in several:
+        others = _listed([say(name) for name in cause.alternatives], "or")
+        also = "may be" if cause.term == UNKNOWN else "may also be"
+        name = _named(cause, say)
+        said.append(f"{name if called else name[:1].upper() + name[1:]} {also} {others}.")
+    moves = [_ended(move_words(c, say)) for c in several if c.to_tell_apart]
+    said += [f"To find out: {move}" for move in dict.fromkeys(moves)]
+    if len(moves) < len(several):
+        them = "the others" if moves else "them"
+        said.append(f"No simple move or cut is known that separates {them}.")
+    if answer.unexplained:
+        said.append(f"Still unexplained: {_ended(answer.unexplained)}")
+    return " ".join(said)
+
+
+def _named(cause: Cause, say: Callable[[str], str]) -> str:
+    """Return a cause, and over what where it has no name."""
+    over = f" over {_listed(cause.variables, 'and')}" if cause.variables else ""
+    return say(cause.term) + (over if cause.term == UNKNOWN else "")
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith(".") else f"{text}."
 
 
 def _cause_words(cause: Cause) -> str:
@@ -206,17 +297,39 @@ def certainty_words(probability: float) -> str:
 def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
     """Return where the mismatch sits, one line a stretch or a regime."""
     in_cuts = trace is not None and trace.x_name == "cut"
+    also = "" if _is_confined(answer) else ": one of the causes; the others act all along"
     lines = [
-        f"Cuts {low:g} to {high:g}" if in_cuts else f"From {_second(low)} to {_second(high)} s"
+        (f"Cuts {low:g} to {high:g}" if in_cuts else f"From {_second(low)} to {_second(high)} s")
+        + also
         for low, high in answer.where.intervals
     ]
     return lines + [regime_words(regime) for regime in answer.where.regime]
 
 
+def _is_confined(answer: ChannelAnswer) -> bool:
+    """Whether every cause has a stretch of its own."""
+    return len(answer.missing) <= len(answer.where.intervals)
+
+
+def stretch_words(answer: ChannelAnswer) -> str:
+    """Return what a shaded stretch is."""
+    return "where the mismatch sits" if _is_confined(answer) else "where one of the causes acts"
+
+
 def regime_words(regime: Regime) -> str:
-    """Return a regime as a line: its signal, its range, and its share of the mismatch."""
-    reach = figures.span(regime.low, regime.high, unit_of(regime.signal) or "")
-    return f"{channel_words(regime.signal)} {reach}: {100.0 * regime.share:.0f} % of the mismatch"
+    """Return a regime as a line: its signal, its range, what it holds of the squared error."""
+    words, holds = channel_words(regime.signal), f"{100.0 * regime.share:.0f} % of the mismatch"
+    if regime.rows is not None:
+        holds = (
+            f"{100.0 * regime.share:.0f} % of the squared error in "
+            f"{100.0 * regime.rows:.0f} % of the rows"
+        )
+    if regime.signal.endswith(".direction"):
+        return f"{words} {'forwards' if regime.high > 0.0 else 'backwards'}: {holds}"
+    unit = unit_of(regime.signal) or ""
+    if regime.low == regime.high:
+        return f"{words} {figures.quantity(regime.low, unit)}: {holds}"
+    return f"{words} {figures.span(regime.low, regime.high, unit)}: {holds}"
 
 
 def _second(t_s: float) -> str:

@@ -1,6 +1,6 @@
 """`python -m docs.make`: every figure and printed output, commands, terms, tables of proofs.
 
-What needs the two real recordings is left as it is where they are not.
+What needs recordings that are not part of this program is left as it is where they are not.
 """
 
 import os
@@ -18,6 +18,7 @@ from docs.make import (
     pair_peers,
     peers,
     proofs,
+    real_axes,
     terms,
     turning,
 )
@@ -27,6 +28,7 @@ ROOT = DOCS.parent
 SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared")) / "data"
 EMPS = SHARED / "emps" / "DATA_EMPS.mat"
 TURNING = SHARED / "vicomtech_turning_wear" / "Dataset_Machine_tool_wear.csv"
+REAL_CASES = SHARED / "real"
 JOBS = ROOT / "sample_jobs"
 SAMPLE = (
     *sorted((JOBS / "stepped_shaft" / "recordings").iterdir()),
@@ -57,6 +59,15 @@ def main() -> None:
     day.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")
+    draw_recordings()
+
+
+def draw_recordings() -> None:
+    """Make what needs recordings that are not part of this program, and say what was left."""
+    if REAL_CASES.exists():
+        real_axes.draw(REAL_CASES)
+    else:
+        print(f"figures of proofs/real.md are left as they are: no {REAL_CASES}")
     missing = [path for path in REAL if not path.exists()]
     if missing:
         print(f"{REAL_PAGE.name} and its figures are left as they are: no {missing[0]}")

@@ -92,7 +92,7 @@ def svg(figure: Figure) -> str:
     """Return a figure as SVG: no date, two decimals, the palette's tones as variables."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    text = re.sub(r"\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}", buffer.getvalue())
+    text = re.sub(r"<[^>]+>", _rounded, buffer.getvalue())
     text = re.sub(
         r"font: ([\d.]+)px [^;\"]+", rf"font: \1px {FONT.replace(chr(34), chr(39))}", text
     )
@@ -100,6 +100,11 @@ def svg(figure: Figure) -> str:
     for name, (light, _) in PALETTE.items():
         text = text.replace(light, f"var(--{name}, {light})")
     return text.replace("<defs>", f"{_tones()}\n <defs>", 1)
+
+
+def _rounded(tag: re.Match[str]) -> str:
+    """Return a tag with two decimals; what is written between tags stays."""
+    return re.sub(r"\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}", tag[0])
 
 
 def _styled_once(match: re.Match[str]) -> str:

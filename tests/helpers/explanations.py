@@ -1,6 +1,7 @@
 """An explanation with a cause that is missing, and what a reader sees of a page."""
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ def friction(**more: Any) -> Cause:
 def channel(*causes: Cause, unexplained: str | None = None) -> ChannelAnswer:
     where = Where(
         intervals=((3.0, 5.0),),
-        regime=(Regime(signal="x.position", low=310.0, high=480.0, share=0.71),),
+        regime=(Regime(signal="x.position", low=310.0, high=480.0, share=0.71, rows=0.12),),
     )
     return ChannelAnswer(
         unit="A",
@@ -80,9 +81,10 @@ def trace() -> ChannelTrace:
 
 
 def explained(answer: ChannelAnswer, *, recording: str = "air.csv") -> Explained:
+    """An explanation whose causes take 87, 6 and 0.4 % of the squared error away."""
     return Explained(
         explanation=Explanation(recording=recording, channels={"x.current": answer}),
-        traces={"x.current": trace()},
+        traces={"x.current": replace(trace(), takes=(0.87, 0.06, 0.004)[: len(answer.missing)])},
         notes=("y.current of the simulation was ignored",),
     )
 

@@ -116,10 +116,13 @@ def _places(row: "Mismatch") -> "Iterator[str]":
         yield f"{what} {low:g} to {high:g}{unit}"
     for one in row.regime or ():
         unit = f" {known}" if (known := unit_of(one["signal"])) else ""
-        yield (
-            f"{one['signal']} {one['low']:.4g} to {one['high']:.4g}{unit}, "
-            f"{100 * one['share']:.0f} % of it"
-        )
+        holds = f"{100 * one['share']:.0f} % of it"
+        if one.get("rows") is not None:
+            holds = (
+                f"{100 * one['share']:.0f} % of the squared error in {100 * one['rows']:.0f} % of "
+                "the rows"
+            )
+        yield f"{one['signal']} {one['low']:.4g} to {one['high']:.4g}{unit}, {holds}"
 
 
 def _numbers(row: "Mismatch") -> "Table":

@@ -209,6 +209,7 @@ def _against_machine(
 
 def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
     from autodb.explain.answer.advice import advice
+    from autodb.reports.explanation import headline, open_words, smaller_words
 
     for channel, answer in explained.explanation.channels.items():
         if not answer.mismatch:
@@ -220,11 +221,15 @@ def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
             f"{channel}: held-out error {fit.heldout_before:.3g} → {fit.heldout_after:.3g} "
             f"{answer.unit} (noise {fit.noise_floor:.3g})"
         )
+        trace = explained.traces.get(channel)
+        say(f"  {' '.join(filter(None, (headline(answer, trace), smaller_words(answer, trace))))}")
         for cause in answer.missing:
-            other = f"; or {', '.join(cause.alternatives)}" if cause.alternatives else ""
             row = kept.get((channel, cause.term, cause.kind))
-            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % sure"
-                f"{other}): {cause.statement}")  # fmt: skip
+            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % "
+                f"sure): {cause.statement}")  # fmt: skip
+        cannot_tell = open_words(answer, str)
+        if cannot_tell:
+            say(f"  what this recording cannot tell: {cannot_tell}")
     answers = explained.explanation.channels.values()
     for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
         say(f"{term}: {advice(term).check}")

@@ -24,12 +24,17 @@ class IntervalValue(_Part):
 
 
 class Regime(_Part):
-    """The range of a signal in which the mismatch sits, and its share of the mismatch' energy."""
+    """The range of a signal in which the mismatch sits.
+
+    ``share`` of the squared error in the ``rows``, a share of all, whose signal lies in the range;
+    None: of an answer from before version 0.2, which does not say.
+    """
 
     signal: str
     low: float
     high: float
     share: float
+    rows: float | None = None
 
 
 class Where(_Part):
@@ -97,7 +102,8 @@ class Considered:
 class ChannelTrace:
     """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,).
 
-    ``close_up``: of a waveform, from when to when some turns are shown enlarged.
+    ``close_up``: of a waveform, from when to when some turns are shown enlarged. ``takes``: the
+    share of the squared error that each entry of ``missing`` takes away, in their order.
     """
 
     x_name: Literal["t", "cut"]
@@ -108,6 +114,7 @@ class ChannelTrace:
     regime_signals: dict[str, Array] = field(default_factory=dict)
     considered: tuple[Considered, ...] = ()
     close_up: tuple[float, float] | None = None
+    takes: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.friction import friction_candidates, warmup_candidate
 from autodb.explain.axis.loads import TURNING, load_candidates
+from autodb.explain.axis.parts import parts_of_causes, signals_of_causes
 from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
@@ -99,7 +101,7 @@ def explain_axis(
     fit, reading = min(shown, key=lambda one: one[0].heldout_after)
     if fit.heldout_after > fit.heldout_before:
         return _nothing(fit, unit), trace
-    return _answer(reading, fit, trace)
+    return _answer(reading, fit, trace, recording)
 
 
 def _plainer(inquiry: Inquiry) -> list[Inquiry]:
@@ -215,21 +217,24 @@ def _nothing(fit: FitQuality, unit: str) -> ChannelAnswer:
 
 
 def _answer(
-    reading: AxisReading, fit: FitQuality, trace: ChannelTrace
+    reading: AxisReading, fit: FitQuality, trace: ChannelTrace, recording: Recording
 ) -> tuple[ChannelAnswer, ChannelTrace]:
     found = causes(reading)
     if not found:
         return _nothing(fit, reading.unit), trace
+    difference, correction = trace.recording - trace.simulation, reading.correction
+    parts = parts_of_causes(found, reading)
+    missing, takes = largest_first(found, parts, correction=correction, difference=difference)
     intervals = tuple(_interval(c) for c in reading.everything if c.candidate.interval is not None)
-    narrow = [] if intervals else regimes(reading.correction, trace.regime_signals)
+    acted = {} if intervals else signals_of_causes(missing, reading, recording)
     answer = ChannelAnswer(
         unit=reading.unit,
         mismatch=True,
-        where=Where(intervals=intervals, regime=tuple(narrow)),
-        missing=tuple(found),
+        where=Where(intervals=intervals, regime=regimes(difference, correction, acted)),
+        missing=missing,
         fit=fit,
     )
-    return answer, replace(trace, corrected=trace.simulation + reading.correction)
+    return answer, replace(trace, corrected=trace.simulation + correction, takes=takes)
 
 
 def _interval(choice: Choice) -> tuple[float, float]:

@@ -1,6 +1,8 @@
 """What was found, component by component: causes with their parameters, where, and how it fits."""
 
+from collections.abc import Collection
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.cuts.candidates.effect_parameters import (
     EffectInCuts,
     effect_parameters,
@@ -90,12 +93,33 @@ class _Answers:
         return bool(np.sum(part**2) > SENSED)
 
     def causes(self, component: int) -> tuple[Cause, ...]:
-        """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
+        """Return the causes seen in one component, the largest first."""
+        return self.told[component][0]
+
+    @cached_property
+    def told(self) -> list[tuple[tuple[Cause, ...], tuple[float, ...]]]:
+        """The causes seen in each component, and the share of the squared error that each takes."""
+        return [self._told(component) for component in range(len(self.stack.names))]
+
+    def _told(self, component: int) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
         sensed = [(n, c) for n, c in enumerate(self.choices) if self.sensed(n, component)]
         causes = [self._cause(n, c, component) for n, c in sensed]
-        causes.sort(key=lambda cause: cause.term == UNKNOWN)
         again = retuned_of_cuts(self.result, self.own_terms, self.fit, component, beside=causes)
-        return (*causes, *again)
+        parts = [self.part(n)[component] for n, _ in sensed]
+        parts += [self._own_part(cause, component) for cause in again]
+        return largest_first(
+            [*causes, *again],
+            parts,
+            correction=np.sum([part[component] for part in self.fit.parts], axis=0),
+            difference=(self.stack.recording - self.stack.simulation)[component],
+        )
+
+    def _own_part(self, cause: Cause, component: int) -> Array:
+        """Return the change of the own term that a cause names, or of all that it may be, (n,)."""
+        own = dict(zip(self.own, self.fit.parts, strict=False))
+        names = cause.alternatives if cause.term == UNKNOWN else (cause.term,)
+        none = np.zeros(len(self.stack.known))
+        return sum((own[name][component] for name in names if name in own), start=none)
 
     def _cause(self, number: int, choice: Choice, component: int) -> Cause:
         sure = self.standing[choice.candidate.key]
@@ -145,7 +169,7 @@ class _Answers:
             mismatch=bool(causes),
             where=Where(
                 intervals=self._intervals(component),
-                regime=tuple(regimes(correction, _signals(stack)) if causes else ()),
+                regime=regimes(before, correction, _acted_on(causes, _signals(stack))),
             ),
             missing=causes,
             fit=FitQuality(
@@ -182,12 +206,27 @@ class _Answers:
             simulation=stack.simulation[component],
             corrected=stack.simulation[component] + correction,
             regime_signals=_signals(stack),
+            takes=self.told[component][1],
             considered=tuple(
                 Considered(key, o.worth, "accepted" if key in taken else "not needed")
                 for o in sorted(offers, key=lambda offer: -offer.worth)
                 for key in [o.choice.candidate.key]
             ),
         )
+
+
+def _acted_on(causes: Collection[Cause], signals: dict[str, Array]) -> dict[str, Array]:
+    """Return the signals that causes act on; of an own term those that its law needs."""
+    names = {
+        name
+        for cause in causes
+        for name in cause.variables or (() if cause.term == UNKNOWN else _needs(cause.term))
+    }
+    return {name: values for name, values in signals.items() if name in names}
+
+
+def _needs(term: str) -> tuple[str, ...]:
+    return next(t.needs for t in TERMS if t.name == term)
 
 
 def _signals(stack: Stack) -> dict[str, Array]:

@@ -1,6 +1,6 @@
 """What a milled waveform holds, component by component: causes, where, and how it fits."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from autodb.explain.answer.answer import (
     IntervalValue,
     Where,
 )
+from autodb.explain.answer.taken import largest_first
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
@@ -23,7 +24,7 @@ from autodb.explain.engine.locate import regimes
 from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
-from autodb.explain.waves.own import mistuned_of_waves, retuned_of_waves
+from autodb.explain.waves.own import change_of_own, mistuned_of_waves, retuned_of_waves
 from autodb.explain.waves.parameters import EffectInWaves, interval_value, of_one, shared
 from autodb.explain.waves.wandering import as_one
 from autodb.explain.waves.words import STATEMENTS, words_that_tell
@@ -119,16 +120,25 @@ class _Told:
         white = [self.looked.quiet.each(part) for part in parts]
         return np.array([[np.sum(one**2) > SENSED for one in part] for part in white])
 
-    def _causes(self, component: int) -> tuple[Cause, ...]:
-        """Return the causes seen in one component: named ones, unnamed ones, re-tuned own terms."""
-        causes = [
-            self._cause(number, component)
+    def _causes(self, component: int) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
+        """Return the causes seen in one component, the largest first, and their shares of the
+        squared error.
+        """
+        numbers = [
+            number
             for number, choice in enumerate(self.choices)
             if choice.candidate.key != OWN_WAYS and self.sensed[number, component]
         ]
-        causes.sort(key=lambda cause: cause.term == UNKNOWN)
+        causes = [self._cause(number, component) for number in numbers]
         again = retuned_of_waves(self.looked, self.own_terms, self.fit, component, beside=causes)
-        return (*causes, *again)
+        own = [(c.term,) if c.term != UNKNOWN else c.alternatives for c in again]
+        return largest_first(
+            [*causes, *again],
+            [self.fit.part(number)[component] for number in numbers]
+            + [change_of_own(self.looked, self.fit, terms, component) for terms in own],
+            correction=self.fit.correction[component],
+            difference=self.looked.bench.difference[component],
+        )
 
     def _cause(self, number: int, component: int) -> Cause:
         choice, sure = self.choices[number], self.standing[number]
@@ -172,17 +182,20 @@ class _Told:
         return interval_value(abs(float(part[peak])), float(np.sqrt(max(variance, 0.0))), "N")
 
     def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, ChannelTrace]:
-        causes = self._causes(component)
+        causes, takes = self._causes(component)
         before = self.looked.bench.difference[component]
         correction = self.fit.correction[component] if causes else np.zeros_like(before)
         held = self.held_out[component] if causes else before
         signals = _signals(self.recording)
+        acted = {name for cause in causes for name in cause.variables}
         answer = ChannelAnswer(
             unit=self.recording.unit(name),
             mismatch=bool(causes),
             where=Where(
                 intervals=self._intervals(component),
-                regime=tuple(regimes(correction, signals) if causes else ()),
+                regime=regimes(
+                    before, correction, {name: signals[name] for name in signals if name in acted}
+                ),
             ),
             missing=causes,
             fit=FitQuality(
@@ -193,7 +206,8 @@ class _Told:
                 noise_floor=float(component_noise_sd(self.looked.quiet)[component]),
             ),
         )
-        return answer, self._trace(name, component, correction, signals)
+        trace = self._trace(name, component, correction, signals)
+        return answer, replace(trace, takes=takes)
 
     def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
         return tuple(

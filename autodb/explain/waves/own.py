@@ -58,6 +58,14 @@ def _judged(looked: FoundInWaves, terms: Collection[str]) -> Mistuned:
     return of_mistuned(looked.search, looked.found, own, ways=places)
 
 
+def change_of_own(
+    looked: FoundInWaves, fitted: WavesFit, terms: Collection[str], component: int
+) -> Array:
+    """Return what the re-tuning of own terms adds to one component, (n,)."""
+    places = [at for term in dict.fromkeys(terms) for at in _places(looked, fitted, term)]
+    return np.asarray(fitted.columns[component][:, places] @ fitted.coefficients[places])
+
+
 def _places(looked: FoundInWaves, fitted: WavesFit, term: str) -> list[int]:
     """Return where the factor of an own term is among the coefficients, then those of its ways."""
     places = [k for k, name in enumerate(looked.bench.own) if name == term]

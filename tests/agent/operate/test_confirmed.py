@@ -271,12 +271,17 @@ def test_all_that_is_kept_of_a_mismatch_is_shown(machine: Cli) -> None:
         Path("a.csv"), machine, "unknown", alternatives=["asymmetry", "gain"],
         parameters={"size": {"value": 0.42, "low": 0.4, "high": 0.44, "unit": "A"}},
         variables=["x.position"], intervals=[[83.9, 110.7]], to_tell_apart="Move back.",
-        regime=[{"signal": "x.position", "low": 310.0, "high": 480.0, "share": 0.71}],
+        regime=[
+            {"signal": "x.position", "low": 310.0, "high": 480.0, "share": 0.71},
+            {"signal": "x.velocity", "low": 5.0, "high": 9.0, "share": 0.6, "rows": 0.12},
+        ],
     )  # fmt: skip
     shown = machine("mismatch", "show", number).out
     for text in (
         f"mismatch {number}: x.current of recording 1: a.csv", "term: unknown (missing, 90 % sure)",
-        "statement: It differs.", "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 %",
+        "statement: It differs.",
+        "where: from 83.9 to 110.7 s; x.position 310 to 480 mm, 71 % of it; "
+        "x.velocity 5 to 9 mm/s, 60 % of the squared error in 12 % of the rows",
         "depends on: x.position", "or: asymmetry, gain", "to tell them apart: Move back.",
         "status: open",
     ):  # fmt: skip

@@ -19,7 +19,7 @@ from autodb import records
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer.answer import ChannelAnswer
-from autodb.explain.engine.locate import regimes, strongest_interval
+from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import fitted_whitener
 from autodb.proofs.machines.axis.axis import (
     AxisCogging,
@@ -300,15 +300,6 @@ def test_the_strongest_interval_is_found_to_the_row() -> None:
     start, end, _ = strongest_interval(values)
     assert abs(start - 1234) < 15
     assert abs(end - 1834) < 15
-
-
-def test_a_regime_is_where_the_energy_sits() -> None:
-    position = np.linspace(0, 100, 2000)
-    bump = np.exp(-0.5 * ((position - 70) / 5) ** 2)
-    (found,) = regimes(bump, {"x.position": position})
-    assert found.low > 55
-    assert found.high < 85
-    assert found.share >= 0.7
 
 
 # Files and refusals

@@ -115,6 +115,13 @@ def test_chatter_and_a_hard_stretch_beside_each_other() -> None:
     assert _holds(causes["hard_spot"], "end", 0.55, within=0.02)
     (stretch,) = explained.explanation.channels["force.x"].where.intervals
     np.testing.assert_allclose(stretch, (0.4, 0.55), atol=0.02)
+    answer, trace = explained.explanation.channels["force.x"], explained.traces["force.x"]
+    np.testing.assert_allclose(
+        sum(trace.takes), 1.0 - (answer.fit.rms_after / answer.fit.rms_before) ** 2
+    )
+    squares = {"chatter": ring, "hard_spot": (PLAIN * (hard - 1.0))[0]}
+    assert list(causes) == sorted(squares, key=lambda name: -float(np.sum(squares[name] ** 2)))
+    assert list(trace.takes) == sorted(trace.takes, reverse=True)
 
 
 def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:
