@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.signals import AxisSignals
-from autodb.explain.axis.tilt import TILT_NAMES
+from autodb.explain.axis.tilt import CONSTANT, TILT_NAMES
 from autodb.explain.engine.candidates import (
     Candidate,
     CandidateForm,
@@ -87,25 +87,28 @@ def _neighbours(values: Array) -> Array:
 
 
 def spring_candidate(s: AxisSignals) -> Candidate:
-    """A load that grows along the travel with the same sign both ways, straight or hardening."""
+    """A load that grows along the travel with the same sign both ways, straight or hardening.
+
+    Beside a constant load that the simulation has it is a slope, and rests wherever that says.
+    """
     like = s.frame.position
     middle = 0.5 * float(like.min() + like.max())
     half = max(0.5 * float(np.ptp(like)), 1e-9)
     along, here = (s.position - middle) / half, np.ones_like(s.position)
+    slope = CandidateForm(lambda: s.position - middle, names=("stiffness",))
+    straight = CandidateForm(
+        lambda middle: np.column_stack([s.position - middle, here]),
+        shape={"middle": middle},
+        names=("stiffness", "constant"),
+        allowed=lambda c: bool(abs(c[1]) <= REST * half * abs(c[0])),
+    )
+    hardening = CandidateForm(
+        lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone
+    )
     return Candidate(
         "spring",
         "spring",
-        (
-            CandidateForm(
-                lambda middle: np.column_stack([s.position - middle, here]),
-                shape={"middle": middle},
-                names=("stiffness", "constant"),
-                allowed=lambda c: bool(abs(c[1]) <= REST * half * abs(c[0])),
-            ),
-            CandidateForm(
-                lambda: np.column_stack([along, along**2, along**3, here]), allowed=_monotone
-            ),
-        ),
+        (slope if (CONSTANT if s.rotary else "gravity") in s.own else straight, hardening),
         (s.channel("position"),),
         detail=lambda: spline(s.position, 10),
         bar=RICHER,

@@ -32,9 +32,6 @@ CLEAR = 2.0 * GAIN
 """Share that is clear, for a law with nothing to search for. Chosen."""
 IN_BLOCKS = 6
 """Blocks of which each must be predicted better with it. Chosen."""
-BETTER = 0.05
-"""Share by which what changes all that is recorded must lower the held-out rms below that of all
-static laws to come before them. Chosen."""
 MOST = 5
 """Laws at most."""
 ROUNDS, FIRST_SCAN = 4, 10
@@ -219,14 +216,15 @@ def _first(
     bench: WhiteRows, named: Sequence[Candidate], static: Sequence[Candidate]
 ) -> list[Choice]:
     """Return the static laws, beside what changes all that is recorded where that alone predicts
-    better than all of them: they are then seen through it.
+    better than all of them: they are then seen through it. It has a mark of its own in what was
+    recorded, which static laws would show by coincidence only.
     """
     found = grown(PlainRows(bench, static), [], static)
     acting = [c for c in named if c.first]
     rows = PlainRows(bench, [*static, *acting])
     offers = [_offered(rows, [], c) for c in acting]
     _, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
-    if best is None or rms_fall(rows.squares(found), rows.squares([best])) < BETTER:
+    if best is None or rms_fall(rows.squares(found), rows.squares([best])) < 0.0:
         return found
     acts = _tuned(bench, [], best)
     bench.look_through([acts])

@@ -167,14 +167,13 @@ class PlainRows:
         return self.own_share(choices) > ALONE
 
     def own_share(self, choices: Sequence[Choice]) -> float:
-        """Return the largest share of a column of the last choice that the others cannot give."""
+        """Return the least share of a column of the last choice that the others cannot give."""
         at = self._at(choices)
         last = np.arange(len(at) - len(self._places[choices[-1].key]), len(at))
         inner = self._folds.whole[np.ix_(at, at)]
         inverse = self._inverse(at, weight=0.0)
         spread = np.diag(inverse)[last] * np.diag(inner)[last]
-        held = spread[spread > HALF]
-        return float(1.0 / held.min()) if len(held) else 0.0
+        return float(1.0 / spread.max()) if np.all(spread > HALF) else 0.0
 
     def has_its_own(self, others: Sequence[Choice], choice: Choice, rival: Choice) -> bool:
         """Whether a choice beside others explains something else than a rival in its place: beside

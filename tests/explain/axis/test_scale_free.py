@@ -177,7 +177,7 @@ def test_grids_of_a_feed_axis_reach_from_what_rows_show(of: str, least: float, m
     grid = getattr(_signals(Pair(channels, simulation, ())).scales, of)()
     assert min(grid) <= 1.05 * least
     assert max(grid) >= most
-    assert len(grid) <= 10
+    assert len(grid) <= 14
 
 
 def test_delays_are_of_rows() -> None:
