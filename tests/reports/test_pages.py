@@ -15,7 +15,7 @@ from plotly.offline import get_plotlyjs
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.explain.answer.answer import Considered, Where
 from autodb.reports import figures
-from autodb.reports.explanation import TERM_WORDS, explanation_fragment, render_explanation
+from autodb.reports.explanation import explanation_fragment, render_explanation
 from autodb.reports.page import (
     CalibrationPlot,
     JobRow,
@@ -24,7 +24,6 @@ from autodb.reports.page import (
     render_page,
     tightening_range,
 )
-from autodb.terms import TERMS
 from tests.helpers.explanations import (
     OUTSIDE,
     STATEMENT,
@@ -313,7 +312,3 @@ def test_a_learning_plot_holds_the_last_band() -> None:
     assert low < curve.mean[-1] - 2.0 * curve.sd[-1]
     assert high > curve.mean[-1] + 2.0 * curve.sd[-1]
     assert high < curve.mean[0] + 2.0 * curve.sd[0]
-
-
-def test_every_term_has_shop_words() -> None:
-    assert {term.name for term in TERMS} <= set(TERM_WORDS)

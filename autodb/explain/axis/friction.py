@@ -13,8 +13,8 @@ from autodb.explain.engine.candidates import (
     spline,
     swings,
 )
-from autodb.terms.drive import warmth
 from autodb.terms.friction import backlash, presliding, stribeck
+from autodb.terms.warming import warmth
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,6 @@ from autodb.terms.friction import COULOMB
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]
 
-OVER_SPEED = frozenset({"coulomb", "viscous", "stribeck", "asymmetry"})
-"""Friction that is a function of speed and direction alone."""
 FINE_MM_S = 0.1
 """Speed below which the fine columns are even in speed, above in its logarithm."""
 FINE_COLUMNS, EVEN_COLUMNS = 12, 16
@@ -44,8 +42,8 @@ class Group:
 
 
 def rubs(part: ChannelPart) -> bool:
-    """Say whether a part is friction over speed."""
-    return part.term.name in OVER_SPEED
+    """Say whether a part is friction over speed and direction alone."""
+    return part.term.friction and {"velocity", "direction"}.issuperset(part.term.inputs)
 
 
 def deviation_groups(

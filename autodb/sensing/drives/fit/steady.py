@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.drives.fit.deviation import OVER_SPEED, deviating, deviation_groups, rubs
+from autodb.sensing.drives.fit.deviation import deviating, deviation_groups, rubs
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
+from autodb.terms import Contribution, Term
 from autodb.terms.channel import (
     ChannelPart,
     channel_columns,
@@ -21,8 +22,8 @@ from autodb.terms.channel import (
 
 Array = NDArray[np.float64]
 
-STEADY = OVER_SPEED | {"position_friction", "gravity", "spring", "cogging"}
-"""What acts in motion at constant speed, cold, long after a reversal."""
+STEADY = frozenset({"position", "velocity", "direction"})
+"""What motion at constant speed is told by, cold, long after a reversal."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,10 @@ class Deviation:
         )
 
 
+def _acts_steadily(term: Term) -> bool:
+    return isinstance(term, Contribution) and not term.remembers and STEADY.issuperset(term.inputs)
+
+
 def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """Return how the problem's axis may deviate from its laws; None where it has none of friction.
 
@@ -120,7 +125,7 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """
     if rows.axis == SPINDLE:
         return None
-    acts = [i for i, (part, _) in enumerate(problem.names) if part.term.name in STEADY]
+    acts = [i for i, (part, _) in enumerate(problem.names) if _acts_steadily(part.term)]
     parts = tuple({problem.names[i][0].key: problem.names[i][0] for i in acts}.values())
     highest = float(np.quantile(np.abs(rows.inputs["velocity"]), 0.999))
     place = rows.inputs["position"]
