@@ -8,6 +8,7 @@ it runs, so that every command knows it.
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import entry_points
 
@@ -44,6 +45,8 @@ NO_NAME = NamedEffect(
     check_source="P1 section 2",
     sits=("machine", "tool", "material", "sensor", "calibration", "pair"),
 )
+TAKEN = frozenset({"size", "share", "slight", "change", "share_of_all"})
+"""Names of numbers that an explanation says of any effect, or states as others."""
 _added: list[Term] = []
 
 
@@ -99,6 +102,9 @@ def _refuse_incomplete(term: Term, known: tuple[Term, ...]) -> None:
             raise UnusableInput(f"{said} has no {what}; reports and advice print it")
     if isinstance(term, Contribution) and not term.coefficients:
         raise UnusableInput(f"{said} has no coefficients; name one for each of its columns")
+    for parameter in term.parameters:
+        if parameter.name in TAKEN:
+            raise UnusableInput(f"{said}: call '{parameter.name}' otherwise; explain uses it")
     for parameter in term.shape:
         if not parameter.keyword or not parameter.starts:
             raise UnusableInput(
@@ -116,10 +122,7 @@ def effect_called(name: str) -> NamedEffect:
     for one in (*all_terms(), RUNOUT, CHATTER, NO_NAME):
         if one.name == name:
             return one
-    title = name.replace("_", " ")
-    return NamedEffect(
-        name=name, title=title, check=NO_NAME.check, check_source=NO_NAME.check_source
-    )
+    return replace(NO_NAME, name=name, title=name.replace("_", " "))
 
 
 def term_called(name: str, form: str = "") -> Term:

@@ -26,20 +26,6 @@ FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
 
 
-def friction_candidates(signals: AxisSignals) -> list[Candidate]:
-    """Return the candidates that act on friction; some need reversals in the recording."""
-    made = [
-        coulomb_candidate(signals),
-        viscous_candidate(signals),
-        stribeck_dip(signals),
-        asymmetry_candidate(signals),
-    ]
-    made += [position_friction_candidate(signals), warmup_candidate(signals)]
-    if np.any(np.diff(signals.last_sense) != 0):
-        made += [soft_start(signals), play(signals)]
-    return made
-
-
 def coulomb_candidate(s: AxisSignals) -> Candidate:
     """Dry friction, turning over one of several widths of speed."""
     widths = s.scales.widths()

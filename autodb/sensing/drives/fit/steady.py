@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.drives.fit.deviation import deviating, deviation_groups, rubs
+from autodb.sensing.drives.fit.deviation import SPEED, deviating, deviation_groups, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import Contribution, Term
 from autodb.terms.channel import (
     ChannelPart,
     channel_columns,
@@ -22,7 +21,7 @@ from autodb.terms.channel import (
 
 Array = NDArray[np.float64]
 
-STEADY = frozenset({"position", "velocity", "direction"})
+STEADY = SPEED | {"position"}
 """What motion at constant speed is told by, cold, long after a reversal."""
 
 
@@ -62,7 +61,7 @@ class SteadyMotion:
         sense = np.sign(velocity_mm_s)
         inputs = {"position": position_mm, "velocity": velocity_mm_s, "direction": sense}
         names = [part for part, _ in (*linear_parameters(parts), *free_shape(parts))]
-        wanted = np.array([rubs(part) or not over_speed for part in names])
+        wanted = np.array([follows(part.term, SPEED) or not over_speed for part in names])
         count = len(linear_parameters(parts))
         linear, shape = self.values[:count] * wanted[:count], self.values[count:]
 
@@ -114,10 +113,6 @@ class Deviation:
         )
 
 
-def _acts_steadily(term: Term) -> bool:
-    return isinstance(term, Contribution) and not term.remembers and STEADY.issuperset(term.inputs)
-
-
 def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """Return how the problem's axis may deviate from its laws; None where it has none of friction.
 
@@ -125,7 +120,7 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """
     if rows.axis == SPINDLE:
         return None
-    acts = [i for i, (part, _) in enumerate(problem.names) if _acts_steadily(part.term)]
+    acts = [i for i, (part, _) in enumerate(problem.names) if follows(part.term, STEADY)]
     parts = tuple({problem.names[i][0].key: problem.names[i][0] for i in acts}.values())
     highest = float(np.quantile(np.abs(rows.inputs["velocity"]), 0.999))
     place = rows.inputs["position"]
