@@ -1,6 +1,7 @@
 """Where each effect of an axis gets its candidates from: written for it, or made from its term."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from autodb.explain.engine.candidates import UNKNOWN, Candidate
 from autodb.sensing.drives.feed_axis import axis_kind
 from autodb.terms.vocabulary import terms_on
 
+OTHER_SHAPE = "in another shape"
+"""What the key of an effect ends in that the simulation has in the shape that was read off it."""
 Made = Callable[[AxisSignals], Candidate | list[Candidate]]
 
 
@@ -69,4 +72,5 @@ def _made(s: AxisSignals, wanted: Callable[[str], bool]) -> list[Candidate]:
     for name, term in terms_on(axis_kind(s.axis)).items():
         if wanted(name) and name not in written:
             found += candidates_from_term(term, s)
-    return [candidate for candidate in found if candidate.forms]
+    named = [replace(c, key=f"{c.key} {OTHER_SHAPE}") if c.term in s.shaped else c for c in found]
+    return [candidate for candidate in named if candidate.forms]

@@ -90,6 +90,7 @@ def signals_on(
         had=recorded.had,
         phase_deg=recorded.phase_deg,
         like=recorded,
+        shaped=recorded.shaped,
     )
 
 

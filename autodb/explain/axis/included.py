@@ -43,11 +43,13 @@ def included_parts(
 
 def _can_be_fitted(term: Term) -> bool:
     adds = isinstance(term, Contribution | Factor) and not term.remembers
-    return adds and all(p.starts for p in term.shape)
+    return adds and all(p.starts or p.given for p in term.shape)
 
 
 def _parts(term: Term, inputs: Mapping[str, Array]) -> list[ChannelPart]:
-    start = {p.name: p.starts[0] for p in term.shape}
+    """Return a term's parts where a search begins; a place that is given in the travel's middle."""
+    low, high = float(inputs["position"].min()), float(inputs["position"].max())
+    start = {p.name: p.starts[0] if p.starts else 0.5 * (low + high) for p in term.shape}
     free = tuple(p.name for p in term.shape if not p.given)
     return parts_over(term, inputs, start, free)
 

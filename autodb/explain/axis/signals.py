@@ -53,7 +53,8 @@ class AxisSignals:
     ``read_share``: share of the simulation's sum of squares that the terms read off give ·
     ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
     ``like``: signals of the recording, where these are of another move ·
-    ``found``: what each effect adds that was found, by term.
+    ``found``: what each effect adds that was found, by term ·
+    ``shaped``: terms of the simulation whose shape was read off it, and may be another.
     """
 
     axis: str
@@ -77,6 +78,7 @@ class AxisSignals:
     phase_deg: float = 0.0
     like: "AxisSignals | None" = None
     found: Mapping[str, Array] = field(default_factory=dict)
+    shaped: frozenset[str] = frozenset()
 
     @property
     def rotary(self) -> bool:
@@ -159,7 +161,8 @@ def axis_signals(
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
     lacking = frozenset(includes or ()).difference(parts)
-    parts = {**parts, **included_parts(simulation, inputs, axis_kind(axis), lacking)}
+    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
+    parts = {**parts, **included}
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
     read = own_terms_of(rest, inputs, recording, axis, includes=includes)
@@ -185,6 +188,7 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
+        shaped=frozenset(included),
     )
 
 

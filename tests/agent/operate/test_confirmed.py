@@ -16,13 +16,13 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.operate.deciding import confirm, reject
+from autodb.agent.operate.deciding import confirm, of_term, reject
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
 from autodb.records import Recording, read
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Identified, Posteriors
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.store import Store, models, open_store
 from autodb.terms.vocabulary import effect_called
 from tests.conftest import Cli, Once
@@ -383,3 +383,14 @@ def test_uneven_friction_of_the_real_axis(
         feed_axis.cross_test(other, "x", protocol, terms) for terms in (symmetric, stored(2, FORCE))
     )
     assert after < before
+
+
+def test_a_weight_that_turns_is_no_ripple() -> None:
+    turning, ripple, magnets = (
+        IdentifiedTerm(term, "cosine", 1.0, 0.1, "A", form=form)
+        for term, form in (("gravity", "tilt"), ("position_friction", "periodic"), ("cogging", ""))
+    )
+    terms = [turning, ripple, magnets]
+    assert of_term(terms, "gravity") == [turning]
+    assert of_term(terms, "cogging") == [ripple, magnets]
+    assert of_term(terms, "position_friction") == []
