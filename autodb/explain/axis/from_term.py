@@ -49,6 +49,7 @@ def candidates_from_term(term: Term, s: AxisSignals) -> list[Candidate]:
             tuple(_channel(name, part, s) for name in term.inputs),
             static=isinstance(term, Contribution | Factor) and not term.remembers,
             needs=frozenset(term.modifies) - {EVERY},
+            coarse=True,
         )
         for part in parts_over(term, inputs, start, ())
     ]

@@ -65,7 +65,8 @@ class Candidate:
     say, and changes none of them, or is a factor's change of known ones; such laws come before
     all others. ``needs``: terms of which
     plain rows must hold one beside it: there is no dip of a friction that is not there. ``first``:
-    it changes all that is recorded in a way that no static law looks like.
+    it changes all that is recorded in a way that no static law looks like. ``coarse``: its forms
+    stand far apart, and are tuned before more is looked for.
     """
 
     key: str
@@ -84,6 +85,7 @@ class Candidate:
     static: bool = False
     needs: frozenset[str] = frozenset()
     first: bool = False
+    coarse: bool = False
 
     @property
     def exact(self) -> bool:

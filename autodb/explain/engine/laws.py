@@ -234,8 +234,8 @@ def _static_laws(
 ) -> tuple[list[Choice], list[Candidate]]:
     """Return the static laws found beside what acts on all, and all static candidates with these.
 
-    From the first law with a shape on, shapes are tuned anew before the next law is looked for:
-    else that one makes up for what they get wrong.
+    From the first coarse law on, shapes are tuned anew before the next law is looked for: else that
+    one makes up for what they get wrong.
     """
     found, laws = list(acting), {c.key: c for c in static}
     shaped: list[str] = []
@@ -243,7 +243,7 @@ def _static_laws(
         before, among = [c.candidate.key for c in found], list(laws.values())
         rows = PlainRows(bench, [*among, *(c.candidate for c in acting)])
         more = grown(rows, found, among, most=1 if shaped else MOST)
-        with_shape = [c for c in more if c.candidate.static and c.shape.within]
+        with_shape = [c for c in more if c.candidate.coarse and c.shape.within]
         found = more if shaped or not with_shape else more[: more.index(with_shape[0]) + 1]
         if not with_shape or [c.candidate.key for c in found] == before:
             break
