@@ -61,16 +61,17 @@ def parts_over(
     others = [name.removeprefix(OTHER) for name in term.inputs if name.startswith(OTHER)]
     axes = {n.split(".")[0]: None for n in inputs if n.partition(".")[2] in others}
     made = [ChannelPart(term, shape, free, of) for of in (axes if others else ("",))]
-    return [p for p in made if all(_input_name(p, name) in inputs for name in term.inputs)]
+    return [p for p in made if all(input_name(p, name) in inputs for name in term.inputs)]
 
 
-def _input_name(part: ChannelPart, name: str) -> str:
+def input_name(part: ChannelPart, name: str) -> str:
+    """Return what a part reads an input of its term from."""
     return f"{part.of}.{name.removeprefix(OTHER)}" if name.startswith(OTHER) else name
 
 
 def _arguments(part: ChannelPart, inputs: Inputs) -> tuple[list[Array], dict[str, float]]:
     shape = {p.keyword: part.shape[p.name] for p in part.term.shape}
-    return [inputs[_input_name(part, name)] for name in part.term.inputs], shape
+    return [inputs[input_name(part, name)] for name in part.term.inputs], shape
 
 
 def channel_columns(parts: Sequence[ChannelPart], inputs: Inputs) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Candidate, CandidateForm, near_one
 from autodb.terms import Contribution, Factor, InputChange, Term, TermParameter
-from autodb.terms.channel import EVERY, ChannelPart, channel_columns, parts_over
+from autodb.terms.channel import EVERY, OTHER, ChannelPart, channel_columns, input_name, parts_over
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -57,8 +57,8 @@ def candidates_from_term(term: Term, s: AxisSignals) -> list[Candidate]:
 
 def _channel(name: str, part: ChannelPart, s: AxisSignals) -> str:
     """Return the channel that an input of a term is."""
-    if part.of and name.startswith("other_"):
-        return f"{part.of}.{name.removeprefix('other_')}"
+    if name.startswith(OTHER):
+        return input_name(part, name)
     return name if name == "t" else s.channel(name)
 
 

@@ -28,6 +28,8 @@ def included_parts(
     if READ_OFF.issuperset(t.name for t in laws) or not all(map(_can_be_fitted, laws)):
         return {}
     parts = [part for term in laws for part in _parts(term, inputs)]
+    if not linear_parameters(parts):
+        return {}
     rows = slice(None, None, max(1, len(simulation) // ROWS))
     seen = {name: values[rows] for name, values in inputs.items()}
     right = simulation[rows]

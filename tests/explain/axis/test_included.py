@@ -67,6 +67,12 @@ def test_one_in_another_shape_is_named_with_what_is_added_to_it() -> None:
     assert_allclose(cause.parameters["speed"].value, DIP_MM_S, rtol=0.1)
 
 
+@pytest.mark.parametrize("term", ["warmup", "external_load", "chatter", "cross_coupling"])
+def test_what_cannot_be_read_off_is_left_in_the_rest(term: str) -> None:
+    """A law that remembers, is searched for, has no term, or takes an axis that is not there."""
+    assert _causes(_recording(noise=NOISE), _recording(), term) == {}
+
+
 def test_nothing_is_said_of_terms_that_are_right() -> None:
     terms = ("stribeck", "spring", "asymmetry")
     right = dict.fromkeys(terms, 1.0)
