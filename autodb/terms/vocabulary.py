@@ -45,6 +45,7 @@ NO_NAME = NamedEffect(
     check_source="P1 section 2",
     sits=("machine", "tool", "material", "sensor", "calibration", "pair"),
 )
+WITHOUT_TERM = (RUNOUT, CHATTER, NO_NAME)
 TAKEN = frozenset({"size", "share", "slight", "change", "share_of_all"})
 """Names of numbers that an explanation says of any effect, or states as others."""
 _added: list[Term] = []
@@ -92,8 +93,11 @@ def _installed() -> tuple[Term, ...]:
 def _refuse_incomplete(term: Term, known: tuple[Term, ...]) -> None:
     """Refuse a term that another one is called, or that lacks words, columns or starts."""
     said = f"term '{term.name}'" + (f" in the form '{term.form}'" if term.form else "")
-    if any((one.name, one.form) == (term.name, term.form) for one in known):
+    taken = {(one.name, one.form) for one in known} | {(one.name, "") for one in WITHOUT_TERM}
+    if (term.name, term.form) in taken:
         raise UnusableInput(f"{said} is there already; give yours another name")
+    if not term.name.isidentifier():
+        raise UnusableInput(f"{said}: a name is one word of letters, digits and underscores")
     first = next((one for one in known if one.name == term.name), term)
     if first is term and term.form:
         raise UnusableInput(f"{said} has no plain form; add that first")
@@ -119,7 +123,7 @@ def vocabulary() -> frozenset[str]:
 
 def effect_called(name: str) -> NamedEffect:
     """Return what is said of an effect; of a name that is not known here, what is said of none."""
-    for one in (*all_terms(), RUNOUT, CHATTER, NO_NAME):
+    for one in (*all_terms(), *WITHOUT_TERM):
         if one.name == name:
             return one
     return replace(NO_NAME, name=name, title=name.replace("_", " "))

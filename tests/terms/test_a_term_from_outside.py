@@ -316,6 +316,8 @@ def test_a_change_of_an_input_is_fitted_and_found(monkeypatch: pytest.MonkeyPatc
 
 REFUSED: tuple[tuple[Callable[[Term], Term], str], ...] = (
     (lambda t: t, "term 'eddy_drag' is there already; give yours another name"),
+    (lambda t: replace(t, name="unknown"), "term 'unknown' is there already; "),
+    (lambda t: replace(t, name="eddy drag"), "term 'eddy drag': a name is one word of letters"),
     (lambda t: replace(t, name="brake", title=""), "term 'brake' has no title; "),
     (lambda t: replace(t, name="brake", check=""), "term 'brake' has no check; "),
     (lambda t: replace(t, name="brake", check_source=""), "term 'brake' has no check_source; "),
