@@ -311,11 +311,13 @@ def of_mistuned(
     own: Sequence[int],
     *,
     ways: NDArray[np.intp] | None = None,
+    but: Collection[str] = (),
 ) -> Mistuned:
     """Return how a change of own columns stands beside accounts without it.
 
     ``own``: numbers of the columns among the simulation's; ``ways``: places of further columns of
-    the same term among the products, which a choice holds. Without the change the set is kept, its
+    the same term among the products, which a choice holds; ``but``: names that are no others.
+    Without the change the set is kept, its
     families free to take it up; or every other candidate is added; or an effect of the set, which
     may be there only with the change, is swapped.
     """
@@ -326,7 +328,8 @@ def of_mistuned(
             found_by += held.swaps(choice)
     by_name: dict[str, float] = {}
     for name, fall in found_by:
-        by_name[name] = min(fall, by_name.get(name, np.inf))
+        if name not in but:
+            by_name[name] = min(fall, by_name.get(name, np.inf))
     return Mistuned(held.worth - MARGIN, standing(by_name, nothing=held.worth), held.variables)
 
 

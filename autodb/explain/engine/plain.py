@@ -181,7 +181,7 @@ class PlainRows:
         the rival, too, it takes OWN of the squares away that it takes without it.
         """
         like = choice.candidate
-        sets = ([], [choice], [rival], [rival, choice])
+        sets: tuple[list[Choice], ...] = ([], [choice], [rival], [rival, choice])
         none, its, rivals, both = (
             float(self.squares([*others, *one], like=like).sum()) for one in sets
         )
