@@ -8,10 +8,12 @@ from autodb.explain.cuts.candidates.laws import (
     chip_factor,
     curve_of,
     each,
+    grows,
+    monotone,
+    mostly_positive,
     per_depth,
     values_of,
 )
-from autodb.explain.cuts.candidates.signs import grows, monotone, mostly_positive
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.chip import size_effect, speed_softening

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw, each
-from autodb.explain.cuts.candidates.signs import grows
+from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw, each, grows
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate
 

@@ -18,13 +18,13 @@ from autodb.explain.cuts.candidates.laws import (
     SpreadLaw,
     added,
     alike,
+    grows,
     only,
     per_depth,
     relative,
     values_of,
 )
 from autodb.explain.cuts.candidates.sensor_faults import drift_courses
-from autodb.explain.cuts.candidates.signs import grows
 from autodb.explain.cuts.cut_search import Library
 from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice

@@ -8,12 +8,13 @@ from autodb.explain.cuts.candidates.laws import (
     SmoothCurve,
     curve_of,
     each,
+    grows,
+    monotone,
     per_depth,
     relative,
     tied,
     values_of,
 )
-from autodb.explain.cuts.candidates.signs import grows, monotone
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 

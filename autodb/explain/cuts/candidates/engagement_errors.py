@@ -10,10 +10,11 @@ from autodb.explain.cuts.candidates.laws import (
     alike,
     curve_of,
     each,
+    mostly_negative,
     relative,
+    turns_away,
     values_of,
 )
-from autodb.explain.cuts.candidates.signs import mostly_negative, turns_away
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.nose import nose_axial, nose_length
