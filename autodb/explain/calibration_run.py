@@ -31,8 +31,7 @@ from autodb.explain.cuts.candidates.currents import (
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.moved_words import FORCE
 from autodb.explain.cuts.cut_search import FoundInCuts, look_for
-from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.profile import profiled_value
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows, profiled_value
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.explain.cuts.carried import following
 from autodb.explain.cuts.cut_search import FoundInCuts
-from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts
+from autodb.explain.cuts.fit import CutsFit, fit_cuts
 from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 

@@ -24,9 +24,8 @@ from autodb.explain.cuts.candidates.effect_parameters import (
 )
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
-from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.distinguishing import after_forces
-from autodb.explain.cuts.profile import profiled_value
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows, profiled_value
 from autodb.explain.cuts.retuned import mistuned_of_cuts, retuned_of_cuts
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice

@@ -16,8 +16,8 @@ from autodb.explain.cuts.candidates.laws import (
     per_depth,
     values_of,
 )
-from autodb.explain.cuts.cuts_fit import all_columns, fit_cuts, held_out_square
 from autodb.explain.cuts.evidence import TableSearch, products
+from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice

@@ -8,8 +8,7 @@ import numpy as np
 from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts
-from autodb.explain.cuts.cuts_fit import CutsFit
-from autodb.explain.cuts.profile import profiled_value
+from autodb.explain.cuts.fit import CutsFit, profiled_value
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries
 from autodb.fitting import NORMAL_95

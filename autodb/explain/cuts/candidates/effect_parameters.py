@@ -26,7 +26,7 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.profile import BesideEffect, profiled_value
+from autodb.explain.cuts.fit import BesideEffect, profiled_value
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
