@@ -44,6 +44,35 @@ Columns that depend on each other leave some 1e-15 of it. Smooth columns that do
 """
 
 
+@dataclass(frozen=True)
+class OfEdges:
+    """Two columns (n, 2), each one column for every edge; ``edge`` (n,) numbers the edges."""
+
+    edge: NDArray[np.intp]
+    columns: Array
+
+    def basis(self, sd: Array) -> sparse.csr_array:
+        """Return orthonormal columns (n, 2E) that span those of E edges over the sd (n,)."""
+        first, second = (self._unit(column, 0.0) for column in (self.columns / sd[:, None]).T)
+        for _ in range(2):  # once more takes off what rounding left of the first
+            second = second - first * self._sums(first * second)
+        values = np.column_stack([first, self._unit(second, ROUND_OFF)])
+        ends = np.arange(0, 2 * len(sd) + 1, 2)
+        places = 2 * self.edge[:, None] + np.arange(2)
+        shape = (len(sd), 2 * int(self.edge.max()) + 2)
+        return sparse.csr_array((values.ravel(), places.ravel(), ends), shape=shape)
+
+    def _sums(self, values: Array) -> Array:
+        """Return the sum of values (n,) over the cuts of each cut's edge, (n,)."""
+        return np.asarray(np.bincount(self.edge, values)[self.edge])
+
+    def _unit(self, column: Array, least: float) -> Array:
+        """Return a column of unit norm in every edge; 0 where its norm is ``least`` or less."""
+        norm = np.sqrt(self._sums(column**2))
+        there = norm > least
+        return np.asarray(np.where(there, column / np.where(there, norm, 1.0), 0.0))
+
+
 def with_noise(
     stack: Stack, found: Sequence[LawColumns] | None = None, *, own: Sequence[LawColumns] = ()
 ) -> tuple[Stack, float]:
@@ -158,35 +187,6 @@ def _bumps(values: Array, count: int) -> Array:
     centres = np.linspace(-1.0, 1.0, count)
     width = 2.0 / (count - 1)
     return np.asarray(np.exp(-0.5 * ((values[:, None] - centres) / width) ** 2))
-
-
-@dataclass(frozen=True)
-class OfEdges:
-    """Two columns (n, 2), each one column for every edge; ``edge`` (n,) numbers the edges."""
-
-    edge: NDArray[np.intp]
-    columns: Array
-
-    def basis(self, sd: Array) -> sparse.csr_array:
-        """Return orthonormal columns (n, 2E) that span those of E edges over the sd (n,)."""
-        first, second = (self._unit(column, 0.0) for column in (self.columns / sd[:, None]).T)
-        for _ in range(2):  # once more takes off what rounding left of the first
-            second = second - first * self._sums(first * second)
-        values = np.column_stack([first, self._unit(second, ROUND_OFF)])
-        ends = np.arange(0, 2 * len(sd) + 1, 2)
-        places = 2 * self.edge[:, None] + np.arange(2)
-        shape = (len(sd), 2 * int(self.edge.max()) + 2)
-        return sparse.csr_array((values.ravel(), places.ravel(), ends), shape=shape)
-
-    def _sums(self, values: Array) -> Array:
-        """Return the sum of values (n,) over the cuts of each cut's edge, (n,)."""
-        return np.asarray(np.bincount(self.edge, values)[self.edge])
-
-    def _unit(self, column: Array, least: float) -> Array:
-        """Return a column of unit norm in every edge; 0 where its norm is ``least`` or less."""
-        norm = np.sqrt(self._sums(column**2))
-        there = norm > least
-        return np.asarray(np.where(there, column / np.where(there, norm, 1.0), 0.0))
 
 
 def of_edges(known: Conditions, scales: tuple[Array, Array], most: int) -> OfEdges:
