@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import Cause, IntervalValue
-from autodb.explain.cuts.again import made_again
 from autodb.explain.cuts.answers import SENSED
 from autodb.explain.cuts.candidates import moved_words
 from autodb.explain.cuts.candidates.currents import (
@@ -31,6 +30,7 @@ from autodb.explain.cuts.candidates.currents import (
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.moved_words import FORCE
 from autodb.explain.cuts.cut_search import FoundInCuts, look_for
+from autodb.explain.cuts.distinguishing import made_again
 from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows, profiled_value
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
