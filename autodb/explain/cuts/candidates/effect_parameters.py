@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.cuts.candidates.chip_forces import bell
 from autodb.explain.cuts.candidates.cold_machine import TIMES_S, warming_columns
-from autodb.explain.cuts.candidates.engagement_errors import normal_force, nose_columns
+from autodb.explain.cuts.candidates.cutting import bell, normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     SpreadLaw,

@@ -10,19 +10,17 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.chip_forces import (
+from autodb.explain.cuts.candidates.cold_machine import warming_candidates
+from autodb.explain.cuts.candidates.cutting import (
     band_candidates,
+    deflection_candidates,
+    depth_candidates,
     edge_force_candidates,
+    nose_candidates,
     size_candidates,
     speed_candidates,
 )
-from autodb.explain.cuts.candidates.cold_machine import warming_candidates
 from autodb.explain.cuts.candidates.edge_wear import wear_candidates
-from autodb.explain.cuts.candidates.engagement_errors import (
-    deflection_candidates,
-    depth_candidates,
-    nose_candidates,
-)
 from autodb.explain.cuts.candidates.laws import (
     SmoothCurve,
     SpreadLaw,

@@ -22,7 +22,7 @@ def time_share(known: Conditions, seen: Conditions) -> Array:
     return np.asarray((known.t_s - start) / max(end - start, 1e-300), dtype=np.float64)
 
 
-def _curve(stack: Stack, count: int) -> SmoothCurve:
+def _over_time(stack: Stack, count: int) -> SmoothCurve:
     seen = stack.frame.known
     return SmoothCurve(time_share(stack.known, seen), count, time_share(seen, seen))
 
@@ -33,7 +33,7 @@ def drift_courses(stack: Stack) -> list[tuple[Callable[[Rows], Array], int]]:
     shapes: list[tuple[Callable[[Rows], Array], int]] = [(values_of(t), 1)]
     shapes += [(values_of(-np.expm1(-t / tau)), 1) for tau in SETTLING]
     if len(stack.frame.known) >= 4 * CURVE:
-        curve = _curve(stack, CURVE)
+        curve = _over_time(stack, CURVE)
         shapes.append((curve, curve.width))
     return shapes
 
@@ -44,7 +44,7 @@ def drift_candidates(stack: Stack) -> list[Candidate]:
     for i, name in enumerate(stack.names):
         laws = [added(stack, shape, width) for shape, width in drift_courses(stack)]
         forms = tuple(CandidateForm(only(stack, law, i)) for law in laws)
-        free = _curve(stack, 2 * CURVE)
+        free = _over_time(stack, 2 * CURVE)
         detail = only(stack, added(stack, free, free.width), i)
         key = f"sensor_drift {name}"
         found.append(Candidate(key, "sensor_drift", forms, ("t",), detail=detail))
@@ -60,7 +60,7 @@ def gain_candidates(stack: Stack) -> list[Candidate]:
         forms = tuple(
             CandidateForm(only(stack, relative(stack, s, w), i)) for s, w in drift_courses(stack)
         )
-        free = _curve(stack, 2 * CURVE)
+        free = _over_time(stack, 2 * CURVE)
         detail = only(stack, relative(stack, free, free.width), i)
         found.append(Candidate(f"gain {name}", "gain", forms, ("t",), detail=detail))
     return found
