@@ -24,7 +24,7 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.sensor_faults import drift_courses
+from autodb.explain.cuts.candidates.over_time import drift_courses
 from autodb.explain.cuts.cut_search import Library
 from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice

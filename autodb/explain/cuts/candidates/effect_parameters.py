@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.cuts.candidates.cold_machine import TIMES_S, warming_columns
 from autodb.explain.cuts.candidates.cutting import bell, normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
@@ -25,6 +24,7 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
+from autodb.explain.cuts.candidates.over_time import TIMES_S, warming_columns
 from autodb.explain.cuts.fit import BesideEffect, profiled_value
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice

@@ -10,7 +10,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.cold_machine import warming_candidates
 from autodb.explain.cuts.candidates.cutting import (
     band_candidates,
     deflection_candidates,
@@ -20,7 +19,6 @@ from autodb.explain.cuts.candidates.cutting import (
     size_candidates,
     speed_candidates,
 )
-from autodb.explain.cuts.candidates.edge_wear import wear_candidates
 from autodb.explain.cuts.candidates.laws import (
     SmoothCurve,
     SpreadLaw,
@@ -30,7 +28,12 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.sensor_faults import drift_candidates, gain_candidates
+from autodb.explain.cuts.candidates.over_time import (
+    drift_candidates,
+    gain_candidates,
+    warming_candidates,
+    wear_candidates,
+)
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 
