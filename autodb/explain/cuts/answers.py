@@ -1,4 +1,4 @@
-"""What was found in a table of cuts, component by component: causes, own terms, where, how it fits."""
+"""What a table of cuts holds, component by component: causes, own terms, where, how it fits."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What may change over the time of a table of cuts: an edge wears, a sensor drifts, a machine warms.
+"""What may change over the time of a table: an edge wears, a sensor drifts, a machine warms.
 
 An edge's force grows with its cutting time, at one rate or at each edge's own. A sensor of one
 component drifts or scales by itself, the others untouched. On a cold machine more is sensed than on
@@ -211,18 +211,13 @@ def has_pause(known: Conditions) -> bool:
 
 def cold_laws(stack: Stack, cold: Array) -> list[SpreadLaw]:
     """Return friction that a cold machine (n,) has besides, or a factor on its forces."""
-    offset, factor = _added(stack, cold), _factor(stack, cold)
-    return [offset, factor]
+    return [_added(stack, cold), relative(stack, values_of(cold))]
 
 
 def _added(stack: Stack, shape: Array) -> SpreadLaw:
     columns = shape.reshape(len(shape), -1)
     sign = stack.sign[:, None, None]
     return SpreadLaw(lambda rows: sign * columns[None, rows], columns.shape[1])
-
-
-def _factor(stack: Stack, cold: Array) -> SpreadLaw:
-    return SpreadLaw(lambda rows: stack.simulation[:, rows, None] * cold[None, rows, None])
 
 
 def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
