@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.cuts.candidates.families import families, named_effects
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.cut_search import FoundInCuts, own_columns_of_cuts
+from autodb.explain.cuts.candidates.library import of_forces
+from autodb.explain.cuts.cut_search import FoundInCuts
 from autodb.explain.cuts.fit import CutsFit, fit_cuts
 from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -108,8 +108,9 @@ def following(result: FoundInCuts, known: Conditions, simulation: Array) -> Else
 
 
 def _built(result: FoundInCuts, stack: Stack) -> Elsewhere:
-    made = [*named_effects(stack, frozenset(result.own)), *families(stack)]
-    return Elsewhere(stack, own_columns_of_cuts(stack, list(result.own)), {s.key: s for s in made})
+    library = of_forces(list(result.own))
+    made = {candidate.key: candidate for candidate in library.candidates(stack)}
+    return Elsewhere(stack, library.own(stack), made)
 
 
 def _stack(table: Stack, known: Conditions, row: int) -> Stack:

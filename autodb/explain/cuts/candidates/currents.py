@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.hard_runs import SHORTEST
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     Rows,
@@ -24,8 +23,8 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
+from autodb.explain.cuts.candidates.library import SHORTEST, Library
 from autodb.explain.cuts.candidates.over_time import drift_courses
-from autodb.explain.cuts.cut_search import Library
 from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable

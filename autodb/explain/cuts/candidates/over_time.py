@@ -31,7 +31,7 @@ from autodb.explain.cuts.candidates.laws import (
     values_of,
 )
 from autodb.explain.cuts.stack import Conditions, Stack
-from autodb.explain.engine.candidates import Candidate, CandidateForm
+from autodb.explain.engine.candidates import Candidate, CandidateForm, product
 
 Array = NDArray[np.float64]
 WEAR_POWERS = (0.6, 1.7)
@@ -108,9 +108,7 @@ def _edge_forms(stack: Stack, spent: Array, curve: SmoothCurve) -> list[Candidat
         fresh = _fresh(curve)
 
         def shape(rows: Rows) -> Array:
-            grown = curve(rows) - fresh
-            columns = member[rows][:, :, None] * grown[:, None, :]
-            return np.asarray(columns.reshape(-1, edges * curve.width))
+            return product(member[rows], curve(rows) - fresh)
 
         law = per_depth(stack, shape, edges * curve.width)
         forms.append(grows(tied(stack, law, ratio), {"curved": 1.0, "edges": float(edges)}))
