@@ -173,7 +173,6 @@ def _turns(stack: Stack) -> Candidate:
 
 def _pair(stack: Stack, first: str, second: str) -> Candidate:
     one, two = _over(stack, first, COARSE + 1), _over(stack, second, COARSE + 1)
-
     law = relative(stack, lambda rows: product(one(rows), two(rows)), one.width * two.width)
     key = f"unknown {first} × {second}"
     return Candidate(
