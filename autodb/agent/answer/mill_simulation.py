@@ -10,8 +10,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.rows.owner import owner_of
 from autodb.errors import UnusableInput
-from autodb.explain.waves.frames import tilted_table
-from autodb.explain.waves.teeth import Mill
+from autodb.explain.waves.teeth import Mill, tilted_table
 from autodb.explain.waves.waves import heard, mill_of
 from autodb.files.channels import FORCES
 from autodb.forward.prediction import ToolOf

@@ -23,7 +23,7 @@ from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import ORDER, Whitener
 from autodb.explain.engine.normal import Normal, normal
 from autodb.explain.engine.search import DETAIL
-from autodb.explain.waves.forms import shape_columns
+from autodb.explain.waves.world import shape_columns
 
 Array = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settl
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import candidates_of_waves, deeper
 from autodb.explain.waves.fit import BesideWaves
-from autodb.explain.waves.frames import tilted_table
 from autodb.explain.waves.runout import fitted_out
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.stretches import sharpened
+from autodb.explain.waves.teeth import tilted_table
 from autodb.explain.waves.waves import Waves, waves_of
 from autodb.explain.waves.world import SimulatedWaves, Tilted, own_columns_of_waves
 from autodb.records import Recording

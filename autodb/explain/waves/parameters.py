@@ -13,11 +13,10 @@ from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import directions_standing_out, nudged, off_axis
 from autodb.explain.waves.fit import BesideWaves
-from autodb.explain.waves.forms import shape_columns
 from autodb.explain.waves.scans import harder_stretch, on_each
 from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one
 from autodb.explain.waves.teeth import StandsOut
-from autodb.explain.waves.world import SimulatedWaves
+from autodb.explain.waves.world import SimulatedWaves, shape_columns
 from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]

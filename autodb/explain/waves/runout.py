@@ -25,11 +25,11 @@ def fitted_out(world: SimulatedWaves, difference: Array, columns: Array) -> Stan
     """
     some, rows = _middle(world)
     target, free = difference[:, rows].ravel(), columns[:, rows].reshape(-1, columns.shape[-1])
-    tried = [_fitted(some, target, free, missed=missed) for missed in (True, False)]
+    tried = [_fitted_teeth(some, target, free, missed=missed) for missed in (True, False)]
     return min(tried, key=lambda one: one[1])[0]
 
 
-def _fitted(
+def _fitted_teeth(
     world: SimulatedWaves, target: Array, free: Array, *, missed: bool
 ) -> tuple[StandsOut, float]:
     """Return how far teeth stand out, and the sum of squares that is left."""

@@ -11,7 +11,7 @@ from autodb.explain.waves.fit import BesideWaves
 from autodb.explain.waves.scans import BINS, LONGEST, SHORTEST, hard_spot_of_waves, harder_stretch
 from autodb.explain.waves.world import SimulatedWaves
 
-REACH = 0.2
+MOVED = 0.2
 """Share of a stretch by which its ends are moved at first, either way; halved down to a bin."""
 
 
@@ -36,7 +36,7 @@ def _sharpened(world: SimulatedWaves, beside: BesideWaves, choice: Choice) -> Ca
     interval = choice.candidate.interval
     assert interval is not None
     start, end = interval
-    best, reach = _gain(world, beside, start, end, choice.form), REACH * (end - start)
+    best, reach = _stretch_gain(world, beside, start, end, choice.form), MOVED * (end - start)
     while reach > whole / BINS:
         tried = [
             (start + a * reach, end + b * reach) for a, b in product((-1, 0, 1), repeat=2) if a or b
@@ -45,7 +45,7 @@ def _sharpened(world: SimulatedWaves, beside: BesideWaves, choice: Choice) -> Ca
             (a, b) for a, b in tried if SHORTEST * whole < b - a < LONGEST * whole
             and a >= inside[0] - reach and b <= inside[-1] + reach
         ]  # fmt: skip
-        gains = [_gain(world, beside, a, b, choice.form) for a, b in tried]
+        gains = [_stretch_gain(world, beside, a, b, choice.form) for a, b in tried]
         at = int(np.argmax(gains)) if gains else -1
         if at >= 0 and gains[at] > best:
             best, (start, end) = gains[at], tried[at]
@@ -54,7 +54,7 @@ def _sharpened(world: SimulatedWaves, beside: BesideWaves, choice: Choice) -> Ca
     return hard_spot_of_waves(world, start, end, choice.candidate.key)
 
 
-def _gain(
+def _stretch_gain(
     world: SimulatedWaves, beside: BesideWaves, start_s: float, end_s: float, number: int
 ) -> float:
     return beside.gain(harder_stretch(world, start_s, end_s, number))

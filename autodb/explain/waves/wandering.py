@@ -7,17 +7,16 @@ from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.fit import BesideWaves
-from autodb.explain.waves.forms import form
 from autodb.explain.waves.scans import on_each
-from autodb.explain.waves.world import SimulatedWaves
+from autodb.explain.waves.world import SimulatedWaves, form
 
 Array = NDArray[np.float64]
 
-AIC = 2.0
+COST = 2.0
 """What a coefficient costs that is to predict: Akaike 1974."""
 
 
-def as_one(
+def as_as_one(
     world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
 ) -> tuple[Choice, ...]:
     """Return what was found, each chatter with one slow course of size and phase for all.
@@ -26,7 +25,7 @@ def as_one(
     coefficients is of rank one. Of the ladder's courses that one is taken that would predict best.
     """
     return tuple(
-        _one(
+        _as_one(
             world,
             BesideWaves(bench, found.without(choice.candidate.key), quiet),
             bench,
@@ -39,7 +38,7 @@ def as_one(
     )
 
 
-def _one(
+def _as_one(
     world: SimulatedWaves,
     beside: BesideWaves,
     bench: WhiteWaves,
@@ -52,7 +51,7 @@ def _one(
         course = shared_course(columns, beside.fitted(columns)[0], np.array(quiet.sd))
         both = on_each(world, course)
         freedom = columns.shape[-1] // len(columns) + 2 * (len(columns) - 1)
-        made.append((beside.gain(both) - AIC * freedom, form(both, shape.shape)))
+        made.append((beside.gain(both) - COST * freedom, form(both, shape.shape)))
     return Choice(_steadied(candidate, max(made, key=lambda one: one[0])[1]), 0)
 
 
