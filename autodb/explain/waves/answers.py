@@ -26,7 +26,7 @@ from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
 from autodb.explain.waves.own import change_of_own, mistuned_of_waves, retuned_of_waves
 from autodb.explain.waves.parameters import EffectInWaves, interval_value, of_one, shared
-from autodb.explain.waves.wandering import as_one
+from autodb.explain.waves.refined import as_one
 from autodb.explain.waves.words import STATEMENTS, words_that_tell
 from autodb.records import Recording
 

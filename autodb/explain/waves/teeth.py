@@ -1,4 +1,8 @@
-"""The teeth of a mill in the work: which slices of them cut at each row, and what a law makes."""
+"""The teeth of a mill in the work: which slices of them cut at each row, and what a law makes.
+
+A law is three functions of the uncut chip: tangential, radial and axial force a millimetre of edge.
+What it makes is sensed in frames: the machine's, and a tilted table's.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
