@@ -31,7 +31,7 @@ from autodb.explain.cuts.candidates.currents import (
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_for
 from autodb.explain.cuts.distinguishing import made_again
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows, profiled_value
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
@@ -39,6 +39,7 @@ from autodb.fitting import NORMAL_95
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 
 Array = NDArray[np.float64]
+
 SURE = 0.7
 """A name with rivals that is less likely than this is not given: gain and offset differ only as far
 as light and heavy cuts do. Chosen on virtual runs (seeds 101 to 130)."""
@@ -160,7 +161,7 @@ class _Causes:
         step = course[-1] - course[0]
         half = NORMAL_95 * float(np.sqrt(max(step @ self.fit.covariance[at, at] @ step, 0.0)))
         unit = "1" if choice.candidate.term == GAIN else self.run.unit
-        return profiled_value(float(step @ self.fit.coefficients[at]), half, unit)
+        return IntervalValue.around(float(step @ self.fit.coefficients[at]), half, unit)
 
     def _left_out(self, component: int) -> str:
         """Return how far cuts left out of the fit are predicted with what was found, and

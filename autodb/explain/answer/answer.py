@@ -1,5 +1,19 @@
-"""The answer of explain: what `explanation.json` holds, and the traces that its report draws."""
+"""The answer of explain: what `explanation.json` holds, the largest cause first, and its traces.
 
+Causes overlap, and what one takes away depends on which are corrected before it. Its share is the
+mean over all orders in which the causes may be corrected one after the other. With d = recording −
+simulation and e_j the contributions, c = Σ e_j, the squares fall by 2 e_jᵀ(d − s) − |e_j|² where s
+is what was corrected before; s is on average half of the others, so that
+
+    share_j = e_jᵀ (2 d − c) / |d|²,    Σ share_j = 1 − |d − c|² / |d|².
+
+A contribution that mostly undoes another has a negative one: it takes nothing away. What own terms
+change within their uncertainty goes with the causes, which they would else stand in for. So the
+causes' shares are scaled to what the whole correction takes away. Source: Shapley 1953 (A value for
+n-person games), of a quadratic game.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -8,6 +22,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 Array = NDArray[np.float64]
+
+TINY = 1e-300
 
 
 class _Part(BaseModel):
@@ -21,6 +37,11 @@ class IntervalValue(_Part):
     low: float
     high: float
     unit: str
+
+    @classmethod
+    def around(cls, middle: float, half: float, unit: str) -> "IntervalValue":
+        """Return a value with an interval that reaches as far as ``half`` to both sides."""
+        return cls(value=middle, low=middle - half, high=middle + half, unit=unit)
 
 
 class Regime(_Part):
@@ -128,3 +149,67 @@ class Explained:
     traces: dict[str, ChannelTrace]
     notes: tuple[str, ...] = ()
     rows: dict[str, Array] = field(default_factory=dict)
+
+
+def shares_taken(difference: Array, correction: Array, parts: Sequence[Array]) -> Array:
+    """Return the share of |d|² that each of the parts of a correction takes away, (p,)."""
+    twice_left = 2.0 * difference - correction
+    square = max(float(difference @ difference), TINY)
+    whole = max(float(correction @ twice_left) / square, 0.0)
+    kept = np.array([max(float(part @ twice_left), 0.0) for part in parts])
+    return np.asarray(kept * (whole / max(float(kept.sum()), TINY)))
+
+
+def largest_first(
+    causes: Sequence[Cause], parts: Sequence[Array], *, correction: Array, difference: Array
+) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
+    """Return the causes, that with the largest share first, and their shares.
+
+    ``parts`` (n,): what each adds to the simulation; ``correction`` (n,): what is added in all.
+    """
+    shares = shares_taken(difference, correction, parts)
+    order = np.argsort(-shares, kind="stable")
+    return tuple(causes[k] for k in order), tuple(float(shares[k]) for k in order)
+
+
+def unnamed_cause(
+    variables: tuple[str, ...],
+    course: str,
+    *,
+    difference: Array,
+    part: Array,
+    size: IntervalValue,
+    confidence: float,
+    alternatives: tuple[str, ...],
+    apart: str | None = None,
+) -> Cause:
+    """Return the entry of an effect without a name: what it depends on, and for how much of it.
+
+    ``course``: how it goes with its ``variables``, in words; ``part`` (n,) what it takes off the
+    ``difference`` (n,); ``apart``: what would tell it from its alternatives.
+    """
+    share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
+    return Cause(
+        term="unknown",
+        kind="missing",
+        confidence=confidence,
+        statement=(
+            f"{100 * max(0.0, share):.0f} % of the error depends on {' and '.join(variables)}"
+            f"{course} No law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
+        ),
+        parameters={"size": size},
+        alternatives=alternatives,
+        variables=variables,
+        to_tell_apart=apart,
+    )
+
+
+def considered(alone: Mapping[str, float], taken: Collection[str]) -> tuple[Considered, ...]:
+    """Return every candidate by its key, the strongest first.
+
+    ``alone``: the evidence of each when added alone; ``taken``: the keys of those that were found.
+    """
+    return tuple(
+        Considered(key, evidence, "accepted" if key in taken else "not needed")
+        for key, evidence in sorted(alone.items(), key=lambda item: -item[1])
+    )

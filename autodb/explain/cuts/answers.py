@@ -11,12 +11,13 @@ from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,
-    Considered,
     FitQuality,
     IntervalValue,
     Where,
+    considered,
+    largest_first,
+    unnamed_cause,
 )
-from autodb.explain.answer.taken import largest_first
 from autodb.explain.cuts.candidates.effect_parameters import (
     EffectInCuts,
     effect_parameters,
@@ -25,7 +26,7 @@ from autodb.explain.cuts.candidates.effect_parameters import (
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows, profiled_value
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing, of_mistuned
@@ -43,6 +44,7 @@ from autodb.terms import TERMS
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
+
 THIN_CHIP_MM = 0.03
 """Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
 SENSED = 9.0
@@ -155,7 +157,7 @@ class _Answers:
         peak = int(np.argmax(np.abs(part)))
         row = columns.raw(slice(peak, peak + 1))[component, 0]
         variance = float(row @ self.fit.covariance[at, at] @ row)
-        return profiled_value(
+        return IntervalValue.around(
             abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N"
         )
 
@@ -200,7 +202,6 @@ class _Answers:
         """Return the arrays behind the answer."""
         stack = self.stack
         correction = self._correction(component, self.causes(component))
-        taken = set(self.result.found.keys)
         offers = self.result.search.offers(())
         return ChannelTrace(
             x_name="cut",
@@ -210,10 +211,9 @@ class _Answers:
             corrected=stack.simulation[component] + correction,
             regime_signals=_signals(stack),
             takes=self.told[component][1],
-            considered=tuple(
-                Considered(key, o.worth, "accepted" if key in taken else "not needed")
-                for o in sorted(offers, key=lambda offer: -offer.worth)
-                for key in [o.choice.candidate.key]
+            considered=considered(
+                {offer.choice.candidate.key: offer.worth for offer in offers},
+                self.result.found.keys,
             ),
         )
 
@@ -260,25 +260,17 @@ def _name(choice: Choice) -> str:
 def _unnamed(
     found: _Answers, number: int, choice: Choice, component: int, size: IntervalValue
 ) -> Cause:
-    stack = found.stack
-    part = found.part(number)[component]
-    difference = (stack.recording - stack.simulation)[component]
-    share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-    variables = choice.candidate.variables
+    stack, part = found.stack, found.part(number)[component]
     sure = found.standing[choice.candidate.key]
-    return Cause(
-        term=UNKNOWN,
-        kind="missing",
+    return unnamed_cause(
+        choice.candidate.variables,
+        f": {shape_words(stack, choice, part, component)}",
+        difference=(stack.recording - stack.simulation)[component],
+        part=part,
+        size=size,
         confidence=sure.confidence,
-        statement=(
-            f"{100 * max(0.0, share):.0f} % of the error depends on {' and '.join(variables)}: "
-            f"{shape_words(stack, choice, part, component)} No law that is known here fits it. "
-            f"It reaches {size.value:.3g} N."
-        ),
-        parameters={"size": size},
         alternatives=sure.near,
-        variables=variables,
-        to_tell_apart=found.apart(choice),
+        apart=found.apart(choice),
     )
 
 
@@ -320,7 +312,7 @@ def _change(columns: LawColumns, fitted: CutsFit, at: slice, component: int) -> 
     """Return the change of one component's coefficient."""
     place = at.start + _place(columns, component)
     sd = float(np.sqrt(max(fitted.covariance[place, place], 0.0)))
-    return profiled_value(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
+    return IntervalValue.around(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
 
 
 def _place(columns: LawColumns, component: int) -> int:
@@ -340,7 +332,7 @@ def _cause(
         turned = sign
         had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
     unit = term.parameters[0].unit.replace("U", "N")
-    now = profiled_value(had + turned * change.value, half, unit)
+    now = IntervalValue.around(had + turned * change.value, half, unit)
     if name == "shear" and now.value < 0:
         text = "Recording and simulation have opposite signs; check the sensor's sign first."
     else:
@@ -354,7 +346,7 @@ def _cause(
             f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
         ),
         parameters={
-            "size": profiled_value(abs(change.value) * peak, half * peak, "N"),
+            "size": IntervalValue.around(abs(change.value) * peak, half * peak, "N"),
             term.parameters[0].name: now,
         },
         alternatives=sure.near,

@@ -29,6 +29,7 @@ from autodb.explain.engine.telling import held_coefficients
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
+
 SHOWN = 1e-3
 """Share of the widest spread of depth, thickness or speed, in logarithms, that shows a power."""
 ALIKE = 0.5

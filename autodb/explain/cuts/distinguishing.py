@@ -32,6 +32,7 @@ from autodb.explain.engine.telling import (
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Own = Callable[[Stack], dict[str, LawColumns]]
+
 TIMES = (1, 3, 10)
 """How often a cut is made again, the fewest first. Chosen."""
 

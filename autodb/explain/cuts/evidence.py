@@ -24,6 +24,7 @@ from autodb.explain.engine.evidence import NOTHING, ExplainedShare, Given, Keys,
 from autodb.explain.engine.search import DETAIL, CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
+
 EXACT = 1e-4
 """Share of the first guess of the variance that scatter is at least."""
 

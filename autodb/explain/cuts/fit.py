@@ -18,6 +18,7 @@ from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]
+
 FOLDS = 5
 BLOCKS = 20
 OWN_PRIOR = 1e-9
@@ -131,11 +132,6 @@ def held_out_square(stack: Stack, own: dict[str, LawColumns], choices: tuple[Cho
     """Return the mean square of white rows that their fit did not see."""
     left = held_out_rows(stack, own, choices)
     return float(np.mean(stack.white(left[:, :, None]) ** 2))
-
-
-def profiled_value(middle: float, half: float, unit: str) -> IntervalValue:
-    """Return a value with an interval to both sides."""
-    return IntervalValue(value=middle, low=middle - half, high=middle + half, unit=unit)
 
 
 @dataclass(frozen=True)

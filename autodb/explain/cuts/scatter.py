@@ -18,6 +18,7 @@ from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.stack import Conditions, Stack
 
 Array = NDArray[np.float64]
+
 SHARES = np.geomspace(0.05, 20.0, 16)
 """Values of a/(b·rms F) that are tried: scatter from relative to constant."""
 LIKELY = 1.0

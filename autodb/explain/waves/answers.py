@@ -15,8 +15,10 @@ from autodb.explain.answer.answer import (
     FitQuality,
     IntervalValue,
     Where,
+    considered,
+    largest_first,
+    unnamed_cause,
 )
-from autodb.explain.answer.taken import largest_first
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
@@ -38,6 +40,7 @@ from autodb.explain.waves.refined import as_one
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
+
 SENSED = 9.0
 """Sum of squares of white rows that an effect adds to a component, above which it acts there."""
 TURNS = 3.0
@@ -221,22 +224,15 @@ class _Told:
         )
 
     def _unnamed(self, number: int, component: int, size: IntervalValue) -> Cause:
-        choice, part = self.choices[number], self.fit.part(number)[component]
-        difference = self.looked.bench.difference[component]
-        share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-        over = " and ".join(choice.candidate.variables)
-        return Cause(
-            term=UNKNOWN,
-            kind="missing",
-            confidence=self.standing[number].confidence,
-            statement=(
-                f"{100 * max(0.0, share):.0f} % of the error depends on {over}"
-                f"{_course_words(choice)}. No law that is known here fits it. It reaches "
-                f"{size.value:.3g} N."
-            ),
-            parameters={"size": size},
-            alternatives=self.standing[number].near,
-            variables=choice.candidate.variables,
+        choice, sure = self.choices[number], self.standing[number]
+        return unnamed_cause(
+            choice.candidate.variables,
+            f"{_course_words(choice)}.",
+            difference=self.looked.bench.difference[component],
+            part=self.fit.part(number)[component],
+            size=size,
+            confidence=sure.confidence,
+            alternatives=sure.near,
         )
 
     def _size(self, number: int, component: int) -> IntervalValue:
@@ -300,14 +296,10 @@ class _Told:
 
     @cached_property
     def _considered(self) -> tuple[Considered, ...]:
-        """Return every candidate as it would do alone, the strongest first."""
+        """Every candidate as it would do alone, the strongest first."""
         offers = self.looked.search.offers(())
-        taken = set(self.looked.found.keys)
-        return tuple(
-            Considered(key, o.worth, "accepted" if key in taken else "not needed")
-            for o in sorted(offers, key=lambda offer: -offer.worth)
-            for key in [o.choice.candidate.key]
-        )
+        alone = {offer.choice.candidate.key: offer.worth for offer in offers}
+        return considered(alone, self.looked.found.keys)
 
 
 def _signals(recording: Recording) -> dict[str, Array]:

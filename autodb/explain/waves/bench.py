@@ -1,10 +1,9 @@
 """Rows of all force components, made white, and the columns of candidates beside them.
 
-Noise of a force whose waveform is full of lines: read off a running median of its periodogram.
-
-An autoregression fitted to what is left would take a strong line, chatter say, for colour and
-filter it away. The median over neighbouring frequencies does not see a line. Of exponentially
-distributed powers the median is ln 2 of the mean.
+The noise of a force whose waveform is full of lines is read off a running median of its
+periodogram: an autoregression fitted to what is left would take a strong line, chatter say, for
+colour and filter it away. The median over neighbouring frequencies does not see a line. Of
+exponentially distributed powers the median is ln 2 of the mean.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,12 +26,14 @@ from autodb.explain.waves.world import shape_columns
 
 Array = NDArray[np.float64]
 
-
 WIDE = 0.02
 """Width of the running median, a share of all frequencies. Chosen: lines of 1 to 5 Hz and their
 side bands are far narrower."""
 FEWEST = 15
 FLOOR = 1e-12
+BLOCKS, FOLDS = 40, 5
+SILENT = 1e-9
+"""Share of a component's largest force that its noise is at least: numbers have digits."""
 
 
 def whitener_of(left: Array) -> Whitener:
@@ -56,11 +57,6 @@ def variance_of(whitener: Whitener, left: Array) -> float:
     white = whitener(left)
     power = np.abs(np.fft.rfft(white)) ** 2 / len(white)
     return float(np.median(power)) / float(np.log(2.0))
-
-
-BLOCKS, FOLDS = 40, 5
-SILENT = 1e-9
-"""Share of a component's largest force that its noise is at least: numbers have digits."""
 
 
 @dataclass(frozen=True)

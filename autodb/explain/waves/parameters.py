@@ -1,4 +1,4 @@
-"""The parameters that effects and own terms of a milled waveform have, everything beside them free."""
+"""The parameters that effects and own terms of a milled waveform have, the rest left free."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -23,13 +23,14 @@ from autodb.explain.waves.world import SimulatedWaves, shape_columns
 from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]
+
 WIDE = 0.05
 """Half width, as a share of the range looked through, over which a curvature is taken."""
 SENSED = 0.2
 """Share of its largest force above which a component is looked at for its scale."""
 LEAST = 0.01
 """Change of a term, as a share of itself, below which it is not called mistuned."""
-TERMS = ("shear", "edge_force")
+OWN_TERMS = ("shear", "edge_force")
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,7 @@ def of_one(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
 
 def interval_value(middle: float, sd: float, unit: str) -> IntervalValue:
     """Return a value with its 95 % interval."""
-    half = NORMAL_95 * sd
-    return IntervalValue(value=middle, low=middle - half, high=middle + half, unit=unit)
+    return IntervalValue.around(middle, NORMAL_95 * sd, unit)
 
 
 def _values(
@@ -253,7 +253,7 @@ OF_ONE: dict[str, ReadOne] = {"sensor_drift": _drift, "gain": _gain, "crosstalk"
 
 def mistuned_of_waves(looked: FoundInWaves) -> dict[str, Mistuned]:
     """Return how sure it is of each own term that it is off, in all components together."""
-    return {term: _judged(looked, [term]) for term in TERMS if term in looked.bench.own}
+    return {term: _judged(looked, [term]) for term in OWN_TERMS if term in looked.bench.own}
 
 
 def retuned_of_waves(

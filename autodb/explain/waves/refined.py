@@ -30,6 +30,7 @@ from autodb.explain.waves.teeth import StandsOut
 from autodb.explain.waves.world import SimulatedWaves, form
 
 Array = NDArray[np.float64]
+
 ROWS = 3000
 """Rows of the middle of a cut that teeth are fitted to."""
 MOVED = 0.2

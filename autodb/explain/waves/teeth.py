@@ -17,6 +17,7 @@ from autodb.records import Recording
 Array = NDArray[np.float64]
 Law = Callable[[Array], tuple[Array, Array, Array]]
 """Force a mm of edge, tangential, radial, axial (m,) of chips (m,) mm."""
+
 TURN = 2.0 * np.pi
 
 

@@ -24,11 +24,11 @@ from autodb.explain.waves.law import (
     rubbing,
 )
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, machine_and_table
+from autodb.files.channels import FORCES
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
 
-FORCES = ("force.x", "force.y", "force.z")
 FITS = 0.98
 """Share of a simulation's squares that its waves must give with the angle as it was recorded."""
 LOOKED = 600

@@ -16,6 +16,7 @@ from autodb.explain.waves.waves import Waves
 Array = NDArray[np.float64]
 Over = Callable[[Array], Array]
 """Forces a mm of edge (k, m) of chips (m,)."""
+
 ROUND_MM = (0.0, 0.004, 0.012)
 """Chips at which two thirds of an edge's force act, of a rounded edge."""
 BUMPS = 5

@@ -30,6 +30,7 @@ from autodb.terms.chip import size_effect, speed_softening
 from autodb.terms.nose import nose_axial, nose_length
 
 Array = NDArray[np.float64]
+
 EXPONENTS = (0.1, 0.25, 0.5)
 EDGE_ROUNDING_MM = (0.004, 0.02)
 """Thickness over which a rounded edge begins to plough."""

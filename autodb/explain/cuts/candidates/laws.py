@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Rows = slice
 ALL = slice(None)
 Allowed = Callable[[Array], bool]
+
 TURN_BACK = 0.25
 """Share of its rise that a monotone curve may fall back, by scatter. Chosen."""
 

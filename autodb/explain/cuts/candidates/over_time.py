@@ -34,6 +34,7 @@ from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm, product
 
 Array = NDArray[np.float64]
+
 WEAR_POWERS = (0.6, 1.7)
 MOST_EDGES = 40
 """Edges with a rate of their own in the search; with more, only one rate for all."""
