@@ -15,7 +15,8 @@ from autodb.explain.answer.answer import IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
-from autodb.fitting import NORMAL_95
+from autodb.explain.engine.normal import HELD, Normal
+from autodb.fitting import NORMAL_95, orthonormal_basis
 
 Array = NDArray[np.float64]
 
@@ -151,10 +152,7 @@ class BesideEffect:
         empty = np.zeros((*stack.simulation.shape, 0))
         raw = [c.raw() for c in all_columns(own, choices)]
         white = stack.white(np.concatenate([empty, *raw], axis=2))
-        norm = np.linalg.norm(white, axis=0)
-        norm[norm == 0] = 1.0
-        basis, size, _ = np.linalg.svd(white / norm, full_matrices=False)
-        basis = basis[:, size > 1e-9 * size.max(initial=0.0)]
+        basis = orthonormal_basis(white, least=HELD)
         difference = stack.difference
         if plus is not None:
             difference = difference + stack.white(plus[:, :, None])[:, 0]
@@ -173,18 +171,19 @@ class BesideEffect:
 
     def coefficients(self, columns: LawColumns) -> tuple[Array, Array]:
         """Return coefficients (p,) and their standard deviations (p,)."""
-        inner, right = self._products(columns)
-        norm = np.sqrt(np.diag(inner))
-        norm[norm == 0] = 1.0
-        inner, right = inner / np.outer(norm, norm), right / norm
-        inverse = np.linalg.pinv(inner, rcond=1e-9, hermitian=True)
-        found = inverse @ right
-        squares = float(self.left @ self.left - 2.0 * found @ right + found @ inner @ found)
-        variance = squares / max(1, len(self.left) - self.basis.shape[1])
-        return found / norm, np.sqrt(np.diag(inverse) * max(variance, 1.0)) / norm
+        products = self._products(columns)
+        inverse = products.inverse()
+        found = inverse @ products.right
+        fitted = found @ products.inner @ found - 2.0 * found @ products.right
+        variance = float(self.left @ self.left + fitted) / self._rows_free
+        return found, np.sqrt(np.diag(inverse) * max(variance, 1.0))
 
-    def _products(self, columns: LawColumns) -> tuple[Array, Array]:
-        """Return the inner products of what others leave of columns (p, p), and with ``left``."""
+    @property
+    def _rows_free(self) -> int:
+        return max(1, len(self.left) - self.basis.shape[1])
+
+    def _products(self, columns: LawColumns) -> Normal:
+        """Return the products of what others leave of columns (p, p), and with ``left``."""
         count, chunks = len(self.stack.names), self.stack.chunks
         basis = self.basis.reshape(count, -1, self.basis.shape[1])
         left = self.left.reshape(count, -1)
@@ -200,7 +199,7 @@ class BesideEffect:
             clear = columns(rows) - basis[:, rows].reshape(-1, len(held)) @ held
             inner += clear.T @ clear
             right += left[:, rows].ravel() @ clear
-        return inner, right
+        return Normal(inner, right)
 
     def profile(
         self, make: Callable[[float], LawColumns], low: float, high: float, unit: str

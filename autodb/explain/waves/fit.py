@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.normal import normal
+from autodb.explain.engine.normal import HELD, normal
 from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
+from autodb.fitting import orthonormal_basis
 
 Array = NDArray[np.float64]
 
@@ -112,9 +113,7 @@ class BesideWaves:
     ) -> None:
         self.quiet = quiet
         white = quiet(bench.chosen(others))
-        norm = np.linalg.norm(white, axis=0)
-        basis, size, _ = np.linalg.svd(white / np.where(norm > 0, norm, 1.0), full_matrices=False)
-        self._basis = basis[:, size > 1e-9 * size.max(initial=0.0)]
+        self._basis = orthonormal_basis(white, least=HELD)
         difference = bench.difference if minus is None else bench.difference - minus
         self._left = self._clear(difference[:, :, None])[:, 0]
 
