@@ -12,7 +12,7 @@ from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import candidates_of_waves
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
-from autodb.explain.waves.teeth import tilted_table
+from autodb.explain.waves.teeth import table_angles, tilted_table
 from autodb.explain.waves.waves import Waves, waves_of
 from autodb.explain.waves.world import SimulatedWaves, Tilted, own_columns_of_waves
 from autodb.records import Recording
@@ -64,9 +64,7 @@ def _has_edge(waves: Waves, includes: list[str] | None) -> bool:
 
 def _tilted(recording: Recording) -> Tilted | None:
     """Return how a table is tilted, and its rates, smoothed over SMOOTH_S; None: still."""
-    zero = np.zeros(len(recording))
-    a, c = (recording.get(f"{name}.angle") for name in "ac")
-    tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
+    tilt, turn = table_angles(recording)
     if np.ptp(tilt) == 0.0 and np.ptp(turn) == 0.0:
         return None
     step = 1.0 / recording.rate_hz
@@ -78,7 +76,7 @@ def _tilted(recording: Recording) -> Tilted | None:
         padded = np.pad(values, window, mode="edge")
         return np.gradient(np.convolve(padded, smooth, mode="same")[window:-window], step)
 
-    about_x = np.array([np.cos(turn), np.sin(turn), zero])
+    about_x = np.array([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
     omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
     faster = np.array([rate(one) for one in omega])
     return Tilted(tilted_table(tilt, turn), omega, faster)

@@ -207,12 +207,17 @@ def machine_and_table(recording: Recording, mill: Mill, names: tuple[str, ...]) 
     kept = [FORCES.index(name) for name in names]
     n = len(recording)
     found = [np.broadcast_to(machine[kept][:, :, None], (len(kept), 3, n))]
-    a, c = recording.get("a.angle"), recording.get("c.angle")
-    zero = np.zeros(n)
-    tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
+    tilt, turn = table_angles(recording)
     if np.ptp(tilt) > 0.0 or np.ptp(turn) > 0.0:
         found.append(np.einsum("ijn,jk->ikn", tilted_table(tilt, turn), machine)[kept])
     return found
+
+
+def table_angles(recording: Recording) -> tuple[Array, Array]:
+    """Return by how much a table is tilted and turned (n,) rad, 0 where that is not recorded."""
+    still = np.zeros(len(recording))
+    a, c = (recording.get(name) for name in ("a.angle", "c.angle"))
+    return np.radians(still if a is None else a), np.radians(still if c is None else c)
 
 
 def tilted_table(tilt_rad: Array, turn_rad: Array) -> Array:
