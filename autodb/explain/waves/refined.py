@@ -200,7 +200,7 @@ def _stretch_gain(
     return beside.gain(harder_stretch(world, start_s, end_s, number))
 
 
-def as_as_one(
+def as_one(
     world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
 ) -> tuple[Choice, ...]:
     """Return what was found, each chatter with one slow course of size and phase for all.
