@@ -180,7 +180,7 @@ class BesideEffect:
 
     @property
     def _rows_free(self) -> int:
-        return max(1, len(self.left) - self.basis.shape[1])
+        return max(1, len(self.left) - int(self.basis.shape[1]))
 
     def _products(self, columns: LawColumns) -> Normal:
         """Return the products of what others leave of columns (p, p), and with ``left``."""
