@@ -67,7 +67,7 @@ def identify(seconds: float) -> None:
         channels = {"t": made["t"], **{f"x.{n}": values for n, values in named.items()}}
         recording = Recording(path=Path("hour"), channels=channels)
         feed_axis.identify(
-            recording, terms=(*feed_axis.SYMMETRIC, "asymmetry", "position_friction")
+            recording, terms=(*feed_axis.default_terms("axis"), "asymmetry", "position_friction")
         )
 
 

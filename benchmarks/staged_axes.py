@@ -25,7 +25,7 @@ from autodb.proofs.runs.axis.axis_ours import TERMS, axis_recording
 from autodb.proofs.runs.mill import mill_ours
 from autodb.proofs.runs.mill.mill_run import SCORED
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.passes import passes_of
 from autodb.sensing.drives.moves.prepared import effort_axis, prepared
@@ -89,7 +89,7 @@ def compared(moves: Recording, terms: tuple[str, ...]) -> Agreement:
 
 def agree() -> None:
     """Print how many quantities differ, and on how many axes the two agree."""
-    simple = (*SYMMETRIC, "stribeck", "position_friction")
+    simple = ("inertia", "viscous", "coulomb", "gravity", "stribeck", "position_friction")
     for what, axes, terms in (
         ("axes of the tests", (staged_axis.recorded(staged_axis.Axis(), s) for s in range(1, 25)),
          simple),

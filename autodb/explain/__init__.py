@@ -7,7 +7,7 @@ from autodb.errors import UnusableInput, near
 from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
 from autodb.records import CutTable, Recording, rows_of_file
-from autodb.terms.vocabulary import VOCABULARY
+from autodb.terms.vocabulary import vocabulary
 
 Array = NDArray[np.float64]
 Includes = list[str] | dict[str, dict[str, Array]] | None
@@ -109,8 +109,8 @@ def _derived(recording: Recording, axis: str) -> list[str]:
 
 def _check_names(includes: list[str] | None) -> None:
     for name in includes or ():
-        if name not in VOCABULARY:
-            raise UnusableInput(f"--includes: '{name}' is no term{near(name, sorted(VOCABULARY))}")
+        if name not in (known := vocabulary()):
+            raise UnusableInput(f"--includes: '{name}' is no term{near(name, sorted(known))}")
 
 
 def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> NDArray[np.intp]:

@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
-from autodb.explain.engine.candidates import UNKNOWN
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable, Recording
+from autodb.terms.vocabulary import effect_called
 
 Array = NDArray[np.float64]
 
 FACTORS = ("machine", "tool", "material", "sensor", "calibration")
 PAIR = "pair"
-SCALE = frozenset({"shear", "gain"})
+SCALE = ("shear", "gain")
 """Terms of one recording that are one effect in several: all of a force is larger or smaller."""
 LOOSE = 0.15
 """Share of itself by which a number of one effect differs from cut to cut all the same. Chosen."""
@@ -37,29 +37,6 @@ BLIND = 3.0
 NEAR = 6.0
 """Ways of grouping whose score is no more above the best are named with it: odds of e³."""
 CEILING = 0.99
-SITS: Mapping[str, tuple[str, ...]] = {
-    "tool_wear": ("tool",),
-    "runout": ("tool", "machine"),
-    "chatter": ("machine", "tool", PAIR),
-    "deflection": ("tool", "machine"),
-    "depth_error": ("tool", "machine"),
-    "nose_radius": ("tool",),
-    "hard_spot": ("material",),
-    "built_up_edge": (PAIR, "material", "tool"),
-    "speed_softening": ("material", PAIR),
-    "edge_force": ("tool", PAIR, "material"),
-    "size_effect": ("material", "tool", PAIR),
-    "scale": ("material", "tool", PAIR, "calibration", "sensor", "machine"),
-    "sensor_drift": ("sensor", "calibration"),
-    "thermal_drift": ("sensor",),
-    "crosstalk": ("sensor", "calibration"),
-    "saturation": ("sensor", "machine"),
-    "lost_sign": ("sensor",),
-    "lag": ("sensor", "machine"),
-    UNKNOWN: (*FACTORS, PAIR),
-}
-"""Where an effect can sit by its physics, the likeliest first; any other: ELSE."""
-ELSE = ("machine",)
 
 
 class _Part(BaseModel):
@@ -208,6 +185,12 @@ def _located(
     )
 
 
+def _where(term: str) -> tuple[str, ...]:
+    """Return where an effect can sit by its physics, the likeliest first."""
+    names = SCALE if term == "scale" else (term,)
+    return tuple(dict.fromkeys(seat for name in names for seat in effect_called(name).sits))
+
+
 def _compared(causes: Sequence[Cause]) -> str:
     """Return the parameter that is compared: the first of the law that shows in all, else the size.
 
@@ -241,7 +224,7 @@ def _seen(
 
 def _seats(seen: _Seen) -> list[Seat]:
     """Return where an effect may sit, likeliest first."""
-    where = SITS.get(seen.term, ELSE)
+    where = _where(seen.term)
     score = {f: s for f in where if (s := _score(seen, _groups(seen, f))) is not None}
     each = _score(seen, tuple(range(len(seen.setups))))
     if not score or each is None:
@@ -279,7 +262,7 @@ def _statement(seen: _Seen, channel: str, seats: Sequence[Seat]) -> str:
     count, n = int(np.count_nonzero(seen.y)), len(seen.y)
     what = "a change of scale" if seen.term == "scale" else seen.term.replace("_", " ")
     shown = f"{channel}: {what} shows in {count} of {n} recordings"
-    where = SITS.get(seen.term, ELSE)
+    where = _where(seen.term)
     unsaid = [factor for factor in where if _groups(seen, factor) is None]
     if len(unsaid) == len(where):
         words = " or ".join(map(_words, unsaid))

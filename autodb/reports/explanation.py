@@ -11,7 +11,6 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from autodb.explain.answer.advice import advice
 from autodb.explain.answer.answer import (
     Cause,
     ChannelAnswer,
@@ -31,47 +30,8 @@ from autodb.reports.explanation_plots import (
     located,
     traces_over_time,
 )
+from autodb.terms.vocabulary import effect_called, vocabulary
 
-TERM_WORDS = {
-    "coulomb": "dry friction",
-    "viscous": "friction that grows with speed",
-    "stribeck": "extra friction at low speed",
-    "asymmetry": "friction that differs by direction",
-    "position_friction": "friction that differs along the travel",
-    "gravity": "a constant load",
-    "spring": "a spring load",
-    "cogging": "cogging of the motor",
-    "inertia": "accelerated mass",
-    "cross_coupling": "the pull of another axis",
-    "warmup": "friction that falls as it warms up",
-    "presliding": "the soft start after a reversal",
-    "backlash": "play after a reversal",
-    "compliance": "a springy drive train",
-    "external_load": "a load from outside",
-    "gain": "a changed scale",
-    "sensor_drift": "drift of the sensor",
-    "lag": "a shift in time",
-    "saturation": "a clipped signal",
-    "lost_sign": "a lost sign",
-    "windage": "air drag of the spindle",
-    "shear": "the material's cutting force",
-    "edge_force": "the force of the cutting edge",
-    "size_effect": "the extra force of thin chips",
-    "speed_softening": "softening with cutting speed",
-    "built_up_edge": "a built-up edge",
-    "tool_wear": "tool wear",
-    "hard_spot": "a hard spot",
-    "depth_error": "a wrong depth of cut",
-    "nose_radius": "the nose radius",
-    "runout": "run-out of the tool",
-    "deflection": "bending of the tool",
-    "chatter": "chatter",
-    "table_gravity": "weight on the table",
-    "table_inertia": "inertia of the table",
-    "thermal_drift": "heat drift of the sensor",
-    "crosstalk": "crosstalk between force components",
-    UNKNOWN: "an effect without a known name",
-}
 KIND_WORDS = {
     "missing": ("is missing", "are missing"),
     "mistuned": ("is set wrong", "are set wrong"),
@@ -109,7 +69,15 @@ def explanation_fragment(explained: Explained) -> str:
         }
         for n, (name, answer) in enumerate(explained.explanation.channels.items(), start=1)
     ]
-    words = (headline, smaller_words, open_words, certainty, term_words, parameter_words, advice)
+    words = (
+        headline,
+        smaller_words,
+        open_words,
+        certainty,
+        term_words,
+        parameter_words,
+        effect_called,
+    )
     where = (where_words, stretch_words, share_words, bars)
     plots = (
         traces_over_time,
@@ -135,7 +103,7 @@ def explanation_fragment(explained: Explained) -> str:
 
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
-    return TERM_WORDS.get(term, term.replace("_", " "))
+    return effect_called(term).title
 
 
 def move_words(cause: Cause, say: Callable[[str], str]) -> str:
@@ -154,10 +122,10 @@ def candidate_words(name: str) -> str:
     """
     said = re.sub(r" \d+$", "", name)
     term, _, rest = said.partition(" ")
-    if term not in TERM_WORDS:
-        term, rest = UNKNOWN, said
+    if term not in vocabulary():
+        term, rest = UNKNOWN, said.removeprefix(UNKNOWN).strip()
     rest = re.sub(r"\bways\b", "components", rest)
-    return f"{TERM_WORDS[term]} ({rest})" if rest else TERM_WORDS[term]
+    return f"{term_words(term)} ({rest})" if rest else term_words(term)
 
 
 def parameter_words(name: str) -> str:

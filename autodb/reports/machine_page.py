@@ -30,7 +30,7 @@ from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
-from autodb.terms import TERMS
+from autodb.terms.vocabulary import all_terms
 
 Array = NDArray[np.float64]
 
@@ -113,7 +113,7 @@ def _drive_terms(session: Session, machine_id: int) -> list[tuple[str, str, str]
     )
     for row in rows:
         newest[row.channel] = row
-    meaning = {(term.name, term.form): term.statement for term in TERMS}
+    meaning = {(term.name, term.form): term.statement for term in all_terms()}
     return [
         (
             f"{AXIS_NAMES.get(model.axis, model.axis)}: {term['term']}",

@@ -1,7 +1,6 @@
 """The physics of every channel: one term is one effect with named parameters.
 
-A new one is a function and its term here, and what docs/architecture.md lists under "Add an
-effect".
+A new one is a function and its term: here, or in another package (``autodb.terms.vocabulary``).
 """
 
 from autodb.terms._term import (
@@ -9,6 +8,7 @@ from autodb.terms._term import (
     Contribution,
     Factor,
     InputChange,
+    NamedEffect,
     OutputChange,
     ParameterPrior,
     Term,
@@ -25,7 +25,6 @@ from autodb.terms.drive import (
     INERTIA,
     SPRING,
     TILT,
-    WARMUP,
     WINDAGE,
 )
 from autodb.terms.engagement import DEFLECTION, DEPTH_ERROR
@@ -52,31 +51,32 @@ from autodb.terms.table import (
     TABLE_INERTIA_Z,
     THERMAL_DRIFT,
 )
+from autodb.terms.warming import WARMUP
 
 TERMS: tuple[Term, ...] = (
-    COULOMB,
+    INERTIA,
     VISCOUS,
+    COULOMB,
+    GRAVITY,
+    TILT,
     STRIBECK,
     ASYMMETRY,
     POSITION_FRICTION,
     FRICTION_RIPPLE,
-    GRAVITY,
-    TILT,
     SPRING,
     COGGING,
     COGGING_HARMONICS,
     COGGING_TABLE,
-    INERTIA,
     CROSS_COUPLING,
     WARMUP,
     PRESLIDING,
     BACKLASH,
     COMPLIANCE,
-    EXTERNAL_LOAD,
+    LAG,
     WINDAGE,
+    EXTERNAL_LOAD,
     SENSOR_DRIFT,
     GAIN,
-    LAG,
     SATURATION,
     LOST_SIGN,
     SHEAR,
@@ -113,6 +113,7 @@ __all__ = [
     "Contribution",
     "Factor",
     "InputChange",
+    "NamedEffect",
     "OutputChange",
     "ParameterPrior",
     "Term",

@@ -36,7 +36,8 @@ class TermParameter:
     """One named parameter: its unit in terms of the channel's unit ``U``, and its meaning.
 
     ``lower`` and ``upper`` bound it. A shape parameter also has the ``keyword`` that its term's
-    function takes it by, and ``starts``: the values that a search for it begins from.
+    function takes it by, and ``starts``: the values that a search for it begins from; it may be
+    ``given``: taken as it is stated, because the moves of one recording hardly show it.
     """
 
     name: str
@@ -47,14 +48,32 @@ class TermParameter:
     prior: ParameterPrior | None = None
     keyword: str = ""
     starts: tuple[float, ...] = ()
+    given: bool = False
 
 
-@dataclass(frozen=True)
-class Term:
-    """One physical effect that a channel can contain.
+@dataclass(frozen=True, kw_only=True)
+class NamedEffect:
+    """What is said of a physical effect wherever it is found.
 
-    ``name`` is an identifier of the vocabulary, ``form`` distinguishes terms of one name
-    (`periodic`); ``channels`` the kinds of channel it acts on;
+    ``name`` is an identifier of the vocabulary; ``title`` the same in shop words; ``check`` one
+    sentence of what to check on the machine, and ``check_source`` where that is from; ``sits``
+    where it may sit by its physics (machine, tool, material, sensor, calibration, or the pair of
+    tool and material), the likeliest first.
+    """
+
+    name: str
+    title: str = ""
+    check: str = ""
+    check_source: str = ""
+    sits: tuple[str, ...] = ("machine",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term(NamedEffect):
+    """One physical effect that a channel can contain, with its law.
+
+    ``form`` distinguishes terms of one name (`periodic`), of which the first says the effect's
+    words; ``channels`` the kinds of channel it acts on;
     ``modifies`` the terms that it changes (empty: it stands by itself); ``needs`` what must be
     recorded to see it; ``statement`` a sentence in shop words; ``excited_by`` the move or cut that
     shows it best; ``alike`` the effects that one recording can never distinguish it from,
@@ -62,9 +81,13 @@ class Term:
 
     ``inputs`` name the arrays that ``function`` takes, ``coefficients`` its linear parameters (one
     a column), ``shape`` the others.
+
+    ``belongs_to``: a machine's terms are identified from its moves and kept in its models; those of
+    a recording are found in it. ``any_moves``: every move excites it, so that it is identified
+    unless other terms are named. ``friction``: it rubs. ``remembers``: its value depends on
+    earlier rows too.
     """
 
-    name: str
     channels: tuple[Channel, ...]
     inputs: tuple[str, ...]
     function: Callable[..., Array]
@@ -78,6 +101,10 @@ class Term:
     modifies: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     distinguished_by: str | None = None
+    belongs_to: Literal["machine", "recording"] = "recording"
+    any_moves: bool = False
+    friction: bool = False
+    remembers: bool = False
 
     @property
     def parameters(self) -> tuple[TermParameter, ...]:
@@ -93,7 +120,7 @@ class Factor(Term):
     """Scales the columns of the terms that it modifies by ``function(*inputs, **shape)``, (n,)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class InputChange(Term):
     """Replaces each input named in ``changes`` by ``function(input, *inputs, **shape)``, (n,)."""
 

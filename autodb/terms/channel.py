@@ -15,6 +15,8 @@ from autodb.terms._term import Contribution, Factor, InputChange, OutputChange, 
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]
 EVERY = "*"
+OTHER = "other_"
+"""Begin of an input that is another axis'."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +51,27 @@ class ChannelPart:
         return ChannelPart(self.term, {**self.shape, **values}, self.free, self.of)
 
 
-def _input_name(part: ChannelPart, name: str) -> str:
-    return f"{part.of}.{name.removeprefix('other_')}" if name.startswith("other_") else name
+def parts_over(
+    term: Term, inputs: Inputs, shape: Mapping[str, float], free: tuple[str, ...]
+) -> list[ChannelPart]:
+    """Return a term's parts over these inputs: one for each other axis where it takes another's.
+
+    None where an input that it takes is not there.
+    """
+    others = [name.removeprefix(OTHER) for name in term.inputs if name.startswith(OTHER)]
+    axes = {n.split(".")[0]: None for n in inputs if n.partition(".")[2] in others}
+    made = [ChannelPart(term, shape, free, of) for of in (axes if others else ("",))]
+    return [p for p in made if all(input_name(p, name) in inputs for name in term.inputs)]
+
+
+def input_name(part: ChannelPart, name: str) -> str:
+    """Return what a part reads an input of its term from."""
+    return f"{part.of}.{name.removeprefix(OTHER)}" if name.startswith(OTHER) else name
 
 
 def _arguments(part: ChannelPart, inputs: Inputs) -> tuple[list[Array], dict[str, float]]:
     shape = {p.keyword: part.shape[p.name] for p in part.term.shape}
-    return [inputs[_input_name(part, name)] for name in part.term.inputs], shape
+    return [inputs[input_name(part, name)] for name in part.term.inputs], shape
 
 
 def channel_columns(parts: Sequence[ChannelPart], inputs: Inputs) -> Array:
@@ -88,7 +104,7 @@ def changed_inputs(parts: Sequence[ChannelPart], inputs: Inputs) -> dict[str, Ar
 
 
 def _is_other(name: str, changes: tuple[str, ...]) -> bool:
-    return "." in name and f"other_{name.split('.', 1)[1]}" in changes
+    return "." in name and f"{OTHER}{name.split('.', 1)[1]}" in changes
 
 
 def factors(parts: Sequence[ChannelPart], term: Term, inputs: Inputs) -> list[Array]:

@@ -71,6 +71,7 @@ def hard_spot(cut: Array, *, factor: float, first: float, last: float) -> Array:
 
 SIZE_EFFECT = Factor(
     name="size_effect",
+    title="the extra force of thin chips",
     channels=("cuts",),
     inputs=("thickness",),
     function=size_effect,
@@ -89,9 +90,15 @@ SIZE_EFFECT = Factor(
     alike=("edge_force",),
     distinguished_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
+    check="Check whether feed and chip thickness lie below those that the numbers were learnt "
+    "from; thin chips take more force for their section, and the same cut at half and at twice the "
+    "feed shows it.",
+    check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 3",
+    sits=("material", "tool", "pair"),
 )  # fmt: skip
 SPEED_SOFTENING = Factor(
     name="speed_softening",
+    title="softening with cutting speed",
     channels=("cuts",),
     inputs=("speed",),
     function=speed_softening,
@@ -107,9 +114,15 @@ SPEED_SOFTENING = Factor(
     statement="The material cuts more easily the faster it is cut.",
     excited_by="the same feed and depth at speeds from the slowest to the fastest",
     source="by construction (power of speed)",
+    check="Check the cutting speed that was really run, the override and the coolant; force that "
+    "changes steadily with speed goes with the heat of the cut, and the same cut at three speeds "
+    "shows it.",
+    check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 12",
+    sits=("material", "pair"),
 )  # fmt: skip
 BUILT_UP_EDGE = Factor(
     name="built_up_edge",
+    title="a built-up edge",
     channels=("cuts",),
     inputs=("speed",),
     function=built_up_edge,
@@ -134,9 +147,15 @@ BUILT_UP_EDGE = Factor(
     "faster it does not.",
     excited_by="the same feed and depth at closely spaced speeds, and a look at the edge",
     source="physics of a built-up edge; P1 section 2 names the state",
+    check="Check edge and finished surface for welded-on work material; within a band of speeds it "
+    "may build up, and the same cut clearly below and above that band, or with coolant, shows it.",
+    check_source="P1 section 2; Boothroyd and Knight, Fundamentals of Machining and Machine Tools, "
+    "section 2.3.2",
+    sits=("pair", "material", "tool"),
 )  # fmt: skip
 HARD_SPOT = Factor(
     name="hard_spot",
+    title="a hard spot",
     channels=("cuts",),
     inputs=("cut",),
     function=hard_spot,
@@ -153,4 +172,8 @@ HARD_SPOT = Factor(
     statement="A run of cuts went through harder or softer material.",
     excited_by="the same cut before, in and behind the place",
     source="physics of a zone of other material",
+    check="Check the work where those cuts were made, by hardness and by heat number; an "
+    "inclusion, a weld, scale or another bar may lie there, and the same cut beside it shows it.",
+    check_source="P1 section 2; ISO 6507-1 for hardness",
+    sits=("material",),
 )  # fmt: skip

@@ -4,14 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from autodb.terms._term import Contribution, Factor, ParameterPrior, TermParameter, step_s
+from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
 
 Array = NDArray[np.float64]
 
 EDGE_S = 0.02
 """Time over which an external load sets in or goes: a fit can follow it. Chosen."""
-WARM_SPEED_MM_S = 10_000.0 / 60.0
-"""Speed at which warm-up figures are stated: P2 section 3 measured at 10 000 mm/min."""
 
 
 def inertia(acceleration_mm_s2: Array) -> Array:
@@ -125,34 +123,9 @@ def windage(velocity_rpm: Array) -> Array:
     return velocity_rpm * np.abs(velocity_rpm)
 
 
-def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array:
-    """Return how warm the lubricant is, 0 cold, 1 after long running at WARM_SPEED_MM_S, (n,).
-
-    T·dw/dt = |v|/WARM_SPEED − w, w = 0 at the first row: driven by friction work, which at nearly
-    constant friction goes as speed; it relaxes at rest. Even sampling. Source: P2 section 3, fitted
-    there as 1 − e^(−u/T).
-    """
-    keep = float(np.exp(-step_s(t_s) / time_constant_s))
-    heat = np.abs(velocity_mm_s) / WARM_SPEED_MM_S
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
-
-
-def warmup(
-    t_s: Array, velocity_mm_s: Array, *, drop: float, time_constant_s: float, levelling: float
-) -> Array:
-    """Friction falls as the lubricant warms: factor 1 − drop · w(1 + b)/(1 + b·w), (n,).
-
-    w(t) is ``warmth``; b = ``levelling``: 0 is the line of P2, above 0 the fall levels off before
-    the heat does, as an oil's thinning does, and comes back late at rest. Acts on friction, not on
-    weight or inertia. Source: P2 section 3: drop about 0.19 and time constant about 20 s at
-    10 000 mm/min; b is ours, because a saturating fall could not be followed without it.
-    """
-    warm = warmth(t_s, velocity_mm_s, time_constant_s=time_constant_s)
-    return 1.0 - drop * warm * (1.0 + levelling) / (1.0 + levelling * warm)
-
-
 INERTIA = Contribution(
     name="inertia",
+    title="accelerated mass",
     channels=("axis", "rotary", "spindle"),
     inputs=("acceleration",),
     function=inertia,
@@ -161,20 +134,32 @@ INERTIA = Contribution(
     statement="Mass that must be accelerated.",
     excited_by="accelerated moves: rapids with dwells",
     source="P0 section 2.2; Janot, Gautier, Brunot 2019",
+    check="Check what lies on the slide and what mass the model was identified with; a heavier "
+    "fixture or work may be the cause, and moves at another acceleration without cutting show it.",
+    check_source="P0 section 2.2, eq. 7 to 10",
+    belongs_to="machine",
+    any_moves=True,
 )
 CROSS_COUPLING = Contribution(
     name="cross_coupling",
+    title="the pull of another axis",
     channels=("axis",),
     inputs=("other_acceleration",),
     function=cross_coupling,
     coefficients=(TermParameter("coefficient", "U·s²/mm", "effort per acceleration of that axis"),),
-    needs=("position", "position of the other axis"),
+    needs=("position", "another axis' position, like 'y.position'"),
     statement="The acceleration of another axis loads this axis.",
     excited_by="accelerated moves of the other axis while this one stands",
     source="P0 section 2.2 (serial kinematics)",
+    check="Check whether the other axis carries this one, how square the two are, and how stiff "
+    "the machine's feet stand; the other axis' acceleration pulls here, and moving it alone shows "
+    "how much.",
+    check_source="P0 section 2.2, eq. 2; ISO 230-1 for squareness",
+    belongs_to="machine",
 )
 GRAVITY = Contribution(
     name="gravity",
+    title="a constant load",
     channels=("axis",),
     inputs=("position",),
     function=gravity,
@@ -186,6 +171,12 @@ GRAVITY = Contribution(
     alike=("sensor_drift",),
     distinguished_by="Log the current once more with the drive disabled: a sensor's zero "
     "point stays.",
+    check="Check the counterweight or brake of a tilted or hanging axis, the weight that it "
+    "carries, and the zero of the current sensor; a constant load may be any of them, and the "
+    "reading at standstill without drive enable tells the sensor.",
+    check_source="P2 section III.B; P1 section 8",
+    belongs_to="machine",
+    any_moves=True,
 )
 TILT = Contribution(
     name="gravity",
@@ -201,9 +192,12 @@ TILT = Contribution(
     statement="The weight of a table or its work, off the axis of rotation: once a revolution.",
     excited_by="slow passes in both directions over as much of a revolution as there is",
     source="P4 (static tilts); P0 section 2.2, F_co",
+    belongs_to="machine",
+    any_moves=True,
 )
 SPRING = Contribution(
     name="spring",
+    title="a spring load",
     channels=("axis",),
     inputs=("position",),
     function=spring,
@@ -212,16 +206,22 @@ SPRING = Contribution(
         TermParameter(
             "rest", "mm", "position without load", -1e4, 1e4,
             prior=ParameterPrior(0.0, 1e3, "chosen: within a metre of the axis' zero"),
-            keyword="rest_mm", starts=(0.0,),
+            keyword="rest_mm", starts=(0.0,), given=True,
         ),
     ),
     needs=("position",),
     statement="A spring-like load: it grows along the travel, with the same sign both ways.",
     excited_by="constant-speed passes over the whole travel in both directions",
     source="P0 section 2.2, k (s − s_r)",
+    check="Check cable carriers, hoses and guideway covers for pull towards one end of the travel; "
+    "a load that grows with position may come from them, and slow passes both ways show it in "
+    "their mean.",
+    check_source="P0 section 2.2",
+    belongs_to="machine",
 )  # fmt: skip
 COGGING = Contribution(
     name="cogging",
+    title="cogging of the motor",
     channels=("axis", "rotary"),
     inputs=("position",),
     function=cogging,
@@ -238,6 +238,11 @@ COGGING = Contribution(
     statement="A ripple along the travel that keeps its sign in both directions: magnets or screw.",
     excited_by="slow constant-speed passes over many periods in both directions",
     source="P0 section 2.2, F_co",
+    check="Check whether the ripple's period is the magnets' pole pitch or a turn of the screw, "
+    "and whether the control's compensation is on; slow passes over the travel show the period.",
+    check_source="P0 section 2.2; Altintas, Verl, Brecher, Uriarte and Pritschow, CIRP Annals 60 "
+    "(2011), 779-796",
+    belongs_to="machine",
 )
 FRICTION_RIPPLE = Contribution(
     name="position_friction",
@@ -259,9 +264,12 @@ FRICTION_RIPPLE = Contribution(
     statement="Friction goes up and down along the travel: a ripple that flips with the direction.",
     excited_by="slow constant-speed passes over many periods in both directions",
     source="P2 eq. 12, made periodic",
+    belongs_to="machine",
+    friction=True,
 )
 COMPLIANCE = Contribution(
     name="compliance",
+    title="a springy drive train",
     channels=("axis", "rotary"),
     inputs=("acceleration", "t"),
     function=compliance,
@@ -281,9 +289,16 @@ COMPLIANCE = Contribution(
     statement="Screw or belt gives way: the load swings behind the motor when the axis jerks.",
     excited_by="sharp accelerations with dwells between them",
     source="two-mass model; Janot, Gautier, Brunot 2019 name it as left out",
+    check="Check coupling, screw bearings and nut for looseness, and the scale's reading against "
+    "the motor's; a drive train may give between motor and slide, and a move at another jerk shows "
+    "its resonance.",
+    check_source="Altintas, Verl, Brecher, Uriarte and Pritschow, CIRP Annals 60 (2011), 779-796",
+    belongs_to="machine",
+    remembers=True,
 )  # fmt: skip
 EXTERNAL_LOAD = Contribution(
     name="external_load",
+    title="a load from outside",
     channels=("axis",),
     inputs=("t",),
     function=external_load_edged,
@@ -296,9 +311,13 @@ EXTERNAL_LOAD = Contribution(
     statement="A load during one stretch of time that no motion explains: a cut, a push, a rub.",
     excited_by="the same moves again without the load",
     source="P0 section 2.2, F_ext",
+    check="Check what the machine did in that interval; a cut, a chip jammed under a cover, a "
+    "clamp or a collision may have loaded the axis, and the same move without it shows.",
+    check_source="P0 section 2.2, eq. 1",
 )
 WINDAGE = Contribution(
     name="windage",
+    title="air drag of the spindle",
     channels=("spindle",),
     inputs=("velocity",),
     function=windage,
@@ -307,34 +326,10 @@ WINDAGE = Contribution(
     statement="Air and oil that the spindle churns: drag that grows with the square of speed.",
     excited_by="steady running at speeds from the lowest to the highest",
     source="by construction (drag ∝ speed²)",
+    check="Check the spindle's load while it idles at several speeds, with and without the tool; "
+    "losses that grow with the square of speed or so are air and bearings, and a large cutter or "
+    "chuck adds to them.",
+    check_source="P1 section 9",
+    belongs_to="machine",
+    any_moves=True,
 )
-WARMUP = Factor(
-    name="warmup",
-    channels=("axis", "rotary"),
-    inputs=("t", "velocity"),
-    function=warmup,
-    shape=(
-        TermParameter(
-            "drop", "1", "share of friction lost when warm at 10 000 mm/min", 0.0, 0.9,
-            prior=ParameterPrior(0.19, 0.2, "mean: P2 section 3; sd: chosen"),
-            keyword="drop", starts=(0.1,),
-        ),
-        TermParameter(
-            "time_constant", "s", "time to warm by 63 %", 1.0, 36_000.0,
-            keyword="time_constant_s", starts=(5.0, 20.0, 100.0, 600.0),
-        ),
-        TermParameter(
-            "levelling", "1", "how much sooner the fall levels off than the heat", 0.0, 20.0,
-            prior=ParameterPrior(0.0, 2.0, "mean: P2 section 3 (none); sd: chosen"),
-            keyword="levelling", starts=(0.0, 3.0),
-        ),
-    ),
-    modifies=("coulomb", "viscous", "stribeck", "asymmetry", "position_friction", "backlash"),
-    needs=("position",),
-    statement="The lubricant warms: friction falls while the axis works and recovers at rest.",
-    excited_by="the same pass from cold, repeated for ten minutes, and again after a rest",
-    source="P2 section 3",
-    alike=("gain",),
-    distinguished_by="Add accelerated moves, or a vertical axis' standstill: a gain scales inertia "
-    "and weight too.",
-)  # fmt: skip

@@ -38,6 +38,7 @@ def deflection(normal_force_N: Array, depth_mm: Array, *, compliance_mm_N: float
 
 DEPTH_ERROR = Factor(
     name="depth_error",
+    title="a wrong depth of cut",
     channels=("cuts",),
     inputs=("depth",),
     function=depth_error,
@@ -56,9 +57,14 @@ DEPTH_ERROR = Factor(
     alike=("nose_radius",),
     distinguished_by="Measure the diameter before and after one cut: a depth error is there, a "
     "nose's is not. All components have a depth error, the tangential one has no nose.",
+    check="Check tool length and wear offset, the zero of the work and the size of the blank; a "
+    "real depth off by a constant shows most in shallow cuts, and the size after a pass tells it.",
+    check_source="P1 section 1 (geometric, thermal and force-induced errors)",
+    sits=("tool", "machine"),
 )  # fmt: skip
 DEFLECTION = Factor(
     name="deflection",
+    title="bending of the tool",
     channels=("cuts",),
     inputs=("normal_force", "depth"),
     function=deflection,
@@ -77,4 +83,9 @@ DEFLECTION = Factor(
     alike=("size_effect",),
     distinguished_by="Repeat the cuts with a shorter overhang: bending goes, the size "
     "effect stays.",
+    check="Check overhang and clamping of tool and work; a force that falls behind as the load "
+    "grows may be something that bends away, and the same cut with a shorter overhang or in two "
+    "passes shows it.",
+    check_source="P1 section 1; Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 2",
+    sits=("tool", "machine"),
 )  # fmt: skip

@@ -139,6 +139,7 @@ def _after_first_reversal(direction: Array) -> Array:
 
 COULOMB = Contribution(
     name="coulomb",
+    title="dry friction",
     channels=("axis", "rotary", "spindle"),
     inputs=("direction",),
     function=coulomb,
@@ -149,9 +150,17 @@ COULOMB = Contribution(
     statement="Dry friction of the guideway and screw that is the same at every speed.",
     excited_by="constant-speed passes in both directions at several speeds",
     source="P0 section 2.2; Janot, Gautier, Brunot 2019",
+    check="Check the guideway's wipers, preload and lubrication; dry friction off its usual level "
+    "may come from any of them, and shows in slow passes both ways without a tool in cut.",
+    check_source="P2 sections II and III.A; Armstrong-Hélouvry, Dupont and Canudas de Wit, "
+    "Automatica 30 (1994), 1083-1138",
+    belongs_to="machine",
+    any_moves=True,
+    friction=True,
 )
 VISCOUS = Contribution(
     name="viscous",
+    title="friction that grows with speed",
     channels=("axis", "rotary", "spindle"),
     inputs=("velocity",),
     function=viscous,
@@ -160,9 +169,17 @@ VISCOUS = Contribution(
     statement="Friction that grows in proportion to speed, as an oil film makes it.",
     excited_by="constant-speed passes in both directions at several speeds",
     source="P0 section 2.2; Janot, Gautier, Brunot 2019",
+    check="Check amount and grade of the lubricant and how warm the axis runs; friction that grows "
+    "with speed changes with the oil film, and passes at several speeds show by how much.",
+    check_source="P2 section III.A; Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 "
+    "(1994), 1083-1138",
+    belongs_to="machine",
+    any_moves=True,
+    friction=True,
 )
 STRIBECK = Contribution(
     name="stribeck",
+    title="extra friction at low speed",
     channels=("axis", "rotary"),
     inputs=("direction", "velocity"),
     function=stribeck,
@@ -175,16 +192,24 @@ STRIBECK = Contribution(
         TermParameter(
             "exponent", "1", "how sharply it falls", 0.3, 4.0,
             prior=ParameterPrior(2.0, 0.5, "mean: P0 section 2.2 (δ = 2); sd: chosen"),
-            keyword="exponent", starts=(2.0,),
+            keyword="exponent", starts=(2.0,), given=True,
         ),
     ),
     needs=("position",),
     statement="Extra friction at creep speed that falls as the axis runs faster.",
     excited_by="slow constant-speed passes, 10 to 500 mm/min, in both directions",
     source="P0 section 2.2 (Stribeck law)",
+    check="Check whether the axis judders at creep speed and when its guideways were last "
+    "lubricated; extra friction at low speed may be a starved oil film, and passes at creep speeds "
+    "show it.",
+    check_source="P0 section 2.2, eq. 4; Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica "
+    "30 (1994), 1083-1138",
+    belongs_to="machine",
+    friction=True,
 )  # fmt: skip
 ASYMMETRY = Contribution(
     name="asymmetry",
+    title="friction that differs by direction",
     channels=("axis", "rotary"),
     inputs=("direction", "velocity"),
     function=asymmetry,
@@ -200,24 +225,40 @@ ASYMMETRY = Contribution(
     alike=("gravity",),
     distinguished_by="Let the axis stand under control between moves: a constant load stays, a "
     "difference of friction goes.",
+    check="Check covers, cable carriers, wipers and the balance of the axis in both directions; "
+    "friction that differs by direction may be something that drags only one way, and slow passes "
+    "both ways over the same travel show it.",
+    check_source="P2 sections II and IV",
+    belongs_to="machine",
+    friction=True,
 )
 POSITION_FRICTION = Contribution(
     name="position_friction",
+    title="friction that differs along the travel",
     channels=("axis",),
     inputs=("direction", "position"),
     function=position_friction,
     coefficients=(TermParameter("slope", "U/mm", "friction gained per distance towards +"),),
     shape=(
-        TermParameter("middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm"),
+        TermParameter(
+            "middle", "mm", "where Coulomb friction is the mean", keyword="middle_mm", given=True
+        ),
     ),
     modifies=("coulomb",),
     needs=("position",),
     statement="Friction rises along the travel, the same way in both directions.",
     excited_by="constant-speed passes over the whole travel in both directions",
     source="P2 eq. 12",
+    check="Check guideway covers, wipers and the screw where along the travel the friction "
+    "differs; a folding cover, dirt or wear may sit there, and slow passes over the whole travel "
+    "show the place.",
+    check_source="P2 section III.A",
+    belongs_to="machine",
+    friction=True,
 )
 PRESLIDING = InputChange(
     name="presliding",
+    title="the soft start after a reversal",
     channels=("axis", "rotary"),
     inputs=("position",),
     function=presliding,
@@ -233,9 +274,17 @@ PRESLIDING = InputChange(
     statement="After a reversal friction builds up over a small way instead of at once.",
     excited_by="many slow reversals of a few hundredths of a millimetre",
     source="Dahl 1968; P2 (gap named there)",
+    check="Check the circular path at its reversals; friction that builds up only over a small "
+    "distance may be guideways, seals or screw winding up, and small strokes to and fro show the "
+    "distance.",
+    check_source="ISO 230-4; Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994), "
+    "1083-1138",
+    belongs_to="machine",
+    remembers=True,
 )  # fmt: skip
 BACKLASH = Contribution(
     name="backlash",
+    title="play after a reversal",
     channels=("axis",),
     inputs=("direction", "position"),
     function=backlash,
@@ -254,4 +303,10 @@ BACKLASH = Contribution(
     alike=("presliding",),
     distinguished_by="Reverse at several feeds with a dial gauge on the slide: play is lost "
     "motion, pre-sliding is not.",
+    check="Check the reversal error of the axis, and the preload of nut, coupling and thrust "
+    "bearing; play after a reversal may come from any of them, and a dial gauge on small strokes "
+    "shows it.",
+    check_source="ISO 230-2",
+    belongs_to="machine",
+    remembers=True,
 )  # fmt: skip

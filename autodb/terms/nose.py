@@ -91,6 +91,7 @@ _SHALLOW = "depths from a quarter of the nose radius to several of it"
 
 NOSE_AXIAL = Factor(
     name="nose_radius",
+    title="the nose radius",
     form="axial",
     channels=("cuts",),
     inputs=("depth",),
@@ -104,6 +105,11 @@ NOSE_AXIAL = Factor(
     alike=("depth_error",),
     distinguished_by="Measure the diameter before and after one cut: a depth error is there, a "
     "nose's is not. A nose also raises the radial force.",
+    check="Check the insert's designation against the tool table; another nose radius turns force "
+    "from feed to passive most in shallow cuts, and two depths, one below and one well above the "
+    "radius, show it.",
+    check_source="ISO 1832; Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 2",
+    sits=("tool",),
 )
 NOSE_RADIAL = Contribution(
     name="nose_radius",

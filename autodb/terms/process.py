@@ -56,6 +56,7 @@ def tool_wear(depth_mm: Array, cutting_time_s: Array) -> Array:
 
 SHEAR = Contribution(
     name="shear",
+    title="the material's cutting force",
     channels=("cuts", "table"),
     inputs=("force",),
     function=shear,
@@ -64,9 +65,15 @@ SHEAR = Contribution(
     statement="The work material cuts harder or softer than the simulation assumes.",
     excited_by="cuts at several feeds and depths",
     source="P1 section 3; Armarego's thin shear zone",
+    check="Check batch, hardness and heat treatment of the work against the material that the "
+    "numbers came from; a force off by one factor over all chips may be the material, and a "
+    "repeated standard cut shows it.",
+    check_source="P1 sections 2 and 3; ISO 6507-1 for hardness",
+    sits=("material", "tool", "pair"),
 )
 EDGE_FORCE = Contribution(
     name="edge_force",
+    title="the force of the cutting edge",
     channels=("cuts",),
     inputs=("depth",),
     function=edge_force,
@@ -78,10 +85,16 @@ EDGE_FORCE = Contribution(
     alike=("size_effect",),
     distinguished_by="Cut at a chip of 0.03 mm or thinner: the edge's force stays, the force of a "
     "thinning chip goes on falling.",
+    check="Check the edge's rounding, chamfer and grade of the insert; rubbing that does not fall "
+    "with the chip may be another edge preparation, and a cut at a chip of 0.03 mm or less shows "
+    "it.",
+    check_source="P1 section 3; Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 2",
+    sits=("tool", "pair", "material"),
 )
 _RATE = TermParameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
 TOOL_WEAR = Contribution(
     name="tool_wear",
+    title="tool wear",
     channels=("cuts",),
     inputs=("depth", "cutting_time"),
     function=tool_wear,
@@ -93,6 +106,10 @@ TOOL_WEAR = Contribution(
     alike=("sensor_drift",),
     distinguished_by="Change the edge and repeat the cut: wear falls back, a sensor's drift "
     "does not.",
+    check="Check the flank wear of the edge under a magnifier; force that grows with the edge's "
+    "cutting time may be wear, and the same cut with a new edge shows it.",
+    check_source="P1 section 2; ISO 3685 for turning, ISO 8688-2 for end milling",
+    sits=("tool",),
 )
 EDGE_WEAR = Contribution(
     name="tool_wear",

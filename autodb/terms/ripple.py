@@ -67,6 +67,7 @@ COGGING_TABLE = Contribution(
     statement="A load of any shape that repeats from pole to pole, the same in both directions.",
     excited_by="slow constant-speed passes over many periods in both directions",
     source="P0 section 2.2, F_co as a look-up table",
+    belongs_to="machine",
 )
 COGGING_HARMONICS = Contribution(
     name="cogging",
@@ -84,4 +85,5 @@ COGGING_HARMONICS = Contribution(
     statement="Ripples along the travel, each a part of a pole: magnets and what is between them.",
     excited_by="slow constant-speed passes over many periods in both directions",
     source="P0 section 2.2, F_co as a finite Fourier series",
+    belongs_to="machine",
 )

@@ -61,6 +61,7 @@ def lost_sign(effort: Array) -> Array:
 
 SENSOR_DRIFT = Contribution(
     name="sensor_drift",
+    title="drift of the sensor",
     channels=("axis", "spindle", "cuts", "table"),
     inputs=("t",),
     function=sensor_drift,
@@ -72,9 +73,15 @@ SENSOR_DRIFT = Contribution(
     statement="The sensor's zero point wanders with the clock, also while nothing moves.",
     excited_by="a standstill at the beginning and one at the end",
     source="by construction",
+    check="Check zero, warm-up and cable of the sensor; a reading that creeps with the clock may "
+    "be its amplifier's drift, and the zero before and after the recording, with nothing moving, "
+    "shows it.",
+    check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 7",
+    sits=("sensor", "calibration"),
 )
 GAIN = Factor(
     name="gain",
+    title="a changed scale",
     channels=("axis", "spindle", "cuts", "table"),
     inputs=("t",),
     function=gain,
@@ -92,9 +99,15 @@ GAIN = Factor(
     alike=("warmup",),
     distinguished_by="Add accelerated moves, or a vertical axis' standstill: warming leaves "
     "inertia and weight alone.",
+    check="Check range, wiring and calibration of the sensor or amplifier, and how warm motor and "
+    "charge amplifier were; a scale that changes may be any of them, and a known load before and "
+    "after shows it.",
+    check_source="P1 sections 9 and 12; Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 7",
+    sits=("calibration", "sensor", "machine"),
 )  # fmt: skip
 LAG = InputChange(
     name="lag",
+    title="a shift in time",
     channels=("axis", "spindle"),
     inputs=("t",),
     function=lag,
@@ -109,9 +122,17 @@ LAG = InputChange(
     statement="The effort was logged later or earlier than the position.",
     excited_by="reversals and sharp accelerations",
     source="by construction",
+    check="Check filters, sampling clocks and trigger of both signals; a shift in time may come "
+    "from a filter or from logging by two devices, and one sharp event that both have recorded "
+    "shows it.",
+    check_source="P1 section 7",
+    sits=("sensor", "machine"),
+    belongs_to="machine",
+    remembers=True,
 )  # fmt: skip
 SATURATION = OutputChange(
     name="saturation",
+    title="a clipped signal",
     channels=("axis", "spindle", "table"),
     inputs=(),
     function=saturation,
@@ -121,9 +142,15 @@ SATURATION = OutputChange(
     statement="The drive or the logger clips at a limit.",
     excited_by="the hardest acceleration in the programme",
     source="by construction",
+    check="Check the measuring range of the sensor and the current limit of the drive; a signal "
+    "that stays at one value may be clipped there, and the same move with less load or a wider "
+    "range shows it.",
+    check_source="Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 6",
+    sits=("sensor", "machine"),
 )
 LOST_SIGN = OutputChange(
     name="lost_sign",
+    title="a lost sign",
     channels=("axis", "spindle"),
     inputs=(),
     function=lost_sign,
@@ -132,4 +159,8 @@ LOST_SIGN = OutputChange(
     statement="A magnitude was logged: the sign of the effort is lost.",
     excited_by="passes in both directions on an axis with friction only",
     source="by construction",
+    check="Check what the logger keeps; a range, an rms or a percentage has no sign, and a signed "
+    "torque-producing current from the control or a slow pass both ways shows it.",
+    check_source="P1 sections 7 and 8",
+    sits=("sensor",),
 )

@@ -96,6 +96,7 @@ _TURNS = "fast turns of each rotary axis in air, with sharp starts and stops"
 
 TABLE_GRAVITY_X = Contribution(
     name="table_gravity",
+    title="weight on the table",
     form="x",
     channels=("table",),
     inputs=("angle_x", "angle_z"),
@@ -105,6 +106,10 @@ TABLE_GRAVITY_X = Contribution(
     statement="Weight of work, fixture and sensor shows in x when the table tilts.",
     excited_by=_TILTS,
     source="P4 eq. 5",
+    check="Check mass and centre of what is clamped on the table, and at which angles the sensor "
+    "was tared; weight turns with the table, and standing at several tilts without cutting shows "
+    "it.",
+    check_source="P4 sections 2 and 4",
 )
 TABLE_GRAVITY_Y = Contribution(
     name="table_gravity",
@@ -132,6 +137,7 @@ TABLE_GRAVITY_Z = Contribution(
 )
 TABLE_INERTIA_X = Contribution(
     name="table_inertia",
+    title="inertia of the table",
     form="x",
     channels=("table",),
     inputs=("omega_x", "omega_y", "omega_z", "alpha_y", "alpha_z"),
@@ -141,6 +147,9 @@ TABLE_INERTIA_X = Contribution(
     statement="A mass off the centre of rotation pulls in x while the table turns.",
     excited_by=_TURNS,
     source="P4 eq. 6 and 7",
+    check="Check the mass on the table and its distance from the rotary axes; a turning table "
+    "pulls with speed and acceleration, and turning without cutting shows it.",
+    check_source="P4 sections 2 and 5.1",
 )
 TABLE_INERTIA_Y = Contribution(
     name="table_inertia",
@@ -168,6 +177,7 @@ TABLE_INERTIA_Z = Contribution(
 )
 THERMAL_DRIFT = Contribution(
     name="thermal_drift",
+    title="heat drift of the sensor",
     channels=("table",),
     inputs=("cutting", "t"),
     function=thermal_drift,
@@ -186,9 +196,16 @@ THERMAL_DRIFT = Contribution(
     alike=("sensor_drift",),
     distinguished_by="Pause the cutting for some minutes: heat drift comes back, the "
     "clock's goes on.",
+    check="Check whether hot chips or coolant lie on the sensor; a force that rises while chips "
+    "fall on it and relaxes afterwards may be heat, and the reading some minutes after the cut "
+    "shows it.",
+    check_source="P4 section 5.2",
+    sits=("sensor",),
+    remembers=True,
 )  # fmt: skip
 CROSSTALK = Contribution(
     name="crosstalk",
+    title="crosstalk between force components",
     channels=("table",),
     inputs=("other_force",),
     function=crosstalk,
@@ -202,4 +219,9 @@ CROSSTALK = Contribution(
     statement="This component of the sensor shows a share of another one's force.",
     excited_by="a push along each axis of the sensor alone",
     source="by construction (three-component sensor)",
+    check="Check how the sensor was levelled, clamped and calibrated; one component that shows in "
+    "another may be its crosstalk or a tilt, and a known load along one direction at a time shows "
+    "it.",
+    check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 7",
+    sits=("sensor", "calibration"),
 )  # fmt: skip

@@ -1,55 +1,158 @@
-"""Identifiers of every effect that a simulation may say it includes, modelled here or not."""
+"""Every effect that the program knows: its own terms, those of other packages, and effects without
+a term.
 
-from autodb.terms import TERMS, Term
+A term from elsewhere is added with ``add_term``, or named by an entry point of the group
+`autodb.terms` of an installed package. All that lists, fits, finds or names effects asks here when
+it runs, so that every command knows it.
+"""
 
-AXIS = frozenset(
-    {
-        "coulomb",
-        "viscous",
-        "stribeck",
-        "asymmetry",
-        "position_friction",
-        "gravity",
-        "spring",
-        "cogging",
-        "inertia",
-        "cross_coupling",
-        "warmup",
-        "presliding",
-        "backlash",
-        "compliance",
-        "external_load",
-        "gain",
-        "sensor_drift",
-        "lag",
-        "saturation",
-        "lost_sign",
-        "windage",
-    }
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import entry_points
+
+from autodb.errors import UnusableInput
+from autodb.terms import TERMS, Channel, Contribution, NamedEffect, Term
+
+GROUP = "autodb.terms"
+"""Entry points that name the terms of an installed package."""
+RUNOUT = NamedEffect(
+    name="runout",
+    title="run-out of the tool",
+    check="Check the run-out of the tool in its holder with a dial gauge, the taper for dirt, and "
+    "the teeth for chips; force once a turn may be any of them, and another feed a tooth tells a "
+    "chipped tooth from run-out.",
+    check_source="Kline and DeVor, Int. J. Mach. Tool Des. Res. 23 (1983), 123-140; ISO 230-7 for "
+    "the spindle",
+    sits=("tool", "machine"),
 )
-CUTTING = frozenset(
-    {
-        "shear",
-        "edge_force",
-        "size_effect",
-        "speed_softening",
-        "built_up_edge",
-        "tool_wear",
-        "hard_spot",
-        "depth_error",
-        "nose_radius",
-        "runout",
-        "deflection",
-        "chatter",
-        "sensor_drift",
-        "gain",
-    }
+CHATTER = NamedEffect(
+    name="chatter",
+    title="chatter",
+    check="Check the finished surface for marks, and overhang, clamping and edge; a narrow band at "
+    "no multiple of the spindle's turning may be chatter, and another spindle speed or less depth "
+    "shows it.",
+    check_source="P1 section 2; Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 4",
+    sits=("machine", "tool", "pair"),
 )
-TABLE = frozenset({"table_gravity", "table_inertia", "thermal_drift", "crosstalk"})
+NO_NAME = NamedEffect(
+    name="unknown",
+    title="an effect without a known name",
+    check="Check what else changed with the signals named here, such as tool, work, coolant, "
+    "temperature or programme; no law that is known here fits, and a repeat that changes one of "
+    "them at a time may tell.",
+    check_source="P1 section 2",
+    sits=("machine", "tool", "material", "sensor", "calibration", "pair"),
+)
+WITHOUT_TERM = (RUNOUT, CHATTER, NO_NAME)
+TAKEN = frozenset({"size", "share", "slight", "change", "share_of_all"})
+"""Names of numbers that an explanation says of any effect, or states as others."""
+_added: list[Term] = []
 
-VOCABULARY: frozenset[str] = AXIS | CUTTING | TABLE
+
+def add_term(term: Term) -> None:
+    """Add a term to those that every command knows.
+
+    Raises UnusableInput where one of its name and form is there already, or where it lacks what the
+    commands say of it or search for it with.
+    """
+    _refuse_incomplete(term, all_terms())
+    _added.append(term)
+
+
+@contextmanager
+def added_terms(*terms: Term) -> Iterator[None]:
+    """Add terms for the length of a block."""
+    before = list(_added)
+    try:
+        for term in terms:
+            add_term(term)
+        yield
+    finally:
+        _added[:] = before
+
+
+def all_terms() -> tuple[Term, ...]:
+    """Return the program's own terms, then those that were added."""
+    return (*TERMS, *_installed(), *_added)
+
+
+@cache
+def _installed() -> tuple[Term, ...]:
+    """Return the terms of installed packages; an entry point names a term or a tuple of them."""
+    found = list[Term]()
+    for point in entry_points(group=GROUP):
+        named = point.load()
+        for term in named if isinstance(named, tuple) else (named,):
+            _refuse_incomplete(term, (*TERMS, *found))
+            found.append(term)
+    return tuple(found)
+
+
+def _refuse_incomplete(term: Term, known: tuple[Term, ...]) -> None:
+    """Refuse a term that another one is called, or that lacks words, columns or starts."""
+    said = f"term '{term.name}'" + (f" in the form '{term.form}'" if term.form else "")
+    taken = {(one.name, one.form) for one in known} | {(one.name, "") for one in WITHOUT_TERM}
+    if (term.name, term.form) in taken:
+        raise UnusableInput(f"{said} is there already; give yours another name")
+    if not term.name.isidentifier():
+        raise UnusableInput(f"{said}: a name is one word of letters, digits and underscores")
+    first = next((one for one in known if one.name == term.name), term)
+    if first is term and term.form:
+        raise UnusableInput(f"{said} has no plain form; add that first")
+    for what in ("title", "check", "check_source"):
+        if not getattr(first, what):
+            raise UnusableInput(f"{said} has no {what}; reports and advice print it")
+    if isinstance(term, Contribution) and not term.coefficients:
+        raise UnusableInput(f"{said} has no coefficients; name one for each of its columns")
+    for parameter in term.parameters:
+        if parameter.name in TAKEN:
+            raise UnusableInput(f"{said}: call '{parameter.name}' otherwise; explain uses it")
+    for parameter in term.shape:
+        if not parameter.keyword or not parameter.starts:
+            raise UnusableInput(
+                f"{said}: shape parameter '{parameter.name}' needs a keyword and starts"
+            )
+
+
+def vocabulary() -> frozenset[str]:
+    """Return the names of every effect that a simulation may say it includes."""
+    return frozenset(one.name for one in (*all_terms(), RUNOUT, CHATTER))
+
+
+def effect_called(name: str) -> NamedEffect:
+    """Return what is said of an effect; of a name that is not known here, what is said of none."""
+    for one in (*all_terms(), *WITHOUT_TERM):
+        if one.name == name:
+            return one
+    return replace(NO_NAME, name=name, title=name.replace("_", " "))
 
 
 def term_called(name: str, form: str = "") -> Term:
-    """Return the term of this name and form."""
-    return next(t for t in TERMS if t.name == name and t.form == form)
+    """Return the term of this name and form; raises UnusableInput where there is none."""
+    for term in all_terms():
+        if (term.name, term.form) == (name, form):
+            return term
+    raise UnusableInput(
+        f"there is no term '{' '.join((name, form)).strip()}'; install the package that has it"
+    )
+
+
+def terms_on(channel: Channel) -> dict[str, Term]:
+    """Return the terms of a kind of channel by name, of several forms the first."""
+    found: dict[str, Term] = {}
+    for term in all_terms():
+        if channel in term.channels:
+            found.setdefault(term.name, term)
+    return found
+
+
+def friction_terms() -> frozenset[str]:
+    """Return the names of terms that are friction."""
+    return frozenset(term.name for term in all_terms() if term.friction)
+
+
+def of_the_machine() -> frozenset[str]:
+    """Return the names of terms that belong to a machine and not to one recording."""
+    return frozenset(term.name for term in all_terms() if term.belongs_to == "machine")

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
+from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.several_recordings import (
     FACTORS,
-    SITS,
     Located,
     RecordingSetup,
     explain_together,
 )
 from autodb.fitting import NORMAL_95
-from autodb.terms.vocabulary import VOCABULARY
+from autodb.terms.vocabulary import effect_called, vocabulary
 
 FORCE = "force.y"
 
@@ -130,9 +130,10 @@ def test_no_effect_no_line() -> None:
     assert explain_together(CROSSED, [_answer(None, 0.0, 1.0) for _ in CROSSED]).effects == ()
 
 
-def test_where_effects_may_sit_is_said_in_the_vocabularys_names() -> None:
-    assert set(SITS) <= VOCABULARY | {"scale", "unknown"}
-    assert {factor for where in SITS.values() for factor in where} <= {*FACTORS, "pair"}
+def test_where_an_effect_may_sit_is_one_of_the_factors_or_the_pair() -> None:
+    for name in (*vocabulary(), UNKNOWN):
+        assert set(effect_called(name).sits) <= {*FACTORS, "pair"}
+    assert effect_called("tool_wear").sits == ("tool",)
 
 
 def test_drawn_effects_are_put_where_they_sit() -> None:

@@ -18,7 +18,7 @@ from autodb.proofs.cases.plan import (
     planned_case,
 )
 from autodb.proofs.runs.explain.explain_oracle import SURE, oracle_verdict
-from autodb.terms.vocabulary import VOCABULARY
+from autodb.terms.vocabulary import vocabulary
 
 RECORDED = {"saturation", "lost_sign"}
 """What acts on the noise too: the record less the truth is not the noise alone."""
@@ -47,7 +47,7 @@ def test_what_is_hidden_is_a_term_or_unknown_and_not_included(alone: Case) -> No
     (hidden,) = alone.hidden
     expected = UNKNOWN if "outside" in alone.kind else alone.kind
     assert hidden.term == expected
-    assert hidden.term in VOCABULARY | {UNKNOWN}
+    assert hidden.term in vocabulary() | {UNKNOWN}
     assert hidden.term not in alone.includes
 
 

@@ -25,7 +25,15 @@ from autodb.proofs.cases.real.real_case import MISTUNED_BY, RealCase, RealSpec
 from autodb.proofs.cases.real.real_cases import injected_specs, made_case, real_plan, real_specs
 from autodb.proofs.cases.real.real_columns import REAL_TERMS, columns_of
 from autodb.proofs.cases.real.real_effects import CHANGING, EFFECTS, PLACED, effect_on, effort_peak
-from autodb.proofs.cases.real.real_nulls import HALF_RATE, PARTS, null_case, rows_of, twin_of
+from autodb.proofs.cases.real.real_nulls import (
+    HALF_RATE,
+    PARTS,
+    SHORTEST_S,
+    WHOLE_ONLY,
+    null_case,
+    rows_of,
+    twin_of,
+)
 from autodb.proofs.cases.real.real_sources import READERS
 from autodb.proofs.cases.real.rival_names import rivals_of
 from autodb.proofs.cases.real.shown_cases import SHOWN, recording_of
@@ -250,6 +258,18 @@ def test_an_injected_size_comes_back_from_a_real_recording(
     assert_allclose(found, case.true_size, rtol=0.15)  # what the recording holds of it stays in
     assert case.seen == (Beside(model.columns).rms(case.axis.effort - axis.effort)
                          >= LEAST_SEEN * rms)  # fmt: skip
+
+
+def test_parts_are_long_enough_to_be_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AUTODB_SHARED", str(shared("data", "real").parent.parent))
+    short = set()
+    for name in INJECTED_INTO:
+        t_s = injected.fitted_axis(name)[0].t
+        if min(np.ptp(t_s[rows_of(part, len(t_s))]) for part in PARTS) < SHORTEST_S:
+            short.add(name)
+    assert short == WHOLE_ONLY
+    parts = {spec.recording for spec in real_specs() if spec.variant.startswith("first third")}
+    assert parts == set(INJECTED_INTO) - WHOLE_ONLY
 
 
 def test_the_first_cases_of_the_plan_are_made(monkeypatch: pytest.MonkeyPatch) -> None:

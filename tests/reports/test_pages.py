@@ -16,7 +16,6 @@ from autodb.agent.learn.precision_history import LearningCurve
 from autodb.explain.answer.answer import Considered, Regime, Where
 from autodb.reports import figures
 from autodb.reports.explanation import (
-    TERM_WORDS,
     explanation_fragment,
     open_words,
     regime_words,
@@ -32,7 +31,6 @@ from autodb.reports.page import (
     render_page,
     tightening_range,
 )
-from autodb.terms import TERMS
 from tests.helpers.explanations import (
     OUTSIDE,
     STATEMENT,
@@ -377,7 +375,3 @@ def test_a_learning_plot_holds_the_last_band() -> None:
     assert low < curve.mean[-1] - 2.0 * curve.sd[-1]
     assert high > curve.mean[-1] + 2.0 * curve.sd[-1]
     assert high < curve.mean[0] + 2.0 * curve.sd[0]
-
-
-def test_every_term_has_shop_words() -> None:
-    assert {term.name for term in TERMS} <= set(TERM_WORDS)

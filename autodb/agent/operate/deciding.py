@@ -26,10 +26,12 @@ from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.files.channels import effort_channels
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import IDENTIFIABLE, cross_test
+from autodb.sensing.drives.feed_axis import cross_test
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
+from autodb.terms import COGGING, FRICTION_RIPPLE
+from autodb.terms.vocabulary import of_the_machine
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ def confirm(
         wanted = _wanted(row, term)
         if _is_decided(row, "confirmed", wanted):
             return _decided(session, row, wanted, already=True)
-        step = _fit(session, row, wanted, progress) if wanted in IDENTIFIABLE else None
+        step = _fit(session, row, wanted, progress) if wanted in of_the_machine() else None
     with store.writing() as session:
         row = mismatch(session, number)
         if _is_decided(row, "confirmed", wanted):  # another process was faster
@@ -194,7 +196,7 @@ def _decided(session: Session, row: models.Mismatch, term: str, *, already: bool
         channel=row.channel,
         term=term,
         already=already,
-        alternatives=tuple(name for name in row.alternatives or () if name in IDENTIFIABLE),
+        alternatives=tuple(name for name in row.alternatives or () if name in of_the_machine()),
     )
 
 
@@ -262,9 +264,10 @@ def _refuse_unexcited(row: models.Mismatch, refit: Refit, term: str) -> None:
 
 def of_term(terms: Sequence[IdentifiedTerm], name: str) -> list[IdentifiedTerm]:
     """Return the parameters of a term; asked for as `cogging`, of a ripple of either kind."""
-    if name == "cogging":
-        return [t for t in terms if t.term == name or t.form]
-    return [t for t in terms if t.term == name and not t.form]
+    ripple = FRICTION_RIPPLE.name, FRICTION_RIPPLE.form
+    if name == COGGING.name:
+        return [t for t in terms if t.term == name or (t.term, t.form) == ripple]
+    return [t for t in terms if t.term == name and (t.term, t.form) != ripple]
 
 
 def _keep_version(session: Session, row: models.Mismatch, step: _Step) -> int:

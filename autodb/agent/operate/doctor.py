@@ -19,7 +19,6 @@ from autodb.agent.ingest.kept import every_unread
 from autodb.agent.operate.access import first_broken
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.sensing.drives.feed_axis import IDENTIFIABLE
 from autodb.store import (
     Store,
     head,
@@ -32,6 +31,7 @@ from autodb.store import (
     shape,
 )
 from autodb.store.rotation import age_words, drill
+from autodb.terms.vocabulary import of_the_machine
 
 Progress = Callable[[str], None]
 
@@ -214,7 +214,7 @@ def look_for_confirmed(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for confirmed causes without a term, or whose term is the machine's and in no model."""
     mismatch = models.Mismatch
     lacks = mismatch.confirmed_term.is_(None) | (
-        mismatch.confirmed_term.in_(IDENTIFIABLE) & ~mismatch.models.any()
+        mismatch.confirmed_term.in_(of_the_machine()) & ~mismatch.models.any()
     )
     rows = session.scalars(select(mismatch).where(mismatch.status == "confirmed", lacks))
     return _none_of(f"mismatch {row.id}: {row.channel}: {row.term}" for row in rows)

@@ -89,7 +89,7 @@ def _name(path: str) -> str:
 
 def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     """Return what is kept of a mismatch, a line each: what it is and its text."""
-    from autodb.explain.answer.advice import advice
+    from autodb.terms.vocabulary import effect_called
 
     yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
     yield "statement", row.statement
@@ -105,8 +105,8 @@ def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     for held in row.parameters_of_pairs:
         pair = f"{held.pair.material.name} / {held.pair.tool.name}"
         yield "made", f"{pair} version {held.version} (parameters {held.id})"
-    one = advice(row.confirmed_term or row.term)
-    yield "advice", f"{one.check} ({one.source})"
+    one = effect_called(row.confirmed_term or row.term)
+    yield "advice", f"{one.check} ({one.check_source})"
 
 
 def _places(row: "Mismatch") -> "Iterator[str]":

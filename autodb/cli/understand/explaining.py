@@ -208,8 +208,8 @@ def _against_machine(
 
 
 def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
-    from autodb.explain.answer.advice import advice
     from autodb.reports.explanation import headline, open_words, smaller_words
+    from autodb.terms.vocabulary import effect_called
 
     for channel, answer in explained.explanation.channels.items():
         if not answer.mismatch:
@@ -232,7 +232,7 @@ def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
             say(f"  what this recording cannot tell: {cannot_tell}")
     answers = explained.explanation.channels.values()
     for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
-        say(f"{term}: {advice(term).check}")
+        say(f"{term}: {effect_called(term).check}")
 
 
 def _numbered(row: "KeptCause | None") -> str:

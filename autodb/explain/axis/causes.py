@@ -356,7 +356,9 @@ def _changed(reading: AxisReading) -> list[str]:
 
 def _judged(reading: AxisReading, names: Collection[str]) -> Mistuned:
     inquiry, own = reading.inquiry, list(reading.bench.own)
-    return of_mistuned(inquiry.search, inquiry.found, [own.index(name) for name in names])
+    return of_mistuned(
+        inquiry.search, inquiry.found, [own.index(name) for name in names], but=names
+    )
 
 
 def _change_size(reading: AxisReading, name: str) -> IntervalValue:

@@ -9,13 +9,11 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.friction import friction_candidates
-from autodb.explain.axis.loads import load_candidates
+from autodb.explain.axis.effects import candidates_of_axis
 from autodb.explain.axis.moves import AxisPath
 from autodb.explain.axis.read_off import own_terms
 from autodb.explain.axis.reading import AxisReading
-from autodb.explain.axis.sensors_of_axis import sensor_candidates_of_axis
-from autodb.explain.axis.signals import ACTING, AxisSignals, simulated_friction
+from autodb.explain.axis.signals import AxisSignals, acting_terms, simulated_friction
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.telling import held_coefficients
 from autodb.terms.friction import since_reversal
@@ -92,6 +90,7 @@ def signals_on(
         had=recorded.had,
         phase_deg=recorded.phase_deg,
         like=recorded,
+        shaped=recorded.shaped,
     )
 
 
@@ -109,10 +108,11 @@ def account_columns(of: AxisAccount, signals: AxisSignals) -> Array:
     """
     zero = np.zeros_like(signals.t_s)
     own = np.column_stack([zero, *(signals.own.get(name, zero) for name in of.own)])[:, 1:]
+    acting = acting_terms()
     blocks = {
         number: _columns(choice, signals, of.widths[number])
         for number, choice in enumerate(of.choices)
-        if choice.candidate.term not in ACTING
+        if choice.candidate.term not in acting
     }
     parts = [(of.choices[i].candidate.term, b @ of.of(i)) for i, b in blocks.items()]
     now = signals.beside(own @ of.coefficients[: len(of.own)], parts)
@@ -150,12 +150,7 @@ def _shape(choice: Choice, signals: AxisSignals) -> CandidateForm | None:
 def _anew(candidate: Candidate, signals: AxisSignals) -> Candidate | None:
     if candidate.scanned:
         return None if candidate.anew is None else candidate.anew(signals)
-    made = [
-        *friction_candidates(signals),
-        *load_candidates(signals),
-        *sensor_candidates_of_axis(signals),
-    ]
-    return next((s for s in made if s.key == candidate.key), None)
+    return next((s for s in candidates_of_axis(signals) if s.key == candidate.key), None)
 
 
 def _formula(form: CandidateForm) -> tuple[object, tuple[object, ...]]:

@@ -13,8 +13,8 @@ from autodb.explain.engine.candidates import (
     spline,
     swings,
 )
-from autodb.terms.drive import warmth
 from autodb.terms.friction import backlash, presliding, stribeck
+from autodb.terms.warming import warmth
 
 Array = NDArray[np.float64]
 
@@ -24,20 +24,6 @@ DRY = frozenset({"coulomb"})
 """What a dip of friction, or its course after a reversal, is a part of."""
 FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
-
-
-def friction_candidates(signals: AxisSignals) -> list[Candidate]:
-    """Return the candidates that act on friction; some need reversals in the recording."""
-    made = [
-        coulomb_candidate(signals),
-        viscous_candidate(signals),
-        stribeck_dip(signals),
-        asymmetry_candidate(signals),
-    ]
-    made += [position_friction_candidate(signals), warmup_candidate(signals)]
-    if np.any(np.diff(signals.last_sense) != 0):
-        made += [soft_start(signals), play(signals)]
-    return made
 
 
 def coulomb_candidate(s: AxisSignals) -> Candidate:

@@ -32,17 +32,6 @@ TURNING = "gravity over the angle"
 """Key of a weight that turns with a rotary axis."""
 
 
-def load_candidates(s: AxisSignals) -> list[Candidate]:
-    """Return the loads that an axis may have beside friction."""
-    return [
-        *weights(s),
-        inertia_candidate(s),
-        spring_candidate(s),
-        *swings_behind(s),
-        *cross_couplings(s),
-    ]
-
-
 def weights(s: AxisSignals) -> list[Candidate]:
     """Return a constant load, and of a rotary axis a weight that turns with its angle."""
     constant = Candidate(

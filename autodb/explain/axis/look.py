@@ -17,13 +17,12 @@ from autodb.explain.answer.answer import (
     largest_first,
 )
 from autodb.explain.axis.causes import causes
-from autodb.explain.axis.friction import friction_candidates, warmup_candidate
-from autodb.explain.axis.loads import TURNING, load_candidates
+from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
+from autodb.explain.axis.loads import TURNING
 from autodb.explain.axis.parts import parts_of_causes, signals_of_causes
 from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
-from autodb.explain.axis.sensors_of_axis import sensor_candidates_of_axis
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
@@ -146,19 +145,11 @@ class AxisField:
     def standing(self) -> list[Candidate]:
         """Return every candidate but those that scans find."""
         s = self.signals
-        return self._open(
-            [
-                *friction_candidates(s),
-                *load_candidates(s),
-                *sensor_candidates_of_axis(s),
-                *unknown_candidates(s),
-            ]
-        )
+        return self._open([*candidates_of_axis(s), *unknown_candidates(s)])
 
     def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
-        """Return warm-up and what motor and sensor do, acting on all that has been found."""
-        now = self.signals.beside(retuned, parts)
-        return self._open([warmup_candidate(now), *sensor_candidates_of_axis(now)])
+        """Return the effects that act on others, on all that has been found."""
+        return self._open(acting_candidates(self.signals.beside(retuned, parts)))
 
     def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return what scans of the residual at the bench's working rate point to."""

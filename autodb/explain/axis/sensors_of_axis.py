@@ -49,17 +49,6 @@ LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
 
-def sensor_candidates_of_axis(s: AxisSignals) -> list[Candidate]:
-    """Return what the motor's constant, the sensor and the clock may do.
-
-    Where no effort is known there is nothing to scale, shift, clip or lose the sign of.
-    """
-    if not np.any(s.effort):
-        return [drift(s)]
-    made = [gain_candidate(s), drift(s), shift(s), clipping(s), lost_sign_candidate(s), braking(s)]
-    return [candidate for candidate in made if candidate.forms]
-
-
 def _has_one_sign(s: AxisSignals) -> bool:
     """Whether what was recorded has hardly another sign, while the simulation has both."""
     s = s.frame

@@ -1,28 +1,39 @@
 """What an axis' candidates are built from: its motion, its simulated effort, and the other axes."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.axis.included import included_parts
 from autodb.explain.axis.read_off import READ_OFF, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records import Recording
+from autodb.sensing.drives.feed_axis import axis_kind
 from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
+from autodb.terms import Factor, OutputChange
+from autodb.terms.channel import EVERY
 from autodb.terms.friction import since_reversal
+from autodb.terms.vocabulary import all_terms, friction_terms
 
 Array = NDArray[np.float64]
 
 OWN_PART = 0.005
 """A known part that is less than this share of the simulation is none."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
-FRICTION = frozenset({"coulomb", "viscous", "stribeck", "position_friction", "asymmetry"})
-ACTING = frozenset({"warmup", "gain", "lag", "saturation", "lost_sign"})
-"""Effects that change others."""
+
+
+def acting_terms() -> frozenset[str]:
+    """Return the names of effects that act on what others add: on some as factors, or on all."""
+    return frozenset(
+        term.name
+        for term in all_terms()
+        if isinstance(term, Factor | OutputChange) or EVERY in term.modifies
+    )
 
 
 @dataclass(frozen=True)
@@ -41,7 +52,9 @@ class AxisSignals:
     ``pieces``: runs of even rows ·
     ``read_share``: share of the simulation's sum of squares that the terms read off give ·
     ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
-    ``like``: signals of the recording, where these are of another move.
+    ``like``: signals of the recording, where these are of another move ·
+    ``found``: what each effect adds that was found, by term ·
+    ``shaped``: terms of the simulation whose shape was read off it, and may be another.
     """
 
     axis: str
@@ -64,6 +77,8 @@ class AxisSignals:
     read_share: float = 1.0
     phase_deg: float = 0.0
     like: "AxisSignals | None" = None
+    found: Mapping[str, Array] = field(default_factory=dict)
+    shaped: frozenset[str] = frozenset()
 
     @property
     def rotary(self) -> bool:
@@ -82,6 +97,11 @@ class AxisSignals:
             return self.like.scales
         return axis_scales(self.t_s, self.position, self.velocity, self.last_sense, self.way)
 
+    def part(self, term: str) -> Array | float:
+        """Return what a term is known to add, (n,): of the simulation, and found."""
+        simulated = self.had[term] * self.own[term] if term in self.own else 0.0
+        return simulated + self.found.get(term, 0.0)
+
     @property
     def frame(self) -> "AxisSignals":
         """The signals that scales, middles and knots of shapes are taken from."""
@@ -92,18 +112,24 @@ class AxisSignals:
 
         ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term and (n,) each.
         """
-        others = [part for term, part in parts if term not in ACTING]
-        friction = [part for term, part in parts if term in FRICTION]
+        acting, rubs = acting_terms(), friction_terms()
+        adding = [(term, part) for term, part in parts if term not in acting]
+        others = [part for _, part in adding]
+        friction = [part for term, part in parts if term in rubs]
         effort = self.simulation + retuned + sum(others, start=np.zeros_like(retuned))
         known = {"coulomb", "viscous"} & self.had.keys()
         rubbing = self.friction if known else np.zeros_like(retuned)
         rubbing = rubbing + sum(friction, start=np.zeros_like(retuned))
-        return replace(self, effort=effort, friction=rubbing if np.any(rubbing) else self.friction)
+        found = dict(self.found)
+        for term, part in adding:
+            found[term] = found.get(term, 0.0) + part
+        rubbing = rubbing if np.any(rubbing) else self.friction
+        return replace(self, effort=effort, friction=rubbing, found=found)
 
     def completed(self, retuned: Array, parts: Sequence[tuple[str, Array]]) -> "AxisSignals":
         """Return the signals of a simulation that holds what has been found, of size 1 each."""
         now = self.beside(retuned, parts)
-        acting = [part for term, part in parts if term in ACTING]
+        acting = [part for term, part in parts if term in acting_terms()]
         return replace(
             now,
             simulation=sum(acting, start=now.effort),
@@ -134,6 +160,9 @@ def axis_signals(
     cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
+    lacking = frozenset(includes or ()).difference(parts)
+    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
+    parts = {**parts, **included}
     further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
     rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
     read = own_terms_of(rest, inputs, recording, axis, includes=includes)
@@ -159,6 +188,7 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
+        shaped=frozenset(included),
     )
 
 

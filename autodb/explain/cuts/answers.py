@@ -40,8 +40,7 @@ from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
-from autodb.terms import TERMS
-from autodb.terms.vocabulary import term_called
+from autodb.terms.vocabulary import all_terms, term_called
 
 Array = NDArray[np.float64]
 
@@ -136,7 +135,7 @@ class _Answers:
         others = tuple(c for c in self.choices if c is not choice)
         effect = EffectInCuts(self.stack, self.own, choice, others)
         values = {"size": size, **effect_parameters(effect, component)}
-        statement = next(t.statement for t in TERMS if t.name == choice.candidate.term)
+        statement = next(t.statement for t in all_terms() if t.name == choice.candidate.term)
         return named_entry(
             choice, sure, statement, values, includes=self.includes, apart=self.apart(choice)
         )
@@ -229,7 +228,7 @@ def _acted_on(causes: Collection[Cause], signals: dict[str, Array]) -> dict[str,
 
 
 def _needs(term: str) -> tuple[str, ...]:
-    return next(t.needs for t in TERMS if t.name == term)
+    return next(t.needs for t in all_terms() if t.name == term)
 
 
 def _signals(stack: Stack) -> dict[str, Array]:

@@ -62,9 +62,11 @@ class Candidate:
     ``mistaken`` gives columns that it may be mistaken for: where they explain more beside it than
     it does, it must be worth it beside them. ``sure``: its shape follows from what is recorded and
     simulated alone. ``static``: it adds to the others as position, speed, acceleration or the clock
-    say, and changes none of them; such laws come before all others. ``needs``: terms of which
+    say, and changes none of them, or is a factor's change of known ones; such laws come before
+    all others. ``needs``: terms of which
     plain rows must hold one beside it: there is no dip of a friction that is not there. ``first``:
-    it changes all that is recorded in a way that no static law looks like.
+    it changes all that is recorded in a way that no static law looks like. ``coarse``: its forms
+    stand far apart, and are tuned before more is looked for.
     """
 
     key: str
@@ -83,6 +85,7 @@ class Candidate:
     static: bool = False
     needs: frozenset[str] = frozenset()
     first: bool = False
+    coarse: bool = False
 
     @property
     def exact(self) -> bool:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.plain import BLOCKS, NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.plain import ALONE, BLOCKS, NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
@@ -33,8 +33,8 @@ right."""
 SUREST = 0.99
 """More is never claimed. Chosen: what nobody thought of is never less probable."""
 RARE = 2.0 * TEMPER * float(np.log(10.0))
-"""Evidence by which what soaks up any misfit is a rarer rival of a static law. Chosen: odds of ten.
-"""
+"""Evidence by which what soaks up any misfit, or holds the law and more, is a rarer rival of a
+static law. Chosen: odds of ten."""
 UNSURE = 0.89
 """More is not claimed of an effect without which plain rows are predicted about as well."""
 NEAR = 20.0
@@ -99,6 +99,8 @@ def of_plain(
     soaks that up too: it is a rarer rival of a static law, which is judged among its like, and has
     to do better than curves itself.
     The best of more forms does well by chance so many times more often.
+    A rival that explains something else, or nothing, is none: without it the odds are better, but
+    no name is surer than UNSURE that does not stand beside them all.
     """
     like = choice.candidate
     if like.static:
@@ -122,7 +124,8 @@ def of_plain(
         fall = _fall(offer[0] * (1.0 + richer) ** 2 - whole, ranks=like.static)
         more = offer[1].shape.tries / choice.shape.tries
         fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
-        if choice.candidate.static and not candidate.static:
+        holds_it = richer > 0.0 and rows.own_share([*others, offer[1], choice]) <= ALONE
+        if like.static and (holds_it or not candidate.static):
             fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
@@ -308,11 +311,13 @@ def of_mistuned(
     own: Sequence[int],
     *,
     ways: NDArray[np.intp] | None = None,
+    but: Collection[str] = (),
 ) -> Mistuned:
     """Return how a change of own columns stands beside accounts without it.
 
     ``own``: numbers of the columns among the simulation's; ``ways``: places of further columns of
-    the same term among the products, which a choice holds. Without the change the set is kept, its
+    the same term among the products, which a choice holds; ``but``: names that are no others.
+    Without the change the set is kept, its
     families free to take it up; or every other candidate is added; or an effect of the set, which
     may be there only with the change, is swapped.
     """
@@ -323,7 +328,8 @@ def of_mistuned(
             found_by += held.swaps(choice)
     by_name: dict[str, float] = {}
     for name, fall in found_by:
-        by_name[name] = min(fall, by_name.get(name, np.inf))
+        if name not in but:
+            by_name[name] = min(fall, by_name.get(name, np.inf))
     return Mistuned(held.worth - MARGIN, standing(by_name, nothing=held.worth), held.variables)
 
 

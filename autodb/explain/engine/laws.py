@@ -219,16 +219,44 @@ def _first(
     better than all of them: they are then seen through it. It has a mark of its own in what was
     recorded, which static laws would show by coincidence only.
     """
-    found = grown(PlainRows(bench, static), [], static)
+    found, laws = _static_laws(bench, static)
     acting = [c for c in named if c.first]
-    rows = PlainRows(bench, [*static, *acting])
+    rows = PlainRows(bench, [*laws, *acting])
     offers = [_offered(rows, [], c) for c in acting]
     _, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
     if best is None or rms_fall(rows.squares(found), rows.squares([best])) < 0.0:
         return found
     acts = _tuned(bench, [], best)
     bench.look_through([acts])
-    return grown(PlainRows(bench, [*static, acts.candidate]), [acts], static)
+    return _static_laws(bench, static, [acts])[0]
+
+
+def _static_laws(
+    bench: WhiteRows, static: Sequence[Candidate], acting: Sequence[Choice] = ()
+) -> tuple[list[Choice], list[Candidate]]:
+    """Return the static laws found beside what acts on all, and all static candidates with these.
+
+    From the first coarse law on, shapes are tuned anew before the next law is looked for: else that
+    one makes up for what they get wrong.
+    """
+    found, laws = list(acting), {c.key: c for c in static}
+    shaped: list[str] = []
+    for _ in range(MOST):
+        before, among = [c.candidate.key for c in found], list(laws.values())
+        rows = PlainRows(bench, [*among, *(c.candidate for c in acting)])
+        more = grown(rows, found, among, most=1 if shaped else MOST)
+        with_shape = [c for c in more if c.candidate.coarse and c.shape.within]
+        found = more if shaped or not with_shape else more[: more.index(with_shape[0]) + 1]
+        if not with_shape or [c.candidate.key for c in found] == before:
+            break
+        for number, choice in enumerate(found):
+            if choice in with_shape:
+                found[number] = _tuned(bench, found, choice)
+                shaped.append(choice.candidate.key)
+                laws[shaped[-1]] = found[number].candidate
+    kept = {c.candidate.key for c in found}
+    bench.forget(key for key in shaped if key not in kept)
+    return found, [laws[c.key] if c.key in kept else c for c in static]
 
 
 def _tuned(bench: WhiteRows, found: Sequence[Choice], choice: Choice) -> Choice:

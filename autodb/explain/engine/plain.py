@@ -29,7 +29,7 @@ OWN = 0.5
 """Share of the squares that a law takes away, which it must take away beside a rival, too, for them
 to be effects of two kinds. Chosen."""
 HALF = 0.5
-"""A column times its inverse is 1 at least; less than this where rows do not hold it at all."""
+"""Share of the peak of an effect from which on rows are within its stretch. Chosen."""
 BEYOND = 1.5
 """No contribution is larger than this times the range of the difference. Chosen."""
 ROWS = 8000
@@ -169,18 +169,19 @@ class PlainRows:
     def own_share(self, choices: Sequence[Choice]) -> float:
         """Return the least share of a column of the last choice that the others cannot give."""
         at = self._at(choices)
-        last = np.arange(len(at) - len(self._places[choices[-1].key]), len(at))
-        inner = self._folds.whole[np.ix_(at, at)]
-        inverse = self._inverse(at, weight=0.0)
-        spread = np.diag(inverse)[last] * np.diag(inner)[last]
-        return float(1.0 / spread.max()) if np.all(spread > HALF) else 0.0
+        last = len(at) - len(self._places[choices[-1].key])
+        others, own = at[:last], at[last:]
+        whole = self._folds.whole
+        given = whole[np.ix_(others, own)]
+        left = np.diag(whole)[own] - np.sum(given * (self._inverse(others, weight=0.0) @ given), 0)
+        return float(np.min(left / np.maximum(np.diag(whole)[own], 1e-300)))
 
     def has_its_own(self, others: Sequence[Choice], choice: Choice, rival: Choice) -> bool:
         """Whether a choice beside others explains something else than a rival in its place: beside
         the rival, too, it takes OWN of the squares away that it takes without it.
         """
         like = choice.candidate
-        sets = ([], [choice], [rival], [rival, choice])
+        sets: tuple[list[Choice], ...] = ([], [choice], [rival], [rival, choice])
         none, its, rivals, both = (
             float(self.squares([*others, *one], like=like).sum()) for one in sets
         )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.evidence import Given, Products
-from autodb.terms import TERMS
+from autodb.terms.vocabulary import all_terms
 
 Array = NDArray[np.float64]
 
@@ -319,9 +319,10 @@ def _better(search: CandidateSearch, found: FoundSet) -> FoundSet | None:
 def alike_terms(name: str) -> frozenset[str]:
     """Return the terms that look like one, or that one of these looks like."""
     found = {name}
-    for _ in TERMS:
-        more = {t.name for t in TERMS if found & set(t.alike)}
-        more |= {other for t in TERMS if t.name in found for other in t.alike}
+    terms = all_terms()
+    for _ in terms:
+        more = {t.name for t in terms if found & set(t.alike)}
+        more |= {other for t in terms if t.name in found for other in t.alike}
         if more <= found:
             break
         found |= more

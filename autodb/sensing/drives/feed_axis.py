@@ -36,39 +36,13 @@ from autodb.sensing.drives.moves.protocol import (
     default_protocol,
     means_by_way,
 )
-from autodb.terms import COGGING, Channel, Contribution, TermParameter
-from autodb.terms.channel import ChannelPart
+from autodb.terms import COGGING, Channel, Contribution, Term, TermParameter
+from autodb.terms.channel import ChannelPart, parts_over
 from autodb.terms.ripple import NODES
-from autodb.terms.vocabulary import term_called
+from autodb.terms.vocabulary import terms_on
 
 Array = NDArray[np.float64]
 
-SYMMETRIC = ("inertia", "viscous", "coulomb", "gravity")
-"""The terms that moves in air excite on any axis: the symmetric model of Janot 2019."""
-SPINDLE_FOUR = ("inertia", "viscous", "coulomb", "windage")
-IDENTIFIABLE = (
-    *SYMMETRIC,
-    "stribeck",
-    "asymmetry",
-    "position_friction",
-    "spring",
-    "cogging",
-    "cross_coupling",
-    "warmup",
-    "presliding",
-    "backlash",
-    "compliance",
-    "lag",
-    "windage",
-)
-"""Terms that belong to a machine; the others belong to one recording."""
-GIVEN = {
-    "stribeck": {"exponent"},
-    "position_friction": {"middle"},
-    "spring": {"rest"},
-    "warmup": {"levelling"},
-}
-"""Shape parameters that are taken as given: the moves of one recording hardly show them."""
 WAVE_ROWS = 4
 """Rows that show a wave of a ripple: at its crests and between them. Chosen."""
 SPREAD_CUTOFFS_HZ = (50.0, 75.0, 100.0, 150.0, 200.0)
@@ -83,7 +57,7 @@ def identify(
     posteriors: Posteriors | None = None,
     by_way: bool | None = None,
 ) -> Identified:
-    """Identify the terms of one axis' effort; the symmetric four if ``terms`` are not given.
+    """Identify the terms of one axis' effort; ``default_terms`` if ``terms`` are not given.
 
     With ``axis`` `spindle` those of the spindle's torque or current over its speed.
 
@@ -156,19 +130,19 @@ def _begun(
     """
     rows = prepared(recording, axis=axis, protocol=protocol)
     kind = axis_kind(rows.axis)
-    terms = terms or (SPINDLE_FOUR if kind == "spindle" else SYMMETRIC)
-    known = [name for name in IDENTIFIABLE if kind in term_called(name, _form(name, kind)).channels]
+    terms, known = terms or default_terms(kind), identifiable_terms(kind)
     for name in terms:
         if name not in known:
             raise UnusableInput(
                 f"--terms: '{name}' cannot be identified from moves of {rows.axis}"
                 f"{near(name, known)}; known: {', '.join(known)}"
             )
-    parts = tuple(p for name in terms if name != "cogging" for p in _starting(rows, name, given))
+    asked = [known[name] for name in terms if name != "cogging"]
+    parts = tuple(part for term in asked for part in _starting(rows, term, given))
     if not any(isinstance(part.term, Contribution) for part in parts):
         raise UnusableInput(
             f"--terms: {', '.join(terms)} only change what others add; name "
-            f"{','.join(SYMMETRIC)} beside them"
+            f"{','.join(default_terms(kind))} beside them"
         )
     found = None
     if "cogging" in terms:
@@ -189,9 +163,22 @@ def axis_kind(axis: str) -> Channel:
     return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
 
 
-def _form(name: str, kind: Channel) -> str:
-    """Return the form of a term on an axis: weight turns with a rotary one."""
-    return "tilt" if name == "gravity" and kind == "rotary" else ""
+def default_terms(kind: Channel) -> tuple[str, ...]:
+    """Return the terms that any move excites: of a feed axis the symmetric model of Janot 2019."""
+    return tuple(name for name, term in identifiable_terms(kind).items() if term.any_moves)
+
+
+def identifiable_terms(kind: Channel) -> dict[str, Term]:
+    """Return the machine's terms that an axis' effort may have, by name.
+
+    A search for their shape begins at their starts, or at what is given; `cogging` is looked for.
+    """
+    return {
+        name: term
+        for name, term in terms_on(kind).items()
+        if term.belongs_to == "machine"
+        and (term is COGGING or all(p.given or p.starts for p in term.shape))
+    }
 
 
 def _fine_enough(rows: Prepared, period: float) -> FilterProtocol:
@@ -202,22 +189,20 @@ def _fine_enough(rows: Prepared, period: float) -> FilterProtocol:
 
 
 def _starting(
-    rows: Prepared, name: str, given: Mapping[tuple[str, str], float]
+    rows: Prepared, term: Term, given: Mapping[tuple[str, str], float]
 ) -> list[ChannelPart]:
-    """Return the parts of a term at the shape where a search begins, or at the one given."""
-    term = term_called(name, _form(name, axis_kind(rows.axis)))
-    fixed = GIVEN.get(name, set())
-    if name == "cross_coupling":
-        others = [n.split(".")[0] for n in rows.inputs if n.endswith(".acceleration")]
-        if not others:
-            raise UnusableInput(
-                f"{rows.path}: cross_coupling needs another axis' position, like 'y.position'"
-            )
-        return [ChannelPart(term, of=other) for other in others]
+    """Return the parts of a term at the shape where a search begins, or at the one given.
+
+    Raises UnusableInput without what it takes.
+    """
     shape = {p.name: _start(p, rows) for p in term.shape}
-    shape |= {p: given[name, p] for p in fixed if (name, p) in given}
-    free = tuple(p.name for p in term.shape if p.name not in fixed)
-    return [ChannelPart(term, shape, free)]
+    fixed = [p.name for p in term.shape if p.given]
+    shape |= {name: given[term.name, name] for name in fixed if (term.name, name) in given}
+    free = tuple(name for name in shape if name not in fixed)
+    made = parts_over(term, rows.inputs, shape, free)
+    if not made:
+        raise UnusableInput(f"{rows.path}: {term.name} needs {' and '.join(term.needs)}")
+    return made
 
 
 def _start(parameter: TermParameter, rows: Prepared) -> float:

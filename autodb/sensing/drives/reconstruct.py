@@ -20,25 +20,20 @@ from autodb.sensing.drives.fit.axis_model import (
     IdentifiedTerm,
     predicted_effort,
 )
-from autodb.sensing.drives.fit.deviation import OVER_SPEED
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.drives.moves.motion import protocol_of, term_inputs
-from autodb.terms import Contribution
+from autodb.terms import Contribution, Factor
 from autodb.terms.friction import direction
-from autodb.terms.vocabulary import term_called
+from autodb.terms.vocabulary import friction_terms, term_called
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-RUBBING = OVER_SPEED | {"position_friction", "warmup"}
-"""Terms of friction, which differs from run to run."""
 DAMPING = 1.0 / np.sqrt(2.0)
 """Damping of the observer's second-order filter: the flattest (Butterworth)."""
 FASTER = 5.0
 """How much faster the observer's velocity is than its load. Chosen."""
-ACCELERATED = {"inertia", "cross_coupling"}
-"""Terms of the acceleration."""
 AT_LIMIT = 0.98
 """Share of its limit at which an effort is at it."""
 FLAT = 1e-6
@@ -151,15 +146,28 @@ def observe(recording: Recording, model: DriveModel, *, bandwidth_hz: float) -> 
     for other in (name.split(".")[0] for name in inputs if name.endswith(".acceleration")):
         place = recording[f"{other}.position"]
         inputs[f"{other}.acceleration"] = through(place, 2, bandwidth_hz)
-    heavy = [t for t in model.terms if t.term in ACCELERATED or _modifies(t)]
-    others = [t for t in model.terms if t.term not in ACCELERATED]
+    heavy = [t for t in model.terms if _accelerates(t) or _modifies(t)]
+    others = [t for t in model.terms if not _accelerates(t)]
     value = through(effort - predicted_effort(others, inputs, model.off_law), 0, bandwidth_hz)
     value -= predicted_effort(heavy, inputs)
     return _load(model, inputs, effort, value, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
 
 
-def _modifies(term: IdentifiedTerm) -> bool:
-    return not isinstance(term_called(term.term, term.form), Contribution)
+def _modifies(one: IdentifiedTerm) -> bool:
+    return not isinstance(term_called(one.term, one.form), Contribution)
+
+
+def _accelerates(one: IdentifiedTerm) -> bool:
+    """Say whether a term adds in proportion to an acceleration, which is filtered already."""
+    term = term_called(one.term, one.form)
+    return isinstance(term, Contribution) and any("acceleration" in name for name in term.inputs)
+
+
+def _rubs(one: IdentifiedTerm) -> bool:
+    """Say whether a term is friction or a factor on it: these differ from run to run."""
+    term = term_called(one.term, one.form)
+    acts = isinstance(term, Factor) and not friction_terms().isdisjoint(term.modifies)
+    return term.friction or acts
 
 
 def _observed(values: Array, *, power: int, bandwidth_hz: float, rate_hz: float) -> Array:
@@ -183,9 +191,7 @@ def _load(
 ) -> DriveLoad:
     labels = states(inputs, highest_mm_s2=model.errors.highest_mm_s2)
     own = model.errors.sd(inputs, rate_hz=rate_hz, bandwidth_hz=bandwidth_hz)
-    changed = FRICTION_SHARE * predicted_effort(
-        [t for t in model.terms if t.term in RUBBING], inputs
-    )
+    changed = FRICTION_SHARE * predicted_effort([t for t in model.terms if _rubs(t)], inputs)
     sd = np.sqrt(own**2 + parameter_sd(model, inputs) ** 2 + changed**2)
     beyond = model.errors.beyond(inputs)
     return DriveLoad(

@@ -16,15 +16,15 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.operate.deciding import confirm, reject
+from autodb.agent.operate.deciding import confirm, of_term, reject
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
-from autodb.explain.answer.advice import advice
 from autodb.records import Recording, read
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.drives.fit.axis_model import Identified, Posteriors
+from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.store import Store, models, open_store
+from autodb.terms.vocabulary import effect_called
 from tests.conftest import Cli, Once
 from tests.helpers.trapezoids import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
 
@@ -116,8 +116,8 @@ def test_the_next_prediction_contains_what_was_confirmed(machine: Cli) -> None:
     assert "status: open" in shown
     assert "made:" not in shown
     assert "A·s/mm" in shown
-    entry = advice("asymmetry")
-    assert f"advice: {entry.check} ({entry.source})" in shown
+    entry = effect_called("asymmetry")
+    assert f"advice: {entry.check} ({entry.check_source})" in shown
     assert f"asymmetry: {entry.check}\n" in said
     shutil.copy("autodb.sqlite3", "undecided.sqlite3")
     done = machine("mismatch", "confirm", 1, "--by", "Ann")
@@ -181,7 +181,7 @@ def test_a_term_found_where_the_model_came_from(machine: Cli) -> None:
 @pytest.mark.parametrize("seed", range(20, 24))
 def test_a_version_that_lacked_a_term_does_not_hold_the_fit_back(seed: int) -> None:
     """Its friction and weight swallowed part of the effect; what they still say does no harm."""
-    terms = (*feed_axis.SYMMETRIC, "asymmetry")
+    terms = (*feed_axis.default_terms("axis"), "asymmetry")
     first, second = (
         Recording(path=Path("a.csv"), channels={**m, "x.current": effort(m, n)})
         for n, m in ((seed, moves(seed)), (seed + 50, moves(seed + 50)))
@@ -206,7 +206,7 @@ def test_given_shapes_stay_those_of_the_version_believed() -> None:
         Recording(path=Path("a.csv"), channels={**m, "x.current": effort(m, n, uneven=0.0)})
         for n, m in ((1, moves(1)), (2, moves(2)))
     )
-    terms = (*feed_axis.SYMMETRIC, "position_friction")
+    terms = (*feed_axis.default_terms("axis"), "position_friction")
     one = feed_axis.identify(first, terms=terms)
     given = {(t.key, t.parameter): t.value for t in one.terms if t.sd == 0}
     known = posteriors(one)
@@ -388,3 +388,14 @@ def test_uneven_friction_of_the_real_axis(
         feed_axis.cross_test(other, "x", protocol, terms) for terms in (symmetric, stored(2, FORCE))
     )
     assert after < before
+
+
+def test_a_weight_that_turns_is_no_ripple() -> None:
+    turning, ripple, magnets = (
+        IdentifiedTerm(term, "cosine", 1.0, 0.1, "A", form=form)
+        for term, form in (("gravity", "tilt"), ("position_friction", "periodic"), ("cogging", ""))
+    )
+    terms = [turning, ripple, magnets]
+    assert of_term(terms, "gravity") == [turning]
+    assert of_term(terms, "cogging") == [ripple, magnets]
+    assert of_term(terms, "position_friction") == []

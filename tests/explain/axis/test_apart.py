@@ -11,10 +11,10 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain.axis.apart import account_distances, instead, move_that_tells, noise, separation
+from autodb.explain.axis.effects import candidates_of_axis
 from autodb.explain.axis.elsewhere import account_columns, fit_axis_account
 from autodb.explain.axis.friction import (
     asymmetry_candidate,
-    friction_candidates,
     play,
     position_friction_candidate,
     soft_start,
@@ -23,13 +23,13 @@ from autodb.explain.axis.friction import (
 from autodb.explain.axis.loads import (
     cross_couplings,
     inertia_candidate,
-    load_candidates,
     spring_candidate,
+    weights,
 )
 from autodb.explain.axis.moves import LIBRARY, AxisMove, Reach
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import rough_place, travel_ripple
-from autodb.explain.axis.sensors_of_axis import drift, gain_candidate, sensor_candidates_of_axis
+from autodb.explain.axis.sensors_of_axis import drift, gain_candidate
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
@@ -98,7 +98,7 @@ def _gravity_or_asymmetry() -> AxisReading:
         position,
         _friction(position),
         np.full_like(T_S, 0.3),
-        lambda s: [load_candidates(s)[0], asymmetry_candidate(s)],
+        lambda s: [weights(s)[0], asymmetry_candidate(s)],
     )
 
 
@@ -154,7 +154,7 @@ def _standing() -> AxisReading:
         np.full_like(T_S, 80.0),
         np.zeros_like(T_S),
         0.3 * (1.0 - np.exp(-T_S / 9.0)),
-        lambda s: [drift(s), load_candidates(s)[0]],
+        lambda s: [drift(s), weights(s)[0]],
     )
 
 
@@ -309,14 +309,13 @@ def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
         name: value[rows] for name, value in vars(s).items() if isinstance(value, np.ndarray)
     }
     part = replace(s, **arrays, own={n: c[rows] for n, c in s.own.items()}, like=s)
-    for make in (friction_candidates, load_candidates, sensor_candidates_of_axis):
-        for whole, again in zip(make(s), make(part), strict=True):
-            for one, other in zip(whole.forms, again.forms, strict=True):
-                assert one.shape == other.shape
-                inner = slice(OUT_OF_REACH, -OUT_OF_REACH)
-                assert_allclose(
-                    other.build()[inner], one.build()[rows][inner], atol=1e-9, err_msg=whole.key
-                )
+    for whole, again in zip(candidates_of_axis(s), candidates_of_axis(part), strict=True):
+        for one, other in zip(whole.forms, again.forms, strict=True):
+            assert one.shape == other.shape
+            inner = slice(OUT_OF_REACH, -OUT_OF_REACH)
+            assert_allclose(
+                other.build()[inner], one.build()[rows][inner], atol=1e-9, err_msg=whole.key
+            )
 
 
 def test_what_scans_found_is_built_anew_with_its_values() -> None:

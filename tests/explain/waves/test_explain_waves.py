@@ -18,7 +18,7 @@ from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording
 from autodb.reports.explanation import explanation_fragment
-from autodb.terms.vocabulary import CUTTING, TABLE
+from autodb.terms.vocabulary import vocabulary
 from tests.conftest import Cli
 from tests.helpers.remedies import has_remedy
 
@@ -167,7 +167,7 @@ def test_the_same_numbers_twice_are_no_mismatch() -> None:
 
 def test_every_effect_has_its_words() -> None:
     assert set(STATEMENTS) == set(MILL_KINDS) - {"outside"}
-    assert {name for pair in APART for name in pair} <= CUTTING | TABLE
+    assert {name for pair in APART for name in pair} <= vocabulary()
 
 
 def test_what_would_tell_two_apart_is_said_once() -> None:

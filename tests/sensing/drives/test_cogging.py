@@ -29,7 +29,7 @@ from tests.conftest import Cli
 Array = NDArray[np.float64]
 
 RATE_HZ, POLE_MM, NOISE = 100.0, 12.0, 0.02
-TERMS = (*feed_axis.SYMMETRIC, "cogging")
+TERMS = (*feed_axis.default_terms("axis"), "cogging")
 
 
 def _motion() -> dict[str, Array]:

@@ -33,6 +33,8 @@ from tests.helpers.trapezoids import (
     recorded,
 )
 
+SYMMETRIC = feed_axis.default_terms("axis")
+
 
 def test_numbers_hold_within_their_uncertainty() -> None:
     channels = moves(1)
@@ -112,15 +114,15 @@ def test_a_late_recording_is_seen_as_lag() -> None:
     late = current(channels, 5)[: -round(0.008 * RATE_HZ)]
     kept = {name: values[round(0.008 * RATE_HZ) :] for name, values in channels.items()}
     kept["t"] = kept["t"] - kept["t"][0]
-    model = feed_axis.identify(recorded(kept, late), terms=(*feed_axis.SYMMETRIC, "lag"))
+    model = feed_axis.identify(recorded(kept, late), terms=(*SYMMETRIC, "lag"))
     assert_allclose(model.value("lag"), 0.008, atol=1e-3)  # a quarter of a row
     assert_allclose(model.value("inertia"), INERTIA, rtol=0.01)
 
 
-SHAPED = (*feed_axis.SYMMETRIC, "stribeck", "lag")
+SHAPED = (*SYMMETRIC, "stribeck", "lag")
 
 
-@pytest.mark.parametrize("terms", [feed_axis.SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
+@pytest.mark.parametrize("terms", [SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
 def test_the_fit_ends_at_its_optimum(terms: tuple[str, ...]) -> None:
     """Another unit, and roundings of 1e-9: the same to 1e-6 of its own standard deviation."""
     channels = moves(13)
@@ -149,7 +151,7 @@ def _with_ripple(seed: int, *, flips: bool) -> Recording:
 @pytest.mark.parametrize(("flips", "term"), [(False, "cogging"), (True, "position_friction")])
 def test_a_ripple_is_found_and_classed_by_direction(flips: bool, term: str) -> None:
     recording = _with_ripple(6, flips=flips)
-    model = feed_axis.identify(recording, terms=(*feed_axis.SYMMETRIC, "cogging"))
+    model = feed_axis.identify(recording, terms=(*SYMMETRIC, "cogging"))
     (amplitude,) = amplitudes(model)
     assert amplitude.term == term
     assert_allclose(amplitude.value, 0.05, rtol=0.1)
@@ -165,7 +167,7 @@ def test_no_ripple_is_invented(seed: int) -> None:
     with pytest.raises(UnusableInput, match="no ripple over the travel stands out"):
         feed_axis.identify(
             recorded(channels, current(channels, seed)),
-            terms=(*feed_axis.SYMMETRIC, "cogging"),
+            terms=(*SYMMETRIC, "cogging"),
         )
 
 
@@ -291,7 +293,7 @@ TERMS_REFUSED = [
     ("coulom", "'coulom' cannot be identified from moves of x (did you mean coulomb?)"),
     ("tool_wear", "'tool_wear' cannot be identified"),
     ("windage", "'windage' cannot be identified"),
-    ("cross_coupling", "needs another axis' position, like 'y.position'"),
+    ("cross_coupling", "needs position and another axis' position, like 'y.position'"),
 ]
 
 

@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb import signals
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import identify
+from autodb.sensing.drives.feed_axis import identify, predict_effort
+from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct, rows_at_limit
 from tests.conftest import Cli
 from tests.helpers.screw_axis import (
@@ -68,6 +69,21 @@ def test_an_observer_knows_nothing_of_what_comes_later(model: DriveModel) -> Non
     delayed = np.interp(cut.t_s - 2.0 / (np.sqrt(2.0) * 2.0 * np.pi * 10.0), cut.t_s, truth)
     rows = slice(int(RATE), None)
     assert float(np.sqrt(np.mean((whole - delayed)[rows] ** 2))) < 0.35
+
+
+def test_an_observer_filters_a_swinging_load_as_it_filters_the_effort(model: DriveModel) -> None:
+    """Of an axis that is a mass on a spring and nothing else, it sees no load."""
+    swinging = [
+        IdentifiedTerm("compliance", "coefficient", 2e-3, 0.0, "A·s²/mm"),
+        IdentifiedTerm("compliance", "frequency", 8.0, 0.0, "Hz"),
+        IdentifiedTerm("compliance", "damping", 0.1, 0.0, "1"),
+    ]
+    moves = screw_moves(21)
+    effort = predict_effort(moves, model.axis, swinging)
+    alone = replace(model, terms=swinging, covariance=np.zeros((3, 3)), off_law=None)
+    cut = replace(moves, channels={**moves.channels, model.channel: effort})
+    seen = observe(cut, alone, bandwidth_hz=10.0).value[int(RATE) :]
+    assert float(np.std(seen)) < 0.02 * float(np.std(effort))
 
 
 def test_it_is_unsure_where_the_axis_stands_turns_or_never_was(model: DriveModel) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.reports.axis import render_axis
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.sensing.drives.moves.passes import both_ways, is_sweep, passes_of, sweeps_speeds
@@ -65,7 +65,7 @@ def found(rows: Prepared) -> Staged:
 @pytest.fixture(scope="module")
 def model(moves: Recording) -> Identified:
     """Return its joint fit."""
-    return identify(moves, terms=(*SYMMETRIC, "stribeck", "position_friction"))
+    return identify(moves, terms=(*default_terms("axis"), "stribeck", "position_friction"))
 
 
 def test_passes_are_found_with_speed_direction_and_repeat(found: Staged) -> None:

@@ -15,7 +15,7 @@ from autodb.proofs.machines.mill.reference_mill import draw_mill, swept_axis
 from autodb.proofs.machines.mill.reference_mill_moves import PITCH_MM
 from autodb.proofs.runs.mill import mill_ours
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.prepared import Prepared, prepared
 from autodb.sensing.drives.staged.agreement_linear import linear_agreement
@@ -30,7 +30,7 @@ from tests.helpers.staged_axis import MIDDLE_MM, POLE_MM, Axis, pole_shape, reco
 Array = NDArray[np.float64]
 
 AXIS = Axis(stiffness=0.004, cogging=0.1, slope=0.0, ripple=0.0)
-TERMS = (*SYMMETRIC, "stribeck", "spring", "cogging")
+TERMS = (*default_terms("axis"), "stribeck", "spring", "cogging")
 FEW_MM_S = (2.0, 4.0, 8.0, 16.0, 30.0, 60.0, 120.0)
 FAR = 5.0
 """Standard deviations that a test of two sweeps allows, as Student's t of a dozen passes has them:
@@ -157,7 +157,7 @@ def test_an_axis_without_cogging_has_a_line_alone() -> None:
     assert not len(made.load.table[0])
     assert "fortieth of the travel" in made.length.why
     assert_allclose(made.load.slope[0], AXIS.stiffness, rtol=LINE_SHARE)
-    joint = identify(smooth, terms=(*SYMMETRIC, "stribeck", "spring"))
+    joint = identify(smooth, terms=(*default_terms("axis"), "stribeck", "spring"))
     both = linear_agreement(made, joint, prepared(smooth).inputs)
     assert both.agrees
     assert not any(row.name.startswith("cogging") for row in both.rows)

@@ -12,6 +12,9 @@ PARTS = {
     "second third": (1 / 3, 2 / 3), "last third": (2 / 3, 1.0),
 }  # fmt: skip
 """Contiguous rows, as shares of all."""
+WHOLE_ONLY = frozenset({"laas-roll", "odrive-pull-fast", "odrive-pull-fast-fed"})
+"""Recordings whose parts are too short for anybody to be asked about: under SHORTEST_S."""
+SHORTEST_S = 2.0
 HALF_RATE = "half the rate"
 FITTED = ", refitted"
 """The model is fitted to these rows alone."""
@@ -24,9 +27,20 @@ def null_specs() -> list[RealSpec]:
         [RealSpec("null", name, term, "", sign) for name in INJECTED_INTO for term in _terms(name)]
         for sign in both
     ]
-    variants = ("exact", *PARTS, HALF_RATE, *(f"{part}{FITTED}" for part in PARTS))
-    whole = [[RealSpec("null", name, variant=one) for name in INJECTED_INTO] for one in variants]
-    return [spec for group in (*whole[:1], *named, *whole[1:]) for spec in group]
+    exact, half_rate = (
+        [RealSpec("null", name, variant=one) for name in INJECTED_INTO]
+        for one in ("exact", HALF_RATE)
+    )
+    parts, fitted = (
+        [
+            RealSpec("null", name, variant=f"{part}{also}")
+            for part in PARTS
+            for name in INJECTED_INTO
+            if name not in WHOLE_ONLY
+        ]
+        for also in ("", FITTED)
+    )
+    return [*exact, *(spec for group in named for spec in group), *parts, *half_rate, *fitted]
 
 
 def _terms(recording: str) -> tuple[str, ...]:

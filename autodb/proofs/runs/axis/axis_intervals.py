@@ -22,13 +22,13 @@ from autodb.proofs.machines.axis.quantities import (
 from autodb.proofs.runs.oracle import oracle
 from autodb.proofs.runs.score import Judged, Z
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified, amplitudes
 
 Array = NDArray[np.float64]
 Given = tuple[float, float, float]
 """Value, low and high end of its 95 % interval."""
-TERMS = (*SYMMETRIC, "asymmetry", "position_friction")
+TERMS = ("inertia", "viscous", "coulomb", "gravity", "asymmetry", "position_friction")
 OWN = {
     ("inertia", "coefficient"): "inertia",
     ("gravity", "level"): "weight",

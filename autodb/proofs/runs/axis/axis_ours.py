@@ -10,14 +10,14 @@ from autodb.proofs.machines.axis.reference_axis import RecordedRun, Traced
 from autodb.proofs.runs.axis.axis_cells import SweepSegments
 from autodb.proofs.runs.axis.published_axis import published_weight
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify, predict_effort
+from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.protocol import FilterProtocol
 
 Array = NDArray[np.float64]
 
 FRICTION = ("stribeck", "asymmetry", "position_friction", "presliding", "warmup")
-TERMS = (*SYMMETRIC, *FRICTION, "cogging")
+TERMS = ("inertia", "viscous", "coulomb", "gravity", *FRICTION, "cogging")
 """`cogging` finds the ripple of the screw's turns, in the friction or beside it."""
 PROTOCOL = FilterProtocol(cutoff_hz=20.0, decimate=5)
 """Ten rows a second: a sweep is steady motion."""

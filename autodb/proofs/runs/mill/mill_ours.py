@@ -14,14 +14,17 @@ from autodb.proofs.machines.mill.reference_mill import (
     swept_axis,
 )
 from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import SYMMETRIC, identify
+from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.reconstruct import DriveModel, reconstruct
 
 Array = NDArray[np.float64]
 
 TERMS = (
-    *SYMMETRIC,
+    "inertia",
+    "viscous",
+    "coulomb",
+    "gravity",
     "stribeck",
     "asymmetry",
     "position_friction",

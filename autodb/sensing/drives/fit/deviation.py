@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.terms import COGGING, FRICTION_RIPPLE
+from autodb.terms import COGGING, FRICTION_RIPPLE, Contribution, Term
 from autodb.terms.channel import ChannelPart, changed_inputs, channel_columns, factors
 from autodb.terms.drive import cogging
 from autodb.terms.friction import COULOMB
@@ -19,8 +19,8 @@ from autodb.terms.friction import COULOMB
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]
 
-OVER_SPEED = frozenset({"coulomb", "viscous", "stribeck", "asymmetry"})
-"""Friction that is a function of speed and direction alone."""
+SPEED = frozenset({"velocity", "direction"})
+"""Inputs of friction that speed and direction alone tell."""
 FINE_MM_S = 0.1
 """Speed below which the fine columns are even in speed, above in its logarithm."""
 FINE_COLUMNS, EVEN_COLUMNS = 12, 16
@@ -43,9 +43,9 @@ class Group:
     rubs: bool = True
 
 
-def rubs(part: ChannelPart) -> bool:
-    """Say whether a part is friction over speed."""
-    return part.term.name in OVER_SPEED
+def follows(term: Term, inputs: frozenset[str]) -> bool:
+    """Say whether a term adds what some of these inputs are at the moment, and nothing else."""
+    return isinstance(term, Contribution) and not term.remembers and inputs.issuperset(term.inputs)
 
 
 def deviation_groups(
@@ -56,7 +56,7 @@ def deviation_groups(
     Friction over speed, alike in both directions; by direction where the model has that; where
     friction changes along the travel, how that differs by speed, and bends; harmonics of a ripple.
     """
-    law = tuple(part for part in parts if rubs(part))
+    law = tuple(part for part in parts if follows(part.term, SPEED))
     names = {part.term.name for part in law}
     if not {"coulomb", "viscous"} <= names or highest_mm_s <= 0:
         return []

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.sensing.drives.fit.deviation import Inputs, deviating, deviation_groups
-from autodb.terms import TERMS
 from autodb.terms.channel import ChannelPart
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 
@@ -49,9 +49,8 @@ class FrictionDiscrepancy:
     def of(cls, kept: Mapping[str, Any]) -> "FrictionDiscrepancy":
         """Return what ``kept`` made."""
         low, high = kept["travel_mm"]
-        terms = {(term.name, term.form): term for term in TERMS}
         parts = tuple(
-            ChannelPart(terms[one["term"], one["form"]], one["shape"], of=one["of"])
+            ChannelPart(term_called(one["term"], one["form"]), one["shape"], of=one["of"])
             for one in kept["parts"]
         )
         return cls(parts, np.array(kept["weights"]), kept["highest_mm_s"], (low, high))

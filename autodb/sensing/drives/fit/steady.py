@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.sensing.drives.fit.deviation import OVER_SPEED, deviating, deviation_groups, rubs
+from autodb.sensing.drives.fit.deviation import SPEED, deviating, deviation_groups, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.moves.motion import SPINDLE
@@ -21,8 +21,8 @@ from autodb.terms.channel import (
 
 Array = NDArray[np.float64]
 
-STEADY = OVER_SPEED | {"position_friction", "gravity", "spring", "cogging"}
-"""What acts in motion at constant speed, cold, long after a reversal."""
+STEADY = SPEED | {"position"}
+"""What motion at constant speed is told by, cold, long after a reversal."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class SteadyMotion:
         sense = np.sign(velocity_mm_s)
         inputs = {"position": position_mm, "velocity": velocity_mm_s, "direction": sense}
         names = [part for part, _ in (*linear_parameters(parts), *free_shape(parts))]
-        wanted = np.array([rubs(part) or not over_speed for part in names])
+        wanted = np.array([follows(part.term, SPEED) or not over_speed for part in names])
         count = len(linear_parameters(parts))
         linear, shape = self.values[:count] * wanted[:count], self.values[count:]
 
@@ -120,7 +120,7 @@ def friction_deviation(rows: Prepared, problem: Linearised) -> Deviation | None:
     """
     if rows.axis == SPINDLE:
         return None
-    acts = [i for i, (part, _) in enumerate(problem.names) if part.term.name in STEADY]
+    acts = [i for i, (part, _) in enumerate(problem.names) if follows(part.term, STEADY)]
     parts = tuple({problem.names[i][0].key: problem.names[i][0] for i in acts}.values())
     highest = float(np.quantile(np.abs(rows.inputs["velocity"]), 0.999))
     place = rows.inputs["position"]

@@ -10,7 +10,7 @@ from autodb.records import Recording
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.moves.motion import term_inputs
 from autodb.sensing.drives.moves.protocol import FilterProtocol
-from autodb.terms.drive import WARMUP
+from autodb.terms.warming import WARMUP
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from autodb import fitting
 from autodb.sensing.drives.fit.thermal import lost
 from autodb.sensing.drives.staged.clusters import within
-from autodb.terms.drive import WARMUP, warmth
+from autodb.terms.warming import WARMUP, warmth
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
