@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
-from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import candidates_of_waves
+from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.teeth import table_angles, tilted_table

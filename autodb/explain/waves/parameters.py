@@ -12,9 +12,8 @@ from autodb.explain.answer.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries
-from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import OWN_WAYS, directions_standing_out, nudged, off_axis
-from autodb.explain.waves.fit import BesideWaves, WavesFit
+from autodb.explain.waves.fit import BesideWaves, WavesFit, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.look import FoundInWaves
 from autodb.explain.waves.scans import harder_stretch, on_each
 from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one

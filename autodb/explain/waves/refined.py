@@ -15,9 +15,8 @@ from scipy.optimize import least_squares
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.search import FoundSet
-from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
 from autodb.explain.waves.candidates import deeper, directions_standing_out, nudged
-from autodb.explain.waves.fit import BesideWaves
+from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.scans import (
     BINS,
     LONGEST,

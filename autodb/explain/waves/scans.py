@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, spline
-from autodb.explain.waves.bench import WhitenedNoise
+from autodb.explain.waves.fit import WhitenedNoise
 from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
