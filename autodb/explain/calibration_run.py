@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.cuts.answers import SENSED
 from autodb.explain.cuts.candidates.currents import (
     AIR,

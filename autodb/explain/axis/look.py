@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     ChannelAnswer,
     ChannelTrace,
     Considered,

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import IntervalValue
+from autodb.explain.answer import IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice

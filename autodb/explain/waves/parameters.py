@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.explain.calibration_run import Ends, cause_sentences, explain_moved
 from autodb.explain.cuts.candidates.currents import StandardRun
 from autodb.records import CutTable

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import gain_step, hard_spot_of_cuts
 from autodb.explain.cuts.carried import elsewhere, fit_cuts_account

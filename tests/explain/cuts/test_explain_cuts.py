@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
+from autodb.explain.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.explain.cuts.candidates.laws import added, each, only, per_depth, relative, values_of
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.cuts.evidence import products

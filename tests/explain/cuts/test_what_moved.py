@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.explain.calibration_run import FORCE, cause_sentences
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
 from autodb.explain.engine.candidates import UNKNOWN

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause, Explained
+from autodb.explain.answer import Cause, Explained
 from autodb.explain.waves.answers import APART, STATEMENTS, words_that_tell
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.files.side import SideFile

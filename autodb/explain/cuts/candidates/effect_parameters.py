@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import IntervalValue
+from autodb.explain.answer import IntervalValue
 from autodb.explain.cuts.candidates.cutting import bell, normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,

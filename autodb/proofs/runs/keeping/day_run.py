@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer
+from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.explain.cuts.answers import answers
 from autodb.explain.cuts.carried import ahead
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
