@@ -1,4 +1,4 @@
-"""Effects of a table of cuts fitted beside the simulation's own terms: a set, or one of a set.
+"""Fit effects beside the simulation's own terms to a table of cuts: a set of them, or one alone.
 
 A set is fitted to all cuts, and to cuts left out block by block. The parameters of one effect have
 intervals, everything else beside it left free.

@@ -1,4 +1,4 @@
-"""What was found in a waveform fitted as it is, where that is no small change of a law.
+"""Fit what was found in a waveform again, where it is no small change of a law.
 
 How far teeth stand out is fitted to the waveform as they cut, how far the depth is off slice by
 slice, where a stretch of other material begins and ends by moving its ends. A chatter is one

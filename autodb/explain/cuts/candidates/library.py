@@ -1,4 +1,4 @@
-"""All that forces of a table may hold: own terms, effects with a name, without one, and in runs.
+"""All that the forces of a table may hold: own terms, and effects with a name or without one.
 
 Effects without a name: the force depends on something that was recorded, by a smooth curve. Each
 competes as a path of its own, with a higher bar: what has a name is not put down to them. A run of
