@@ -167,14 +167,15 @@ class PlainRows:
         return self.own_share(choices) > ALONE
 
     def own_share(self, choices: Sequence[Choice]) -> float:
-        """Return the least share of a column of the last choice that the others cannot give."""
-        at = self._at(choices)
-        last = len(at) - len(self._places[choices[-1].key])
-        others, own = at[:last], at[last:]
-        whole = self._folds.whole
-        given = whole[np.ix_(others, own)]
-        left = np.diag(whole)[own] - np.sum(given * (self._inverse(others, weight=0.0) @ given), 0)
-        return float(np.min(left / np.maximum(np.diag(whole)[own], 1e-300)))
+        """Return the least share of a column of the last choice that all others cannot give."""
+        at, whole = self._at(choices), self._folds.whole
+        shares = []
+        for own in self._places[choices[-1].key]:
+            others = at[at != own]
+            given = whole[others, own]
+            left = whole[own, own] - given @ self._inverse(others, weight=0.0) @ given
+            shares.append(float(left) / max(float(whole[own, own]), 1e-300))
+        return min(shares)
 
     def has_its_own(self, others: Sequence[Choice], choice: Choice, rival: Choice) -> bool:
         """Whether a choice beside others explains something else than a rival in its place: beside
