@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
-from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
+from autodb.explain.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
 from autodb.records import CutTable, Recording, rows_of_file
 from autodb.terms.vocabulary import vocabulary

@@ -6,22 +6,22 @@ by one amount, friction the current in air and no rise. Where they hold no more 
 say, what it may be is named with the cut that would decide.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, IntervalValue
-from autodb.explain.cuts.again import made_again
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.cuts.answers import SENSED
-from autodb.explain.cuts.candidates import moved_words
 from autodb.explain.cuts.candidates.currents import (
     AIR,
     FRICTION,
     GAIN,
     OFFSET,
     RISE,
+    WEAR,
     StandardRun,
     at_the_end,
     own_of_run,
@@ -29,10 +29,9 @@ from autodb.explain.cuts.candidates.currents import (
     stack_of_run,
 )
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.moved_words import FORCE
 from autodb.explain.cuts.cut_search import FoundInCuts, look_for
-from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.profile import profiled_value
+from autodb.explain.cuts.distinguishing import made_again
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
@@ -46,6 +45,20 @@ SURE = 0.7
 as light and heavy cuts do. Chosen on virtual runs (seeds 101 to 130)."""
 LEVEL = 0.95
 """Confidence that something moved, by the interval of ``sensing.ranges.repeated_cut``."""
+FORCE = "shear"
+"""The cutting force itself: the term of the chip, of another size than the reference."""
+NAMES = {
+    GAIN: "the gain of current over force",
+    OFFSET: "an offset of the current",
+    FRICTION: "friction (the current in air)",
+    WEAR: "the force, as edges wear",
+    FORCE: "the force itself",
+}
+"""What the terms are called where they move between the first cut and the last."""
+MEASURED = (
+    "Measure the force where the cut is repeated; a dynamometer separates the force from the gain."
+)
+LAST = "from the first cut to the last"
 
 
 @dataclass(frozen=True)
@@ -110,14 +123,14 @@ class _Causes:
         near = (*sure.near, *self._alike(term, acts))
         named = not sure.near or sure.confidence >= SURE
         change = self._change(number, acts[0])
-        said = moved_words.effect(
+        said = effect_words(
             term,
             change,
             air_too=len(acts) > 1,
             air=len(self.stack.names) > 1,
             or_force=FORCE in near,
         )
-        unsure = moved_words.undecided_words(moved_words.amount(change, term), (term, *near))
+        unsure = undecided_words(amount(change, term), (term, *near))
         return Cause(
             term=term if named else UNKNOWN,
             kind="missing",
@@ -148,7 +161,7 @@ class _Causes:
         step = course[-1] - course[0]
         half = NORMAL_95 * float(np.sqrt(max(step @ self.fit.covariance[at, at] @ step, 0.0)))
         unit = "1" if choice.candidate.term == GAIN else self.run.unit
-        return profiled_value(float(step @ self.fit.coefficients[at]), half, unit)
+        return IntervalValue.around(float(step @ self.fit.coefficients[at]), half, unit)
 
     def _left_out(self, component: int) -> str:
         """Return how far cuts left out of the fit are predicted with what was found, and
@@ -157,15 +170,13 @@ class _Causes:
             rms(held_out_rows(self.stack, self.result.own, choices)[component])
             for choices in (self.choices, ())
         )
-        return moved_words.held_out_words(with_it, without, self.run.unit)
+        return held_out_words(with_it, without, self.run.unit)
 
     def _distinguishing(self, choice: Choice, rivals: tuple[str, ...]) -> str | None:
         teller = made_again(self.result, own_of_run, unit=self.run.unit)
         cuts = teller.distinguishing(choice, choice.candidate.term, rivals)
         force = FORCE in self._alike(choice.candidate.term, _acts_on(choice))
-        lines = [
-            line for line in (cuts, moved_words.MEASURED if force else None) if line is not None
-        ]
+        lines = [line for line in (cuts, MEASURED if force else None) if line is not None]
         return " ".join(lines) if lines else None
 
 
@@ -197,7 +208,7 @@ def _force(run: StandardRun, force: CurrentChange, force_unit: str, beside: Curr
         term=FORCE,
         kind="mistuned",
         confidence=LEVEL,
-        statement=moved_words.force(force, force_unit, beside, run.unit),
+        statement=force_words(force, force_unit, beside, run.unit),
         parameters={"change": _value(force, force_unit)},
     )
 
@@ -212,9 +223,7 @@ def _open(run: StandardRun, ends: Ends, component: int, result: FoundInCuts | No
         term=UNKNOWN,
         kind="missing",
         confidence=LEVEL,
-        statement=moved_words.undecided_words(
-            moved_words.moved_words(change, air=component == AIR), names
-        ),
+        statement=undecided_words(moved_words(change, air=component == AIR), names),
         parameters={"change": change},
         alternatives=names,
         to_tell_apart=_by_the_end(result, component, run.unit) if result else None,
@@ -245,3 +254,89 @@ def _by_the_end(result: FoundInCuts, component: int, unit: str) -> str | None:
 
 def _value(end: CurrentChange, unit: str) -> IntervalValue:
     return IntervalValue(value=end.change, low=end.low, high=end.high, unit=unit)
+
+
+def cause_sentences(causes: tuple[Cause, ...]) -> Iterator[str]:
+    """Yield what is said of causes: each with what else it may be, and what would decide."""
+    for cause in causes:
+        sure = "" if cause.term == "unknown" else f" (confidence {cause.confidence:.2f})"
+        head, *rest = cause.statement.split(". ", maxsplit=1)
+        yield ". ".join([f"{head.rstrip('.')}{sure}", *rest]) + ("" if rest else ".")
+        if cause.alternatives and cause.term != "unknown":
+            yield f"These cuts do not separate it from: {names_listed(cause.alternatives)}."
+        if cause.to_tell_apart is not None:
+            yield f"To tell apart: {cause_in_words(cause.to_tell_apart)}"
+
+
+def names_listed(names: tuple[str, ...]) -> str:
+    """Return names as a list of what they are called."""
+    return ", ".join(NAMES[name] for name in names)
+
+
+def cause_in_words(sentence: str) -> str:
+    """Return a sentence with the names of terms as they are called here."""
+    for name, called in NAMES.items():
+        sentence = sentence.replace(f" {name} ", f" {called} ")
+    return sentence
+
+
+def effect_words(
+    term: str, change: IntervalValue, *, air_too: bool, air: bool, or_force: bool
+) -> str:
+    """Return what an effect did; ``air``: whether the current in air is known."""
+    by = f"moved by {amount(change, term)} {LAST}"
+    if term == GAIN:
+        other = f", or {NAMES[FORCE]}, which was not measured in these cuts" if or_force else ""
+        said = f"What moved is {NAMES[term]}{other}: it {by}, the rise of every cut by one share."
+        return f"{said} {_air(went_with_it=air_too) if air else 'That in air is not recorded.'}"
+    rest = {
+        OFFSET: "the rise of every cut by one amount, whatever the force.",
+        FRICTION: "and the rise over it did not.",
+        WEAR: "with the cutting time of the edges; the force was not measured in these cuts.",
+    }
+    subject = "the current in air" if term == FRICTION else "the rise"
+    return f"What moved is {NAMES[term]}: {subject} {by}, {rest[term]}"
+
+
+def _air(*, went_with_it: bool) -> str:
+    if went_with_it:
+        return "The current in air went with it: the sensor's or the motor's constant."
+    return "The current in air did not go with it: no constant of sensor or motor moved."
+
+
+def amount(change: IntervalValue, term: str) -> str:
+    """Return a change with its interval, a gain's in percent."""
+    numbers = (change.value, change.low, change.high)
+    if term == GAIN:
+        middle, low, high = (f"{100.0 * number:+.2g}" for number in numbers)
+        return f"{middle} % ({low} to {high})"
+    middle, low, high = (f"{number:+.2g}" for number in numbers)
+    return f"{middle} {change.unit} ({low} to {high})"
+
+
+def moved_words(change: IntervalValue, *, air: bool) -> str:
+    """Return by how much a current moved, as the repeated cut alone shows it."""
+    return f"{amount(change, '')} {'of the current in air' if air else 'of the rise'}"
+
+
+def undecided_words(size: str, names: tuple[str, ...]) -> str:
+    """Return that something moved by ``size`` which may be any of some names."""
+    return f"These cuts do not tell what moved ({size} {LAST}); it may be: {names_listed(names)}."
+
+
+def held_out_words(with_it: float, without: float, unit: str) -> str:
+    """Return how far cuts left out of the fit are predicted."""
+    return (
+        f"Held-out cuts are predicted to within {with_it:.2g} {unit} with it, {without:.2g} "
+        f"{unit} without it."
+    )
+
+
+def force_words(end: CurrentChange, force_unit: str, beside: CurrentChange, unit: str) -> str:
+    """Return that the measured force moved, and the current no further than that."""
+    return (
+        f"What moved is {NAMES[FORCE]}, not the sensing: it was measured and moved by "
+        f"{end.change:+.3g} {force_unit} ({end.low:+.3g} to {end.high:+.3g}) {LAST}. Beside what "
+        f"that force gives the rise moved by {beside.change:+.2g} {unit} ({beside.low:+.2g} to "
+        f"{beside.high:+.2g}): no more than repeats scatter."
+    )

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
+from autodb.explain.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable, Recording
 from autodb.terms.vocabulary import effect_called

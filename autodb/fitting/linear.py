@@ -155,6 +155,17 @@ def spanning(design: Array) -> list[int]:
     return sorted(int(i) for i in order[size > size[0] * RANK * np.sqrt(reduced.rows)])
 
 
+def orthonormal_basis(columns: Array, *, least: float) -> Array:
+    """Return orthonormal columns (n, k) that span what columns (n, p), of any size, span.
+
+    Directions in which the columns, each over its norm, have less than ``least`` of what they have
+    in their first are left out: k ≤ p.
+    """
+    norm = np.linalg.norm(columns, axis=0)
+    basis, size, _ = np.linalg.svd(columns / np.where(norm > 0, norm, 1.0), full_matrices=False)
+    return np.asarray(basis[:, size > least * size.max(initial=0.0)])
+
+
 def solve(reduced: Triangle, bounds: CoefficientBounds | None = None) -> tuple[Array, list[int]]:
     """Return the coefficients (p,) and the indices of those held at a bound.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,

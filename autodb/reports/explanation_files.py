@@ -11,7 +11,7 @@ import pyarrow as pa
 from pyarrow import csv
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import Explained
+from autodb.explain.answer import Explained
 from autodb.explain.several_recordings import ExplainedTogether
 from autodb.files.targets import hidden, replace_by
 from autodb.reports.explanation import render_explanation

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from autodb.explain.answer.answer import Array, ChannelAnswer, ChannelTrace
+from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace
 from autodb.files.channels import unit_of
 from autodb.reports import figures
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from autodb.explain.answer.answer import IntervalValue
+from autodb.explain.answer import IntervalValue
 from autodb.explain.several_recordings import FACTORS, ExplainedTogether, Located
 from autodb.reports import figures
 from autodb.reports.explanation import certainty_words, parameter_words, term_words

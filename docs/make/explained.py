@@ -10,7 +10,7 @@ from autodb.explain.axis.signals import axis_signals
 from autodb.explain.cuts.candidates.effect_parameters import READ
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.noise import Whitener
-from autodb.explain.waves.words import STATEMENTS
+from autodb.explain.waves.answers import STATEMENTS
 from autodb.records import Recording
 
 RATE_HZ = 50.0

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from autodb.explain.waves.words import APART, STATEMENTS
+from autodb.explain.waves.answers import APART, STATEMENTS
 from autodb.terms import TERMS, Contribution, Term, TermParameter
 from docs.make import explained
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from autodb.assets import kit
 from autodb.explain import explain
-from autodb.explain.answer.answer import Explanation
+from autodb.explain.answer import Explanation
 from autodb.proofs.cases.plan import FIXED, draw_concealed, planned_case
 from autodb.proofs.runs.explain.left_out import tables
 from autodb.records import CutTable, Recording

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
+from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.several_recordings import (
     FACTORS,

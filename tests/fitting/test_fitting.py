@@ -183,6 +183,19 @@ def test_spanning_columns_leave_out_what_the_others_say() -> None:
     assert np.linalg.matrix_rank(doubled[:, kept]) == 3
 
 
+def test_an_orthonormal_basis_spans_columns_of_any_size_and_leaves_out_what_is_no_direction() -> (
+    None
+):
+    rng = np.random.default_rng(4)
+    free = rng.normal(size=(50, 3)) * np.array([1e-7, 1.0, 1e8])
+    columns = np.column_stack([free, free[:, 1] + free[:, 2] / 1e8, np.zeros(50)])
+    basis = fitting.orthonormal_basis(columns, least=1e-9)
+    assert basis.shape == (50, 3)
+    assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
+    assert_allclose(basis @ (basis.T @ columns), columns, rtol=1e-7, atol=1e-14)
+    assert fitting.orthonormal_basis(np.empty((50, 0)), least=1e-9).shape == (50, 0)
+
+
 def test_held_out_errors_come_from_fits_without_the_block_and_its_gap() -> None:
     blocks = np.arange(200) // 20
     values = Y.copy()

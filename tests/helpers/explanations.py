@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,

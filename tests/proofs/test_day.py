@@ -9,9 +9,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
-from autodb.explain.cuts.ahead import ahead
-from autodb.explain.cuts.candidates.cold_machine import coldness, has_pause, warming_candidates
+from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
+from autodb.explain.cuts.candidates.over_time import coldness, has_pause, warming_candidates
+from autodb.explain.cuts.carried import ahead
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.proofs.machines.lathe.day import CUTS, FORCES, HOURS, Day, draw_day
 from autodb.proofs.runs.found import markdown

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,
@@ -14,7 +14,7 @@ from autodb.explain.answer.answer import (
     Explanation,
     FitQuality,
 )
-from autodb.explain.answer.answer import Where as Place
+from autodb.explain.answer import Where as Place
 from autodb.proofs.runs.explain.explain_score import (
     NamedEntry,
     answer_entries,

@@ -13,7 +13,7 @@ from numpy.testing import assert_array_equal
 from plotly.offline import get_plotlyjs
 
 from autodb.agent.learn.precision_history import LearningCurve
-from autodb.explain.answer.answer import Considered, Regime, Where
+from autodb.explain.answer import Considered, Regime, Where
 from autodb.reports import figures
 from autodb.reports.explanation import (
     explanation_fragment,

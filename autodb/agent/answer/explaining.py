@@ -18,7 +18,7 @@ from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
-from autodb.explain.answer.answer import Cause, ChannelAnswer
+from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import WEAR
 from autodb.records import CutTable, Recording

@@ -10,8 +10,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.rows.owner import owner_of
 from autodb.errors import UnusableInput
-from autodb.explain.waves.frames import tilted_table
-from autodb.explain.waves.teeth import Mill
+from autodb.explain.waves.teeth import Mill, table_angles, tilted_table
 from autodb.explain.waves.waves import heard, mill_of
 from autodb.files.channels import FORCES
 from autodb.forward.prediction import ToolOf
@@ -202,10 +201,8 @@ class _Wave:
     def at(self, recording: Recording, angle_rad: Array) -> dict[str, Array]:
         """Return the forces at angles (n,) in the recording's frame."""
         forces = waves_N(self.posterior, self.tool, self.operation, self.conditions, angle_rad).T
-        a, c = recording.get("a.angle"), recording.get("c.angle")
-        if a is not None or c is not None:
-            still = np.zeros(len(recording))
-            turned = tilted_table(*(np.radians(still if one is None else one) for one in (a, c)))
+        if "a.angle" in recording or "c.angle" in recording:
+            turned = tilted_table(*table_angles(recording))
             forces = np.einsum("ijn,jn->in", turned, forces)
         return {name: forces[FORCES.index(name)] for name in _forces(recording)}
 

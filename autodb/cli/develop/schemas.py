@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
-from autodb.explain.answer.answer import Explanation
+from autodb.explain.answer import Explanation
 from autodb.files.coefficients import Coefficients
 from autodb.files.job import Job
 from autodb.files.machine import MachineFile

@@ -14,7 +14,7 @@ from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.agent.sense.identifying import identify_on_machine
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import Explained
+from autodb.explain.answer import Explained
 from autodb.files.job import read_job
 from autodb.files.machine import LATHE
 from autodb.files.targets import hidden, replace_by

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL

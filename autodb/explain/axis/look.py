@@ -8,8 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Considered, FitQuality, Where
-from autodb.explain.answer.taken import largest_first
+from autodb.explain.answer import (
+    ChannelAnswer,
+    ChannelTrace,
+    Considered,
+    FitQuality,
+    Where,
+    largest_first,
+)
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
 from autodb.explain.axis.loads import TURNING

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.records import Recording

@@ -1,22 +1,23 @@
-"""What was found, component by component: causes with their parameters, where, and how it fits."""
+"""What a table of cuts holds, component by component: causes, own terms, where, how it fits."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,
-    Considered,
     FitQuality,
     IntervalValue,
     Where,
+    considered,
+    largest_first,
+    unnamed_cause,
 )
-from autodb.explain.answer.taken import largest_first
 from autodb.explain.cuts.candidates.effect_parameters import (
     EffectInCuts,
     effect_parameters,
@@ -24,19 +25,22 @@ from autodb.explain.cuts.candidates.effect_parameters import (
 )
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
-from autodb.explain.cuts.cuts_fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.distinguishing import after_forces
-from autodb.explain.cuts.profile import profiled_value
-from autodb.explain.cuts.retuned import mistuned_of_cuts, retuned_of_cuts
+from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Standing, of_missing
-from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
+from autodb.explain.engine.confidence import Mistuned, Standing, of_missing, of_mistuned
+from autodb.explain.engine.entries import (
+    is_undecided,
+    named_entry,
+    own_term_entries,
+    undecided_entry,
+)
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
-from autodb.terms.vocabulary import all_terms
+from autodb.terms.vocabulary import all_terms, term_called
 
 Array = NDArray[np.float64]
 
@@ -152,7 +156,7 @@ class _Answers:
         peak = int(np.argmax(np.abs(part)))
         row = columns.raw(slice(peak, peak + 1))[component, 0]
         variance = float(row @ self.fit.covariance[at, at] @ row)
-        return profiled_value(
+        return IntervalValue.around(
             abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N"
         )
 
@@ -197,7 +201,6 @@ class _Answers:
         """Return the arrays behind the answer."""
         stack = self.stack
         correction = self._correction(component, self.causes(component))
-        taken = set(self.result.found.keys)
         offers = self.result.search.offers(())
         return ChannelTrace(
             x_name="cut",
@@ -207,10 +210,9 @@ class _Answers:
             corrected=stack.simulation[component] + correction,
             regime_signals=_signals(stack),
             takes=self.told[component][1],
-            considered=tuple(
-                Considered(key, o.worth, "accepted" if key in taken else "not needed")
-                for o in sorted(offers, key=lambda offer: -offer.worth)
-                for key in [o.choice.candidate.key]
+            considered=considered(
+                {offer.choice.candidate.key: offer.worth for offer in offers},
+                self.result.found.keys,
             ),
         )
 
@@ -257,23 +259,94 @@ def _name(choice: Choice) -> str:
 def _unnamed(
     found: _Answers, number: int, choice: Choice, component: int, size: IntervalValue
 ) -> Cause:
-    stack = found.stack
-    part = found.part(number)[component]
-    difference = (stack.recording - stack.simulation)[component]
-    share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-    variables = choice.candidate.variables
+    stack, part = found.stack, found.part(number)[component]
     sure = found.standing[choice.candidate.key]
+    return unnamed_cause(
+        choice.candidate.variables,
+        f": {shape_words(stack, choice, part, component)}",
+        difference=(stack.recording - stack.simulation)[component],
+        part=part,
+        size=size,
+        confidence=sure.confidence,
+        alternatives=sure.near,
+        apart=found.apart(choice),
+    )
+
+
+def mistuned_of_cuts(result: FoundInCuts) -> dict[str, Mistuned]:
+    """Return how sure it is of each own term that it is off, in all components together."""
+    return {name: _judged(result, [name]) for name in result.own}
+
+
+def _judged(result: FoundInCuts, names: Collection[str]) -> Mistuned:
+    places, first = list[int](), 0
+    for name, columns in result.own.items():
+        after = first + columns.mix.shape[2]
+        places += range(first, after) if name in names else ()
+        first = after
+    return of_mistuned(result.search, result.found, places)
+
+
+def retuned_of_cuts(
+    result: FoundInCuts,
+    own: Mapping[str, Mistuned],
+    fitted: CutsFit,
+    component: int,
+    *,
+    beside: Collection[Cause],
+) -> list[Cause]:
+    """Return the own terms of one component whose coefficient changes, as ``mistuned_of_cuts``.
+
+    ``beside``: what else is said of the component.
+    """
+    causes = {}
+    for number, (name, columns) in enumerate(result.own.items()):
+        change = _change(columns, fitted, fitted.places[number], component)
+        if change.low * change.high > 0:
+            causes[name] = _cause(result, name, change, component, own[name].standing)
+    return own_term_entries(own, causes, beside=beside, jointly=partial(_judged, result))
+
+
+def _change(columns: LawColumns, fitted: CutsFit, at: slice, component: int) -> IntervalValue:
+    """Return the change of one component's coefficient."""
+    place = at.start + _place(columns, component)
+    sd = float(np.sqrt(max(fitted.covariance[place, place], 0.0)))
+    return IntervalValue.around(float(fitted.coefficients[place]), NORMAL_95 * sd, "")
+
+
+def _place(columns: LawColumns, component: int) -> int:
+    return component if columns.mix.shape[2] > 1 else 0
+
+
+def _cause(
+    result: FoundInCuts, name: str, change: IntervalValue, component: int, sure: Standing
+) -> Cause:
+    """Return the entry of an own term whose coefficient changes by ``change``."""
+    stack, columns = result.stack, result.own[name]
+    term, sign = term_called(name), float(stack.sign[component])
+    column = columns.raw()[component, :, _place(columns, component)]
+    peak, half = float(np.max(np.abs(column))), change.high - change.value
+    had, turned = 1.0, 1.0
+    if name != "shear":
+        turned = sign
+        had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
+    unit = term.parameters[0].unit.replace("U", "N")
+    now = IntervalValue.around(had + turned * change.value, half, unit)
+    if name == "shear" and now.value < 0:
+        text = "Recording and simulation have opposite signs; check the sensor's sign first."
+    else:
+        text = term.statement
     return Cause(
-        term=UNKNOWN,
-        kind="missing",
+        term=name,
+        kind="mistuned",
         confidence=sure.confidence,
         statement=(
-            f"{100 * max(0.0, share):.0f} % of the error depends on {' and '.join(variables)}: "
-            f"{shape_words(stack, choice, part, component)} No law that is known here fits it. "
-            f"It reaches {size.value:.3g} N."
+            f"{text} The simulation has {term.parameters[0].name} {had:.3g}; the recording says "
+            f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
         ),
-        parameters={"size": size},
+        parameters={
+            "size": IntervalValue.around(abs(change.value) * peak, half * peak, "N"),
+            term.parameters[0].name: now,
+        },
         alternatives=sure.near,
-        variables=variables,
-        to_tell_apart=found.apart(choice),
     )

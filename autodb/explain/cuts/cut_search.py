@@ -1,24 +1,16 @@
 """Look for the effects that the forces of a table of cuts hold."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.families import families, named_effects
-from autodb.explain.cuts.candidates.hard_runs import ROUND, comes_round, run_of_cuts, step_of_gain
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
-    along_edge,
-    chip_factor,
-    each,
-    per_depth,
-    values_of,
 )
-from autodb.explain.cuts.cuts_fit import all_columns, fit_cuts, held_out_square
-from autodb.explain.cuts.few_rows import TableSearch
-from autodb.explain.cuts.products import products
+from autodb.explain.cuts.candidates.library import Library, of_forces
+from autodb.explain.cuts.evidence import TableSearch, products
+from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -45,20 +37,6 @@ PASSES = 2
 
 
 @dataclass(frozen=True)
-class Library:
-    """What the channels of a table may hold: columns of their own, and effects.
-
-    ``proposals`` are effects that must be searched for in what a fit leaves (C, n), by round;
-    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
-    """
-
-    own: Callable[[Stack], dict[str, LawColumns]]
-    candidates: Callable[[Stack], list[Candidate]]
-    proposals: Callable[[Stack, Array, int], list[Candidate]]
-    levels: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class FoundInCuts:
     """The best set of effects, with the search that found it and the table as it was seen."""
 
@@ -79,29 +57,6 @@ def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] 
         tuple(simulation), known, recording, simulated, edge, length,
         np.ones_like(simulated), np.eye(len(simulated)),
     )  # fmt: skip
-
-
-def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
-    """Return the simulation's own columns: chip and edge, free in each component."""
-    known = stack.known
-    one = values_of(np.ones(len(known)))
-    own = {"shear": each(stack, chip_factor(stack, one))}
-    has_edge = bool(stack.edge_N_mm.any()) if includes is None else "edge_force" in includes
-    if has_edge:
-        own["edge_force"] = each(stack, along_edge(stack))
-    if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
-        own["tool_wear"] = each(stack, per_depth(stack, values_of(known.cutting_time_s)))
-    return own
-
-
-def of_forces(includes: list[str] | None) -> Library:
-    """Return what forces may hold beside a simulation that has the terms ``includes``."""
-
-    def candidates(stack: Stack) -> list[Candidate]:
-        own = frozenset(own_columns_of_cuts(stack, includes))
-        return [*named_effects(stack, own), *families(stack)]
-
-    return Library(lambda stack: own_columns_of_cuts(stack, includes), candidates, _proposals)
 
 
 def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
@@ -193,16 +148,6 @@ def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     found = search.settled(found.choices)
     longer = [search.cleared(f) for f in search.grown(found, search.candidates)]
     return max([found, *longer], key=lambda f: f.score)
-
-
-def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
-    found = [
-        run_of_cuts(stack, left, number),
-        *(comes_round(stack, left, over, number) for over in ROUND),
-    ]
-    steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
-    several = steps if len(steps) > 1 else []
-    return [*several, *(candidate for candidate in found if candidate is not None)]
 
 
 def _plainer(result: FoundInCuts) -> FoundSet:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Literal
 
-from autodb.explain.answer.answer import Cause, IntervalValue
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
 from autodb.explain.engine.search import alike_terms

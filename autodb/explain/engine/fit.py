@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import ChannelAnswer, FitQuality, Where
+from autodb.explain.answer import ChannelAnswer, FitQuality, Where
 from autodb.explain.engine.normal import HELD, solved
 
 Array = NDArray[np.float64]

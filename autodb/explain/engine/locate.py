@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Regime
+from autodb.explain.answer import Regime
 
 Array = NDArray[np.float64]
 

@@ -1,12 +1,13 @@
-"""What a milled waveform holds, component by component: causes, where, and how it fits."""
+"""What a milled waveform holds, component by component: causes in words, where, and how it fits."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import (
+from autodb.explain.answer import (
     Cause,
     ChannelAnswer,
     ChannelTrace,
@@ -14,8 +15,10 @@ from autodb.explain.answer.answer import (
     FitQuality,
     IntervalValue,
     Where,
+    considered,
+    largest_first,
+    unnamed_cause,
 )
-from autodb.explain.answer.taken import largest_first
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
@@ -24,10 +27,16 @@ from autodb.explain.engine.locate import regimes
 from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
-from autodb.explain.waves.own import change_of_own, mistuned_of_waves, retuned_of_waves
-from autodb.explain.waves.parameters import EffectInWaves, interval_value, of_one, shared
-from autodb.explain.waves.wandering import as_one
-from autodb.explain.waves.words import STATEMENTS, words_that_tell
+from autodb.explain.waves.parameters import (
+    EffectInWaves,
+    change_of_own,
+    interval_value,
+    mistuned_of_waves,
+    of_one,
+    retuned_of_waves,
+    shared,
+)
+from autodb.explain.waves.refined import as_one
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -36,6 +45,66 @@ SENSED = 9.0
 """Sum of squares of white rows that an effect adds to a component, above which it acts there."""
 TURNS = 3.0
 """Turns of the spindle that are drawn close up."""
+STATEMENTS = {
+    "edge_force": "The cutting edge rubs: a force that does not depend on the chip's thickness.",
+    "size_effect": "Thin chips take more force for their area than thick ones.",
+    "tool_wear": "The edge wears while it cuts: its rubbing force grows within the recording.",
+    "runout": "The teeth do not stand out alike: one takes more, the next finds less.",
+    "depth_error": "The mill cut deeper or shallower than the simulation has it.",
+    "deflection": "Tool or work springs away: the harder the cut, the less of it is taken.",
+    "chatter": "The cut rings at a frequency of its own, which is no multiple of the spindle's.",
+    "hard_spot": "For a stretch the material is harder or softer.",
+    "gain": "One component is scaled while the others are not.",
+    "sensor_drift": "The sensor's zero wanders with the clock, in air too.",
+    "thermal_drift": "The sensor's zero moves while chips heat it, and comes back in air.",
+    "crosstalk": "The sensor mixes its components: one shows a share of another.",
+    "table_gravity": "A mass on the tilted table weighs on the sensor.",
+    "table_inertia": "A mass on the swinging table pulls on the sensor.",
+}
+APART: dict[frozenset[str], str] = {
+    frozenset(pair): words
+    for *pair, words in (
+        ("edge_force", "size_effect", "Repeat the cut at a tenth of the feed: the edge's force "
+         "stays as it is, the extra force of thin chips nearly goes with the chip."),
+        ("edge_force", "depth_error", "Repeat the cut at twice the depth: the edge's force "
+         "doubles, what a wrong depth adds stays."),
+        ("edge_force", "tool_wear", "Repeat the cut with a new edge: worn-on force is gone, the "
+         "edge's own is there."),
+        ("tool_wear", "sensor_drift", "Let the sensor stand in air after the cut: drift goes on, "
+         "wear shows nothing there."),
+        ("tool_wear", "thermal_drift", "Repeat the cut after a pause of some minutes: heat has "
+         "gone, wear has not."),
+        ("tool_wear", "gain", "Repeat the cut with a new edge: wear falls back, a scale does not."),
+        ("tool_wear", "hard_spot", "Repeat the cut beside the last one: a hard place is in the "
+         "work, wear is on the edge and goes on."),
+        ("sensor_drift", "thermal_drift", "Record some minutes of air after the cut: heat drift "
+         "comes back, the clock's goes on."),
+        ("sensor_drift", "table_gravity", "Tilt the table once without cutting: weight follows the "
+         "angle, drift the clock."),
+        ("sensor_drift", "table_inertia", "Swing the table once without cutting: inertia shows "
+         "there, drift does not follow it."),
+        ("runout", "deflection", "Repeat the cut at twice the feed: run-out stays the same in "
+         "millimetres, bending grows with the force."),
+        ("runout", "depth_error", "Compare single turns: run-out differs from tooth to tooth, a "
+         "depth does not."),
+        ("runout", "chatter", "Repeat the cut at another spindle speed: run-out stays at multiples "
+         "of the turn, chatter at its own frequency."),
+        ("gain", "depth_error", "Load the sensor with a known weight: a scale shows, a depth does "
+         "not."),
+        ("gain", "crosstalk", "Load the sensor along one axis with a known weight: crosstalk shows "
+         "in the others."),
+        ("gain", "deflection", "Load the sensor with a known weight: a scale shows, bending of the "
+         "tool does not."),
+        ("deflection", "depth_error", "Repeat the cut with a shorter overhang: bending goes, a "
+         "wrong depth stays."),
+        ("deflection", "size_effect", "Repeat the cut with a shorter overhang: bending goes, the "
+         "force of thin chips stays."),
+        ("hard_spot", "depth_error", "Measure the depth along the cut: over a hard stretch it is "
+         "as elsewhere."),
+    )
+}  # fmt: skip
+MOST = 2
+"""Alternatives that are told what would separate."""
 
 
 def explain_waves(
@@ -155,22 +224,15 @@ class _Told:
         )
 
     def _unnamed(self, number: int, component: int, size: IntervalValue) -> Cause:
-        choice, part = self.choices[number], self.fit.part(number)[component]
-        difference = self.looked.bench.difference[component]
-        share = 1.0 - float(np.sum((difference - part) ** 2) / np.sum(difference**2))
-        over = " and ".join(choice.candidate.variables)
-        return Cause(
-            term=UNKNOWN,
-            kind="missing",
-            confidence=self.standing[number].confidence,
-            statement=(
-                f"{100 * max(0.0, share):.0f} % of the error depends on {over}"
-                f"{_course_words(choice)}. No law that is known here fits it. It reaches "
-                f"{size.value:.3g} N."
-            ),
-            parameters={"size": size},
-            alternatives=self.standing[number].near,
-            variables=choice.candidate.variables,
+        choice, sure = self.choices[number], self.standing[number]
+        return unnamed_cause(
+            choice.candidate.variables,
+            f"{_course_words(choice)}.",
+            difference=self.looked.bench.difference[component],
+            part=self.fit.part(number)[component],
+            size=size,
+            confidence=sure.confidence,
+            alternatives=sure.near,
         )
 
     def _size(self, number: int, component: int) -> IntervalValue:
@@ -234,14 +296,10 @@ class _Told:
 
     @cached_property
     def _considered(self) -> tuple[Considered, ...]:
-        """Return every candidate as it would do alone, the strongest first."""
+        """Every candidate as it would do alone, the strongest first."""
         offers = self.looked.search.offers(())
-        taken = set(self.looked.found.keys)
-        return tuple(
-            Considered(key, o.worth, "accepted" if key in taken else "not needed")
-            for o in sorted(offers, key=lambda offer: -offer.worth)
-            for key in [o.choice.candidate.key]
-        )
+        alone = {offer.choice.candidate.key: offer.worth for offer in offers}
+        return considered(alone, self.looked.found.keys)
 
 
 def _signals(recording: Recording) -> dict[str, Array]:
@@ -286,3 +344,10 @@ def _nothing(recording: Recording, name: str) -> tuple[ChannelAnswer, ChannelTra
     values = recording[name]
     trace = ChannelTrace("t", recording.t_s, recording=values, simulation=values, corrected=values)
     return no_difference(recording.unit(name)), trace
+
+
+def words_that_tell(name: str, others: Sequence[str]) -> str | None:
+    """Return what would tell an effect from its nearest alternatives; None where none is known."""
+    pairs = (frozenset((name, other)) for other in others[:MOST])
+    lines = dict.fromkeys(APART[pair] for pair in pairs if pair in APART)
+    return " ".join(lines) or None

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, has_positive_first, negative, spline
-from autodb.explain.waves.forms import form, keep_shape
 from autodb.explain.waves.sensors import sensor_candidates_of_waves
 from autodb.explain.waves.teeth import Law, StandsOut
-from autodb.explain.waves.world import SimulatedWaves
+from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
 

@@ -1,21 +1,212 @@
-"""Own terms and effects of a milled waveform, fitted together to white rows."""
+"""Rows of all force components of a waveform, made white, and what is fitted to them.
 
-from collections.abc import Sequence
+The noise of a force whose waveform is full of lines is read off a running median of its
+periodogram: an autoregression fitted to what is left would take a strong line, chatter say, for
+colour and filter it away. The median over neighbouring frequencies does not see a line. Of
+exponentially distributed powers the median is ln 2 of the mean.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
+from operator import add
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_toeplitz
+from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
-from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.normal import normal
-from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
+from autodb.explain.engine.bench import ROWS_A_COLUMN, fewest_first
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
+from autodb.explain.engine.evidence import Products
+from autodb.explain.engine.noise import ORDER, Whitener
+from autodb.explain.engine.normal import HELD, Normal, normal
+from autodb.explain.engine.search import DETAIL
+from autodb.explain.waves.world import shape_columns
+from autodb.fitting import orthonormal_basis
 
 Array = NDArray[np.float64]
 
+WIDE = 0.02
+"""Width of the running median, a share of all frequencies. Chosen: lines of 1 to 5 Hz and their
+side bands are far narrower."""
+FEWEST = 15
+FLOOR = 1e-12
+BLOCKS, FOLDS = 40, 5
+SILENT = 1e-9
+"""Share of a component's largest force that its noise is at least: numbers have digits."""
 MEMORY = 4000
 """Rows after which a noise of ORDER taps has forgotten a knock."""
+
+
+def whitener_of(left: Array) -> Whitener:
+    """Return the filter that makes the noise in what is left (n,) white, of variance 1.
+
+    It is an autoregression with the spectrum's running median, divided by its sd.
+    """
+    n = len(left)
+    power = np.abs(np.fft.rfft(left - left.mean())) ** 2 / n
+    width = max(FEWEST, 2 * int(WIDE * len(power) / 2) + 1)
+    smooth = median_filter(power, size=width, mode="nearest") / np.log(2.0)
+    smooth = np.maximum(smooth, FLOOR * float(np.max(power)) + 1e-300)
+    covariance = np.fft.irfft(smooth, n)[: ORDER + 1]
+    covariance[0] *= 1.0 + 1e-9
+    taps = solve_toeplitz(covariance[:ORDER], covariance[1:])
+    return Whitener(np.asarray(taps, dtype=np.float64))
+
+
+def variance_of(whitener: Whitener, left: Array) -> float:
+    """Return the variance of a white row, lines aside."""
+    white = whitener(left)
+    power = np.abs(np.fft.rfft(white)) ** 2 / len(white)
+    return float(np.median(power)) / float(np.log(2.0))
+
+
+@dataclass(frozen=True)
+class WhitenedNoise:
+    """How each component's noise is made white and of variance 1."""
+
+    whiteners: tuple[Whitener, ...]
+    sd: tuple[float, ...]
+
+    def __call__(self, columns: Array) -> Array:
+        """Return white rows (C · m, p) of columns (C, n, p)."""
+        return np.concatenate(self.each(columns))
+
+    def each(self, columns: Array) -> list[Array]:
+        """Return the white rows (m, ...) of each component of columns (C, n, ...)."""
+        return [
+            whitener(one) / sd
+            for whitener, sd, one in zip(self.whiteners, self.sd, columns, strict=True)
+        ]
+
+
+class WhiteWaves:
+    """A difference (C, n), the simulation's own columns, and candidates' columns at every row.
+
+    A form's columns are (C, n, p); those of ``own`` (C, n), by term.
+    """
+
+    def __init__(self, difference: Array, own: dict[str, Array]) -> None:
+        self.difference = difference
+        self.own = own
+        self._own = np.stack(list(own.values()), axis=-1)
+        self._kept: dict[tuple[str, int], tuple[CandidateForm | None, Array]] = {}
+
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
+        """Return a shape's columns (C, n, p), built once."""
+        shape, columns = self._kept.get(key, (None, np.empty(0)))
+        if shape != form:
+            columns = shape_columns(form)
+            self._kept[key] = (form, columns)
+        return columns
+
+    def detail(self, candidate: Candidate) -> Array:
+        """Return what a candidate's shapes may get wrong (C, n, p), p = 0 if nothing."""
+        key = (candidate.key, DETAIL)
+        if key not in self._kept:
+            none = np.empty((*self.difference.shape, 0))
+            self._kept[key] = (None, none if candidate.detail is None else candidate.detail())
+        return self._kept[key][1]
+
+    def forget(self, keys: Iterable[str]) -> None:
+        """Drop the columns of candidates that are built anew."""
+        gone = set(keys)
+        self._kept = {key: value for key, value in self._kept.items() if key[0] not in gone}
+
+    def chosen(self, choices: Sequence[Choice], *, detail: bool = False) -> Array:
+        """Return own and chosen columns (C, n, p)."""
+        parts = [self._own, *(self.columns(c.key, c.shape) for c in choices)]
+        if detail:
+            parts += [self.detail(c.candidate) for c in choices]
+        return np.concatenate(parts, axis=-1)
+
+    def everything(self, candidates: Iterable[Candidate]) -> Array:
+        """Return own columns and the richest shape of every candidate, those with fewest first."""
+        rich = [
+            self.detail(s)
+            if s.detail is not None
+            else self.columns((s.key, len(s.forms) - 1), s.forms[-1])
+            for s in candidates
+        ]
+        room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
+        return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
+
+    def quiet(self, columns: Array) -> WhitenedNoise:
+        """Return the noise that columns leave, each component by itself, fitted twice."""
+        left = self.left(columns, None)
+        for _ in range(2):
+            whiteners = tuple(whitener_of(one) for one in left)
+            sd = tuple(
+                max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
+                for w, one, own in zip(whiteners, left, self._own, strict=True)
+            )
+            quiet = WhitenedNoise(whiteners, sd)
+            left = self.left(columns, quiet)
+        return quiet
+
+    def left(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
+        """Return what columns (C, n, p) leave of the difference (C, n)."""
+        fitted = self.fitted(columns, quiet)
+        return np.asarray(self.difference - columns @ fitted)
+
+    def fitted(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
+        """Return coefficients (p,) of columns."""
+        return self._normal(columns, quiet).solved()
+
+    def _normal(self, columns: Array, quiet: WhitenedNoise | None) -> Normal:
+        if quiet is None:
+            return normal(columns.reshape(-1, columns.shape[-1]), self.difference.ravel())
+        return normal(quiet(columns), quiet(self.difference[:, :, None])[:, 0])
+
+    def products(self, candidates: Sequence[Candidate], quiet: WhitenedNoise) -> Products:
+        """Return the inner products of the white difference, own columns and all shapes."""
+        blocks: dict[tuple[str, int], Array] = {}
+        for candidate in candidates:
+            for number, form in enumerate(candidate.forms):
+                blocks[candidate.key, number] = self.columns((candidate.key, number), form)
+            blocks[candidate.key, DETAIL] = self.detail(candidate)
+        return self.inner(blocks, quiet)
+
+    def inner(self, blocks: dict[tuple[str, int], Array], quiet: WhitenedNoise) -> Products:
+        """Return the inner products of the white difference, own columns and blocks (C, n, p)."""
+        whole = [self.difference[:, :, None], self._own, *blocks.values()]
+        white = np.concatenate([quiet(block) for block in whole if block.shape[-1]], axis=1)
+        return Products(
+            white.T @ white,
+            own=self._own.shape[-1],
+            widths={key: block.shape[-1] for key, block in blocks.items()},
+            rows=len(white),
+            variance=1.0,
+        )
+
+    def held_out(self, choices: Sequence[Choice], quiet: WhitenedNoise) -> tuple[Array, Array]:
+        """Return what is left (C, n) of blocks of time predicted by a fit of the others.
+
+        And the same (C · m,) of white rows.
+        """
+        columns = self.chosen(choices)
+        white, target = quiet(columns), quiet(self.difference[:, :, None])[:, 0]
+        count, rows = len(self.difference), self.difference.shape[1]
+        of_white = _folds(len(target) // count)
+        folds = [
+            normal(white[np.tile(of_white == k, count)], target[np.tile(of_white == k, count)])
+            for k in range(FOLDS)
+        ]
+        left, white_left, of_row = self.difference.copy(), target.copy(), _folds(rows)
+        for k in range(FOLDS):
+            fitted = reduce(add, (one for j, one in enumerate(folds) if j != k)).solved()
+            here = of_row == k
+            left[:, here] -= columns[:, here] @ fitted
+            there = np.tile(of_white == k, count)
+            white_left[there] -= white[there] @ fitted
+        return left, white_left
+
+
+def _folds(rows: int) -> NDArray[np.intp]:
+    return np.asarray(np.arange(rows) * BLOCKS // rows % FOLDS, dtype=np.intp)
 
 
 @dataclass(frozen=True)
@@ -112,9 +303,7 @@ class BesideWaves:
     ) -> None:
         self.quiet = quiet
         white = quiet(bench.chosen(others))
-        norm = np.linalg.norm(white, axis=0)
-        basis, size, _ = np.linalg.svd(white / np.where(norm > 0, norm, 1.0), full_matrices=False)
-        self._basis = basis[:, size > 1e-9 * size.max(initial=0.0)]
+        self._basis = orthonormal_basis(white, least=HELD)
         difference = bench.difference if minus is None else bench.difference - minus
         self._left = self._clear(difference[:, :, None])[:, 0]
 

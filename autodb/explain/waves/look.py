@@ -1,7 +1,4 @@
-"""Look for the effects that a milled waveform holds.
-
-How far the depth of a milled cut is off, fitted to a waveform slice by slice.
-"""
+"""Look for the effects that a milled waveform holds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,13 +8,11 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
-from autodb.explain.waves.bench import WhitenedNoise, WhiteWaves
-from autodb.explain.waves.candidates import candidates_of_waves, deeper
-from autodb.explain.waves.fit import BesideWaves
-from autodb.explain.waves.frames import tilted_table
-from autodb.explain.waves.runout import fitted_out
+from autodb.explain.waves.candidates import candidates_of_waves
+from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves
+from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
-from autodb.explain.waves.stretches import sharpened
+from autodb.explain.waves.teeth import table_angles, tilted_table
 from autodb.explain.waves.waves import Waves, waves_of
 from autodb.explain.waves.world import SimulatedWaves, Tilted, own_columns_of_waves
 from autodb.records import Recording
@@ -28,9 +23,6 @@ ROUNDS = 4
 EDGED = 0.02
 """Share of a simulation's squares from which on what no chip changes counts as its edge's."""
 BAR = 3.0
-STILL = 0.02
-"""Share by which teeth stand out otherwise, from which on their columns are built anew."""
-SMALLEST_MM = 2e-4
 SMOOTH_S = 0.02
 FAINTEST = 0.002
 """`search.FAINT` of waves whose law is known exactly: shapes are then made of the very chips.
@@ -72,9 +64,7 @@ def _has_edge(waves: Waves, includes: list[str] | None) -> bool:
 
 def _tilted(recording: Recording) -> Tilted | None:
     """Return how a table is tilted, and its rates, smoothed over SMOOTH_S; None: still."""
-    zero = np.zeros(len(recording))
-    a, c = (recording.get(f"{name}.angle") for name in "ac")
-    tilt, turn = np.radians(zero if a is None else a), np.radians(zero if c is None else c)
+    tilt, turn = table_angles(recording)
     if np.ptp(tilt) == 0.0 and np.ptp(turn) == 0.0:
         return None
     step = 1.0 / recording.rate_hz
@@ -86,7 +76,7 @@ def _tilted(recording: Recording) -> Tilted | None:
         padded = np.pad(values, window, mode="edge")
         return np.gradient(np.convolve(padded, smooth, mode="same")[window:-window], step)
 
-    about_x = np.array([np.cos(turn), np.sin(turn), zero])
+    about_x = np.array([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
     omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
     faster = np.array([rate(one) for one in omega])
     return Tilted(tilted_table(tilt, turn), omega, faster)
@@ -110,7 +100,7 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
         scanned = [sharper.get(one.key, one) for one in scanned]
         bench.forget(sharper)
         choices = _anew(looked.found.choices, scanned)
-        world, moved = _seen_anew(world, bench, looked.found, quiet)
+        world, moved = seen_anew(world, bench, looked.found, quiet)
         if number == ROUNDS or (not moved and looked.found.keys in ((), found)):
             break
         found = looked.found.keys
@@ -182,58 +172,3 @@ def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise
 
 def _squares(bench: WhiteWaves, choices: tuple[Choice, ...], quiet: WhitenedNoise) -> float:
     return float(np.sum(bench.held_out(choices, quiet)[1] ** 2))
-
-
-def _seen_anew(
-    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
-) -> tuple[SimulatedWaves, bool]:
-    """Return the world as what was found has it, and whether its columns are others by now."""
-    world, moved = _stood_out(world, bench, found)
-    if DEPTH not in found.keys:
-        return replace(world, deeper_mm=None), moved or world.deeper_mm is not None
-    error_mm = fitted_error(world, bench, found, quiet)
-    before = world.deeper_mm or 0.0
-    moved |= abs(error_mm - before) > STILL * abs(error_mm)
-    return replace(world, deeper_mm=error_mm), moved
-
-
-def _stood_out(
-    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet
-) -> tuple[SimulatedWaves, bool]:
-    """Return the world with teeth standing out as found, and whether they do otherwise by now."""
-    if "runout" not in found.keys:
-        return replace(world, out=None), world.out is not None
-    known = () if world.out is None else found.without("runout")
-    columns = bench.chosen(known)
-    out = fitted_out(world, bench.difference, columns)
-    before = np.zeros(len(out.mm)) if world.out is None else np.array(world.out.mm)
-    now = np.array(out.mm)
-    moved = np.max(np.abs(now - before)) > STILL * max(float(np.max(np.abs(now))), SMALLEST_MM)
-    return (replace(world, out=out), True) if moved else (world, False)
-
-
-DEPTH = "depth_error"
-REACH = 0.4
-"""Share of the error that the search found by which it is looked for to either side."""
-STEPS = 20
-
-
-def fitted_error(
-    world: SimulatedWaves, bench: WhiteWaves, found: FoundSet, quiet: WhitenedNoise
-) -> float:
-    """Return the error of depth, mm, that fits best beside own terms and other effects.
-
-    A simulation's slices come into the work one by one, so that what fits is rough over the error:
-    it is tried step by step, then by finer steps about the best.
-    """
-    beside = BesideWaves(bench, found.without(DEPTH), quiet)
-    choice = next(c for c in found.choices if c.candidate.key == DEPTH)
-    about = float(beside.fitted(bench.columns(choice.key, choice.shape))[0][0])
-    if "error" in choice.shape.shape:
-        about = choice.shape.shape["error"]
-    reach = REACH * about
-    for _ in range(2):
-        tried = about + reach * np.linspace(-1.0, 1.0, STEPS + 1)
-        gains = [beside.gain(deeper(world, float(e))[:, :, None]) for e in tried]
-        about, reach = float(tried[int(np.argmax(gains))]), 2.0 * reach / STEPS
-    return about

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, spline
-from autodb.explain.waves.bench import WhitenedNoise
-from autodb.explain.waves.forms import form, keep_shape
-from autodb.explain.waves.world import SimulatedWaves
+from autodb.explain.waves.fit import WhitenedNoise
+from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
 

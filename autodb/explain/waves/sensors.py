@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 from scipy import constants
 
 from autodb.explain.engine.candidates import Candidate, spline
-from autodb.explain.waves.forms import form, keep_shape
-from autodb.explain.waves.waves import FORCES
-from autodb.explain.waves.world import SimulatedWaves, Tilted
+from autodb.explain.waves.world import SimulatedWaves, Tilted, form, keep_shape
+from autodb.files.channels import FORCES
 
 Array = NDArray[np.float64]
 

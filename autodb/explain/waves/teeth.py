@@ -1,6 +1,7 @@
 """The teeth of a mill in the work: which slices of them cut at each row, and what a law makes.
 
 A law is three functions of the uncut chip: tangential, radial and axial force a millimetre of edge.
+What it makes is sensed in frames: the machine's, and a tilted table's.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,6 +10,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from autodb.files.channels import FORCES
+from autodb.records import Recording
 
 Array = NDArray[np.float64]
 Law = Callable[[Array], tuple[Array, Array, Array]]
@@ -194,3 +198,35 @@ def _made(law: Law, chip: Array) -> tuple[Array, Array, Array]:
     t, r, a = law(chip)
     cuts = chip > 0.0
     return t * cuts, r * cuts, a * cuts
+
+
+def machine_and_table(recording: Recording, mill: Mill, names: tuple[str, ...]) -> list[Array]:
+    """Return frames (C, 3, n): machine axes, and where a table tilts also as it sees them."""
+    sin, cos = np.sin(mill.direction_rad), np.cos(mill.direction_rad)
+    machine = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    kept = [FORCES.index(name) for name in names]
+    n = len(recording)
+    found = [np.broadcast_to(machine[kept][:, :, None], (len(kept), 3, n))]
+    tilt, turn = table_angles(recording)
+    if np.ptp(tilt) > 0.0 or np.ptp(turn) > 0.0:
+        found.append(np.einsum("ijn,jk->ikn", tilted_table(tilt, turn), machine)[kept])
+    return found
+
+
+def table_angles(recording: Recording) -> tuple[Array, Array]:
+    """Return by how much a table is tilted and turned (n,) rad, 0 where that is not recorded."""
+    still = np.zeros(len(recording))
+    a, c = (recording.get(name) for name in ("a.angle", "c.angle"))
+    return np.radians(still if a is None else a), np.radians(still if c is None else c)
+
+
+def tilted_table(tilt_rad: Array, turn_rad: Array) -> Array:
+    """Return T_z(θ_z) T_x(θ_x), from the machine to a tilted table's frame, (3, 3, n).
+
+    Source: rotations about x, then about z.
+    """
+    one, zero = np.ones_like(tilt_rad), np.zeros_like(tilt_rad)
+    sx, cx, sz, cz = np.sin(tilt_rad), np.cos(tilt_rad), np.sin(turn_rad), np.cos(turn_rad)
+    about_x = np.array([[one, zero, zero], [zero, cx, -sx], [zero, sx, cx]])
+    about_z = np.array([[cz, -sz, zero], [sz, cz, zero], [zero, zero, one]])
+    return np.asarray(np.einsum("ijn,jkn->ikn", about_z, about_x))

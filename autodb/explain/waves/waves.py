@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.waves.frames import machine_and_table
 from autodb.explain.waves.law import (
     DRAWN,
     NOTHING,
@@ -24,12 +23,12 @@ from autodb.explain.waves.law import (
     read_off,
     rubbing,
 )
-from autodb.explain.waves.teeth import TURN, Mill, Teeth
+from autodb.explain.waves.teeth import TURN, Mill, Teeth, machine_and_table
+from autodb.files.channels import FORCES
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
 
-FORCES = ("force.x", "force.y", "force.z")
 FITS = 0.98
 """Share of a simulation's squares that its waves must give with the angle as it was recorded."""
 LOOKED = 600

@@ -1,13 +1,14 @@
 """What candidates of a milled waveform are built from: a simulation's waves and how teeth cut."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import spline
+from autodb.explain.engine.candidates import CandidateForm, spline
 from autodb.explain.waves.law import in_ways, rubbing
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.waves import Waves
@@ -153,3 +154,23 @@ def own_columns_of_waves(world: SimulatedWaves) -> dict[str, Array]:
     if np.sum(rest**2) > RESTS * np.sum(world.simulated**2):
         own["rest"] = rest
     return own
+
+
+def form(columns: Array, shape: Mapping[str, float] | None = None, **options: Any) -> CandidateForm:
+    """Return a shape of columns (C, n, p), with what is known of it by name."""
+    return CandidateForm(keep_shape(columns), shape or {}, **options)
+
+
+def keep_shape(columns: Array) -> Callable[..., Array]:
+    """Return a function that gives columns, whatever their shape is called."""
+    return partial(_as_is, columns)
+
+
+def _as_is(columns: Array, **shape: float) -> Array:
+    del shape
+    return columns
+
+
+def shape_columns(shape: CandidateForm) -> Array:
+    """Return a shape's columns (C, n, p)."""
+    return np.asarray(shape.law(**shape.shape))

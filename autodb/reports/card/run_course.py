@@ -5,10 +5,9 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
-from autodb.explain.answer.answer import Cause
-from autodb.explain.calibration_run import Ends, explain_moved
+from autodb.explain.answer import Cause
+from autodb.explain.calibration_run import Ends, cause_sentences, explain_moved
 from autodb.explain.cuts.candidates.currents import StandardRun
-from autodb.explain.cuts.candidates.moved_words import cause_sentences
 from autodb.records import CutTable
 from autodb.reports.card import axis_figures
 from autodb.reports.card.conditions import codes, last_less_first

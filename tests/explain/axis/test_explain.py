@@ -18,7 +18,7 @@ from pyarrow import csv
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.explain import explain
-from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.answer import ChannelAnswer
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import fitted_whitener
 from autodb.proofs.machines.axis.axis import (

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.records import Recording
 from tests.helpers.trapezoids import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
 

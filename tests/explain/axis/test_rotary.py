@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
 from autodb.explain.axis.moves import LIBRARY, Reach
 from autodb.explain.axis.signals import axis_signals
 from autodb.records import Recording

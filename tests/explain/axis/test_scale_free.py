@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb import records
 from autodb.explain import explain
-from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.scales import axis_scales
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.proofs.machines.axis.axis import air_moves

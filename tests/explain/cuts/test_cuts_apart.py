@@ -14,13 +14,13 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause
-from autodb.explain.cuts.candidates.hard_runs import gain_step, hard_spot_of_cuts
+from autodb.explain.answer import Cause
 from autodb.explain.cuts.candidates.laws import LawColumns
+from autodb.explain.cuts.candidates.library import gain_step, hard_spot_of_cuts
 from autodb.explain.cuts.carried import elsewhere, fit_cuts_account
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
-from autodb.explain.cuts.cuts_fit import fit_cuts
 from autodb.explain.cuts.distinguishing import Parted, Trials, after_forces
+from autodb.explain.cuts.fit import fit_cuts
 from autodb.explain.cuts.trials import (
     CUTS,
     LEAST,

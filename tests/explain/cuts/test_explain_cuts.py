@@ -13,11 +13,11 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause, ChannelAnswer, IntervalValue
+from autodb.explain.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.explain.cuts.candidates.laws import added, each, only, per_depth, relative, values_of
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
-from autodb.explain.cuts.cuts_fit import held_out_square
-from autodb.explain.cuts.products import products
+from autodb.explain.cuts.evidence import products
+from autodb.explain.cuts.fit import held_out_square
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import edge_read_off
 from autodb.explain.engine.candidates import Candidate, CandidateForm

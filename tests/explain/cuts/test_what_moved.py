@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.explain.answer.answer import Cause
+from autodb.explain.answer import Cause
+from autodb.explain.calibration_run import FORCE, cause_sentences
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
-from autodb.explain.cuts.candidates.moved_words import FORCE, cause_sentences
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.records import CutTable
 from autodb.reports.card.run_course import what_moved

@@ -6,8 +6,8 @@ import pytest
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.search import FAINT, CandidateSearch
+from autodb.explain.waves.refined import shared_course
 from autodb.explain.waves.scans import LINE, WIDE, standing_out
-from autodb.explain.waves.wandering import shared_course
 
 STRONG, WEAK = 300.0, 20.0
 """Clarities: squares are what columns explain."""

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.signal import lfilter
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.answer import ChannelAnswer
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Whitener

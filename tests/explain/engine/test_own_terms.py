@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
+from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.engine.confidence import Mistuned, standing

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import ChannelAnswer, ChannelTrace, Regime
+from autodb.explain.answer import ChannelAnswer, ChannelTrace, Regime
 from autodb.explain.engine.locate import DENSER, SHARE, regimes
 from autodb.proofs.machines.axis.axis import PositionFriction, air_moves
 from autodb.records import CutTable, Recording

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer.answer import Cause, Explained
+from autodb.explain.answer import Cause, Explained
+from autodb.explain.waves.answers import APART, STATEMENTS, words_that_tell
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
-from autodb.explain.waves.words import APART, STATEMENTS, words_that_tell
 from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording

@@ -11,21 +11,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.hard_runs import SHORTEST
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     Rows,
     SpreadLaw,
     added,
     alike,
+    grows,
     only,
     per_depth,
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.sensor_faults import drift_courses
-from autodb.explain.cuts.candidates.signs import grows
-from autodb.explain.cuts.cut_search import Library
+from autodb.explain.cuts.candidates.library import SHORTEST, Library
+from autodb.explain.cuts.candidates.over_time import drift_courses
 from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable

@@ -10,10 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import IntervalValue
-from autodb.explain.cuts.candidates.chip_forces import bell
-from autodb.explain.cuts.candidates.cold_machine import TIMES_S, warming_columns
-from autodb.explain.cuts.candidates.engagement_errors import normal_force, nose_columns
+from autodb.explain.answer import IntervalValue
+from autodb.explain.cuts.candidates.cutting import bell, normal_force, nose_columns
 from autodb.explain.cuts.candidates.laws import (
     LawColumns,
     SpreadLaw,
@@ -26,7 +24,8 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.profile import BesideEffect, profiled_value
+from autodb.explain.cuts.candidates.over_time import TIMES_S, warming_columns
+from autodb.explain.cuts.fit import BesideEffect
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting import NORMAL_95
@@ -66,7 +65,9 @@ def _one(
     beside: BesideEffect, columns: LawColumns, at: int, unit: str, *, scale: float = 1.0
 ) -> IntervalValue:
     found, sd = beside.coefficients(columns)
-    return profiled_value(scale * float(found[at]), abs(scale) * NORMAL_95 * float(sd[at]), unit)
+    return IntervalValue.around(
+        scale * float(found[at]), abs(scale) * NORMAL_95 * float(sd[at]), unit
+    )
 
 
 def _edge_force(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
@@ -137,7 +138,9 @@ def _wear(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
         found, sd = effect.beside.coefficients(only(stack, law, component))
         for edge, rate, half in zip(usable, found, NORMAL_95 * sd, strict=True):
             label = f"rate edge {known.edge_label[float(edge)]}"
-            rates[label] = profiled_value(float(rate) * scale, float(half) * abs(scale), "N/s")
+            rates[label] = IntervalValue.around(
+                float(rate) * scale, float(half) * abs(scale), "N/s"
+            )
     return rates
 
 
@@ -214,11 +217,11 @@ def _gain(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     change = factor @ found
     at = int(np.argmax(np.abs(change)))
     half = NORMAL_95 * float(np.sqrt(np.sum((factor[at] * sd) ** 2)))
-    made = {"factor": profiled_value(1.0 + float(change[at]), half, "1")}
+    made = {"factor": IntervalValue.around(1.0 + float(change[at]), half, "1")}
     if "at" in effect.choice.shape.shape:
         t = stack.known.t_s
         start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
-        made["start"] = profiled_value(start, 0.1 * float(t[-1] - t[0]), "s")
+        made["start"] = IntervalValue.around(start, 0.1 * float(t[-1] - t[0]), "s")
     return made
 
 
@@ -243,7 +246,7 @@ def _warmup(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     time_s = {key: float(np.exp(getattr(log, key))) for key in ("value", "low", "high")}
     sign = float(stack.sign[component])
     return {
-        "drop": profiled_value(sign * float(share[at] @ found), half, "1"),
+        "drop": IntervalValue.around(sign * float(share[at] @ found), half, "1"),
         "time_constant": IntervalValue(**time_s, unit="s"),
     }
 

@@ -1,8 +1,9 @@
-"""Laws over cuts, and how the components share them.
+"""Laws over cuts, how the components share them, and which way they may go.
 
 A law gives columns for every component; its spread says which of them move together: all alike by
 one factor, each by its own, or one component alone. Inner products of all laws are taken once,
-component by component, and spread afterwards: block-diagonal columns are never written out.
+component by component, and spread afterwards: block-diagonal columns are never written out. A law
+has an effect's name only where its fitted coefficients have the effect's sign.
 """
 
 from collections.abc import Callable
@@ -14,10 +15,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from autodb.explain.cuts.stack import Conditions, Stack
+from autodb.explain.engine.candidates import CandidateForm
 
 Array = NDArray[np.float64]
 Rows = slice
 ALL = slice(None)
+Allowed = Callable[[Array], bool]
+
+TURN_BACK = 0.25
+"""Share of its rise that a monotone curve may fall back, by scatter. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,3 +187,47 @@ class SmoothCurve:
 def curve_of(stack: Stack, over: Callable[[Conditions], Array], count: int) -> SmoothCurve:
     """Return the curve over what is read off the conditions, its knots those of the table."""
     return SmoothCurve(over(stack.known), count, over(stack.frame.known))
+
+
+def mostly_positive(columns: LawColumns) -> Allowed:
+    """Return whether the coefficient that does most is positive."""
+
+    def allowed(coefficients: Array) -> bool:
+        return bool(coefficients[np.argmax(np.abs(coefficients) * columns.strength)] > 0)
+
+    return allowed
+
+
+def mostly_negative(columns: LawColumns) -> Allowed:
+    """Return whether the coefficient that does most is negative."""
+    positive = mostly_positive(columns)
+    return lambda coefficients: not positive(coefficients)
+
+
+def monotone(curve: SmoothCurve, columns: LawColumns, *, direction: float = 0.0) -> Allowed:
+    """Return whether a curve goes one way but for scatter: the components' mean by their weight."""
+
+    def allowed(coefficients: Array) -> bool:
+        weight = columns.strength.reshape(-1, curve.width).mean(axis=1)
+        mean = weight @ coefficients.reshape(-1, curve.width)
+        steps = np.diff(curve.along @ mean)
+        net, way = float(steps.sum()), float(np.abs(steps).sum())
+        right_way = direction == 0.0 or np.sign(net) == direction
+        return bool(right_way and way - abs(net) <= 2.0 * TURN_BACK * abs(net))
+
+    return allowed
+
+
+def turns_away(columns: LawColumns) -> Allowed:
+    """Return whether thrust goes from the axial into the radial force, but for scatter."""
+
+    def allowed(coefficients: Array) -> bool:
+        sensed = coefficients * columns.strength
+        return bool(sensed.min() > -0.25 * sensed.max())
+
+    return allowed
+
+
+def grows(columns: LawColumns, shape: dict[str, float]) -> CandidateForm:
+    """Return a shape that is the effect's where it adds force."""
+    return CandidateForm(columns, shape, allowed=mostly_positive(columns))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autodb.explain.answer.answer import ChannelAnswer, Explained
+from autodb.explain.answer import ChannelAnswer, Explained
 from autodb.proofs.cases.base.case import UNKNOWN, Case
 from autodb.proofs.cases.mill.mill_cases import MillCase
 from autodb.proofs.runs.explain.explain_oracle import oracle_rms, oracle_verdict

@@ -7,7 +7,7 @@ import numpy as np
 
 from autodb.errors import UnusableInput
 from autodb.explain import explain
-from autodb.explain.answer.answer import ChannelAnswer
+from autodb.explain.answer import ChannelAnswer
 from autodb.proofs.cases.axis.outside import Outside, draw_outside
 from autodb.proofs.runs.explain.explain_oracle import oracle_rms
 from autodb.records import Recording

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, ChannelAnswer
-from autodb.explain.cuts.ahead import ahead
+from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.explain.cuts.answers import answers
+from autodb.explain.cuts.carried import ahead
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day

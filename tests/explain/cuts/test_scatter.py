@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
-from autodb.explain.cuts.edge_columns import OfEdges, of_edges, over_range, residual
-from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.scatter import OfEdges, of_edges, over_range, residual, with_noise
 from autodb.explain.cuts.stack import Conditions, table_conditions
 from autodb.records import CutTable
 

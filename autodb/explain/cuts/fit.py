@@ -1,14 +1,22 @@
-"""Fit a set of effects beside the simulation's own terms, on all cuts and on cuts left out."""
+"""Fit effects beside the simulation's own terms to a table of cuts: a set of them, or one alone.
 
+A set is fitted to all cuts, and to cuts left out block by block. The parameters of one effect have
+intervals, everything else beside it left free.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.answer import IntervalValue
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.normal import HELD, Normal
+from autodb.fitting import NORMAL_95, orthonormal_basis
 
 Array = NDArray[np.float64]
 
@@ -17,6 +25,7 @@ BLOCKS = 20
 OWN_PRIOR = 1e-9
 """Precision of own columns of unit norm, of effects' in units of their mean square: hardly any."""
 WEAKEST = 1e-9
+GRID = 25
 
 
 @dataclass(frozen=True)
@@ -124,3 +133,101 @@ def held_out_square(stack: Stack, own: dict[str, LawColumns], choices: tuple[Cho
     """Return the mean square of white rows that their fit did not see."""
     left = held_out_rows(stack, own, choices)
     return float(np.mean(stack.white(left[:, :, None]) ** 2))
+
+
+@dataclass(frozen=True)
+class BesideEffect:
+    """White rows after own terms and the other effects are projected out."""
+
+    stack: Stack
+    basis: Array
+    left: Array
+
+    @classmethod
+    def others(
+        cls, stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...],
+        *, plus: Array | None = None,
+    ) -> "BesideEffect":  # fmt: skip
+        """Project out the columns of own terms and effects; ``plus`` (C, n) joins what is left."""
+        empty = np.zeros((*stack.simulation.shape, 0))
+        raw = [c.raw() for c in all_columns(own, choices)]
+        white = stack.white(np.concatenate([empty, *raw], axis=2))
+        basis = orthonormal_basis(white, least=HELD)
+        difference = stack.difference
+        if plus is not None:
+            difference = difference + stack.white(plus[:, :, None])[:, 0]
+        return cls(stack, basis, difference - basis @ (basis.T @ difference))
+
+    def clear(self, columns: LawColumns) -> Array:
+        """Return white columns (C·n, p) without what the others hold."""
+        white = columns()
+        return np.asarray(white - self.basis @ (self.basis.T @ white))
+
+    def gain(self, columns: LawColumns) -> float:
+        """Return how far the sum of squares falls by some columns."""
+        clear = self.clear(columns)
+        coefficients, *_ = np.linalg.lstsq(clear, self.left, rcond=1e-8)
+        return float(self.left @ (clear @ coefficients))
+
+    def coefficients(self, columns: LawColumns) -> tuple[Array, Array]:
+        """Return coefficients (p,) and their standard deviations (p,)."""
+        products = self._products(columns)
+        inverse = products.inverse()
+        found = inverse @ products.right
+        fitted = found @ products.inner @ found - 2.0 * found @ products.right
+        variance = float(self.left @ self.left + fitted) / self._rows_free
+        return found, np.sqrt(np.diag(inverse) * max(variance, 1.0))
+
+    @property
+    def _rows_free(self) -> int:
+        return max(1, len(self.left) - int(self.basis.shape[1]))
+
+    def _products(self, columns: LawColumns) -> Normal:
+        """Return the products of what others leave of columns (p, p), and with ``left``."""
+        count, chunks = len(self.stack.names), self.stack.chunks
+        basis = self.basis.reshape(count, -1, self.basis.shape[1])
+        left = self.left.reshape(count, -1)
+        width = columns.mix.shape[2]
+        held, inner, right = (
+            np.zeros((basis.shape[2], width)),
+            np.zeros((width, width)),
+            np.zeros(width),
+        )
+        for rows in chunks:
+            held += basis[:, rows].reshape(-1, len(held)).T @ columns(rows)
+        for rows in chunks:
+            clear = columns(rows) - basis[:, rows].reshape(-1, len(held)) @ held
+            inner += clear.T @ clear
+            right += left[:, rows].ravel() @ clear
+        return Normal(inner, right)
+
+    def profile(
+        self, make: Callable[[float], LawColumns], low: float, high: float, unit: str
+    ) -> IntervalValue:
+        """Return the value of a shape that fits best, and where the fit is 3.84 worse."""
+        grid = np.linspace(low, high, GRID)
+        gains = np.array([self.gain(make(float(g))) for g in grid])
+        at = int(np.argmax(gains))
+        fine = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, GRID - 1)], GRID)
+        more = np.array([self.gain(make(float(g))) for g in fine])
+        grid, gains = np.concatenate([grid, fine]), np.concatenate([gains, more])
+        order = np.argsort(grid, kind="stable")
+        grid, gains = grid[order], gains[order]
+        best = int(np.argmax(gains))
+        inside = np.flatnonzero(gains >= gains[best] - NORMAL_95**2)
+        return IntervalValue(
+            value=float(grid[best]),
+            low=float(_crossing(grid, gains, inside[0], -1, gains[best])),
+            high=float(_crossing(grid, gains, inside[-1], 1, gains[best])),
+            unit=unit,
+        )
+
+
+def _crossing(grid: Array, gains: Array, at: int, step: int, best: float) -> float:
+    """Return where the gain falls below its limit beyond grid point ``at``."""
+    beyond = at + step
+    if not 0 <= beyond < len(grid):
+        return float(grid[at])
+    limit = best - NORMAL_95**2
+    share = (gains[at] - limit) / max(gains[at] - gains[beyond], 1e-300)
+    return float(grid[at] + np.clip(share, 0.0, 1.0) * (grid[beyond] - grid[at]))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.cut_search import FoundInCuts
-from autodb.explain.cuts.cuts_fit import fit_cuts
+from autodb.explain.cuts.fit import fit_cuts
 from autodb.explain.engine.candidates import UNKNOWN
 
 Array = NDArray[np.float64]

@@ -7,8 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.explain.answer.answer import Cause, IntervalValue
-from autodb.explain.answer.taken import largest_first, shares_taken
+from autodb.explain.answer import Cause, IntervalValue, largest_first, shares_taken
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(3)
