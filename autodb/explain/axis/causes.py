@@ -47,8 +47,7 @@ below: zero points of current sensors are within a few per cent of what they mea
 
 def value_of(value: float, sd: float, unit: str) -> IntervalValue:
     """Return a value with its 95 % interval."""
-    half = NORMAL_95 * sd
-    return IntervalValue(value=value, low=value - half, high=value + half, unit=unit)
+    return IntervalValue.around(value, NORMAL_95 * sd, unit)
 
 
 def causes(reading: AxisReading) -> list[Cause]:

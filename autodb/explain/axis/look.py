@@ -14,6 +14,7 @@ from autodb.explain.answer import (
     Considered,
     FitQuality,
     Where,
+    considered,
     largest_first,
 )
 from autodb.explain.axis.causes import causes
@@ -246,13 +247,7 @@ def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
     worth = {**dict(zip(found.keys, found.evidence, strict=True)), **inquiry.considered}
     if rows is not None:
         worth |= {c.candidate.key: rows.evidence(laws, c) for c in laws}
-    accepted = {*found.keys, *(c.candidate.key for c in laws)}
-    return tuple(
-        Considered(
-            name=key, evidence=value, verdict="accepted" if key in accepted else "not needed"
-        )
-        for key, value in sorted(worth.items(), key=lambda item: -item[1])
-    )
+    return considered(worth, {*found.keys, *(c.candidate.key for c in laws)})
 
 
 def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
