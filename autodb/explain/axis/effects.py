@@ -57,6 +57,11 @@ def candidates_of_axis(s: AxisSignals) -> list[Candidate]:
     return _made(s, lambda _: True)
 
 
+def candidates_of_effect(s: AxisSignals, term: str) -> list[Candidate]:
+    """Return the candidates of one effect."""
+    return _made(s, {term}.__contains__)
+
+
 def acting_candidates(s: AxisSignals) -> list[Candidate]:
     """Return the candidates of effects that act on what others add."""
     return _made(s, (acting_terms() | {UNKNOWN}).__contains__)

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.effects import candidates_of_axis
+from autodb.explain.axis.effects import candidates_of_effect
 from autodb.explain.axis.moves import AxisPath
 from autodb.explain.axis.read_off import own_terms
 from autodb.explain.axis.reading import AxisReading
@@ -150,7 +150,8 @@ def _shape(choice: Choice, signals: AxisSignals) -> CandidateForm | None:
 def _anew(candidate: Candidate, signals: AxisSignals) -> Candidate | None:
     if candidate.scanned:
         return None if candidate.anew is None else candidate.anew(signals)
-    return next((s for s in candidates_of_axis(signals) if s.key == candidate.key), None)
+    made = candidates_of_effect(signals, candidate.term)
+    return next((one for one in made if one.key == candidate.key), None)
 
 
 def _formula(form: CandidateForm) -> tuple[object, tuple[object, ...]]:

@@ -192,7 +192,8 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
         return []
     lowest = max(float(np.quantile(like, LOWEST_CLIP)), highest / CLIPS)
     step = (highest - lowest) / CLIPS
-    limits = [at for n in range(CLIPS) if _ends_at(s, sides, at := lowest + step * n)]
+    lowest_seen = _recorded_end(s, sides) / (1.0 + 2.0 * SOFT)
+    limits = [at for n in range(CLIPS) if (at := lowest + step * n) > lowest_seen]
 
     def sharp(limit: float) -> Array:
         return np.where(size > limit, sign * limit - s.simulation, 0.0)
@@ -224,13 +225,10 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
     ]
 
 
-def _ends_at(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
-    """Whether what was recorded ends near a limit on these sides, as what is clipped does."""
+def _recorded_end(s: AxisSignals, sides: tuple[float, ...]) -> float:
+    """Return where what was recorded ends on these sides, near its limit where it is clipped."""
     recorded = s.frame.recorded
-    if recorded is None:
-        return True
-    size = _beyond(recorded, sides)
-    return bool(np.quantile(size, BELOW) < (1.0 + 2.0 * SOFT) * limit)
+    return 0.0 if recorded is None else float(np.quantile(_beyond(recorded, sides), BELOW))
 
 
 def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
