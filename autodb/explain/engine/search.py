@@ -87,6 +87,7 @@ class CandidateSearch:
         self.faint = faint
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], FoundSet] = {}
+        self._best: dict[tuple[Given, str], Offer | None] = {}
         self._singles = {s.key: self._of_one_column(s) for s in self.candidates}
         self._curves = {
             s.key: [i for i in range(len(s.forms)) if len(products.places[s.key, i]) != 1]
@@ -107,16 +108,24 @@ class CandidateSearch:
         """Return the search with some own columns left as they are, by their numbers."""
         held = copy(self)
         held.products = self.products.with_held(own)
-        held._settled = {}
+        held._settled, held._best = {}, {}
         return held
 
     def bar(self, choice: Choice) -> None:
         """Offer a shape no more."""
         self._barred.add(choice.key)
-        self._settled = {}
+        gone = choice.candidate.key
+        self._settled = {keys: one for keys, one in self._settled.items() if gone not in keys}
+        self._best = {at: offer for at, offer in self._best.items() if at[1] != gone}
 
     def best_shape(self, given: Given, candidate: Candidate) -> Offer | None:
         """Return a candidate in its shape with most evidence; None when none explains anything."""
+        at = given, candidate.key
+        if at not in self._best:
+            self._best[at] = self._best_of_all(given, candidate)
+        return self._best[at]
+
+    def _best_of_all(self, given: Given, candidate: Candidate) -> Offer | None:
         best = self._best_single(given, candidate)
         for number in self._curves[candidate.key]:
             choice = Choice(candidate, number)
