@@ -77,21 +77,33 @@ class PlainRows:
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
         self._dealt: dict[int, Folds] = {}
+        self._slow_of: dict[tuple[str, int], float] = {}
         self._weight = np.zeros(rows.shape[1])
         self._rows = rows
         self._weigh(bench.own_sizes)
 
     def _weigh(self, own_sizes: Array) -> None:
-        """Draw own terms to what the simulation says, as far as slow noise of what all named
-        effects leave allows.
+        """Draw own terms to what the simulation says, as far as slow noise of what all static laws
+        leave allows.
         """
-        first = [(c.key, 0) for c in self.candidates if c.named and (c.key, 0) in self._places]
-        at = np.concatenate([self._own, *(self._places[key] for key in first)]).astype(np.intp)
-        left = self._difference - self._rows[:, at] @ self._solved(at)
-        lasting = max(_long_run_variance(left, parts) for parts in SLOW)
-        self.slow = max(lasting, float(np.mean(left**2)), 1e-300)
+        self.slow = self._slow([])
         size = np.maximum(np.abs(OWN_SD * own_sizes), 1e-300)
         self._weight[self._own] = self.slow / size**2
+
+    def _slow(self, choices: Sequence[Choice]) -> float:
+        """Return the variance that slow noise gives a row, beside all static laws and choices."""
+        static = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
+        keys = dict.fromkeys((*static, *(c.key for c in choices)))
+        at = np.concatenate([self._own, *(self._places[key] for key in keys)]).astype(np.intp)
+        left = self._difference - self._rows[:, at] @ self._solved(at)
+        lasting = max(_long_run_variance(left, parts) for parts in SLOW)
+        return max(lasting, float(np.mean(left**2)), 1e-300)
+
+    def slow_beside(self, choice: Choice) -> float:
+        """Return the variance that slow noise gives a row where a choice is no part of it."""
+        if choice.key not in self._slow_of:
+            self._slow_of[choice.key] = self._slow([choice])
+        return self._slow_of[choice.key]
 
     def _at(self, choices: Sequence[Choice]) -> Index:
         return np.concatenate([self._own, *(self._places[c.key] for c in choices)]).astype(np.intp)
