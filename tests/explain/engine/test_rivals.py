@@ -56,6 +56,10 @@ def _rows(missing: Array, candidates: Sequence[Candidate]) -> PlainRows:
     return PlainRows(WhiteRows(missing, dict(signals.own), 1, own_sizes=sizes, gap=25), candidates)
 
 
+def _between(low_s: float, high_s: float) -> Array:
+    return np.where((low_s < T_S) & (high_s > T_S), 1.0, 0.0)
+
+
 def _candidate(key: str, column: Array, *, static: bool = False, term: str = "") -> Candidate:
     form = CandidateForm(lambda: column, names=("level",))
     return Candidate(key, term or key, (form,), static=static)
@@ -69,9 +73,9 @@ def _standing(rows: PlainRows, law: Candidate) -> Standing:
 def test_a_rival_that_does_something_else_takes_no_name_away() -> None:
     """A curve of another kind explains more than a load; one that bends with it has its place."""
     noise = np.random.default_rng(1).normal(0.0, NOISE_A, len(T_S))
-    load = ((T_S > 11.0) & (T_S < 29.0)) * 1.0
-    bent = load * (1.0 + 0.3 * np.sin(2 * np.pi * 0.7 * T_S))
-    other = np.sin(2 * np.pi * 1.3 * T_S)
+    load = _between(11.0, 29.0)
+    bent = np.asarray(load * (1.0 + 0.3 * np.sin(2 * np.pi * 0.7 * T_S)), dtype=np.float64)
+    other = np.asarray(np.sin(2 * np.pi * 1.3 * T_S), dtype=np.float64)
     law = _candidate("external_load", load)
     alike = _candidate("a curve that bends with it", bent, term=UNKNOWN)
     curve = _candidate("a curve", other, term=UNKNOWN)
@@ -87,7 +91,7 @@ def test_useless_rivals_do_not_add_up() -> None:
     """Ten that explain nothing are one account: nothing in its place."""
     rng = np.random.default_rng(2)
     noise = rng.normal(0.0, NOISE_A, len(T_S))
-    load = ((T_S > 11.0) & (T_S < 29.0)) * 1.0
+    load = _between(11.0, 29.0)
     law = _candidate("external_load", load)
     idle = [_candidate(f"idle {n}", rng.normal(size=len(T_S))) for n in range(10)]
     missing = 0.004 * load + noise
@@ -145,7 +149,7 @@ def test_play_of_a_twentieth_of_a_short_travel_is_found() -> None:
 def test_a_large_load_does_not_hide_itself_in_slow_noise() -> None:
     """Over a quarter of the recording it is as slow as slow noise is."""
     noise = np.random.default_rng(4).normal(0.0, NOISE_A, len(T_S))
-    load = 0.06 * ((T_S > 9.0) & (T_S < 19.0))
+    load = 0.06 * _between(9.0, 19.0)
     law = _candidate("external_load", load)
     rows = _rows(load + noise, [law])
     assert rows.slow_beside(Choice(law, 0)) < 0.2 * rows.slow
