@@ -143,8 +143,8 @@ def _shape(choice: Choice, signals: AxisSignals) -> CandidateForm | None:
     if candidate is None:
         return None
     law = _formula(choice.shape)
-    same = next(form for form in candidate.forms if _formula(form) == law)
-    return replace(same, shape=choice.shape.shape)
+    same = next((form for form in candidate.forms if _formula(form) == law), None)
+    return None if same is None else replace(same, shape=choice.shape.shape)
 
 
 def _anew(candidate: Candidate, signals: AxisSignals) -> Candidate | None:

@@ -325,6 +325,17 @@ def test_what_scans_found_is_built_anew_with_its_values() -> None:
         _same_as_recorded(found.forms, found.anew(replace(s, like=s)).forms)
 
 
+def test_a_shape_that_another_move_does_not_have_adds_nothing_there() -> None:
+    """Signs that were fitted to what was recorded are not there where nothing was recorded."""
+    reading = _gravity_or_asymmetry()
+    form = CandidateForm(lambda: np.ones(len(T_S)), names=("level",))
+    other = replace(reading.choices[0].candidate, forms=(form,))
+    of = fit_axis_account(reading, (Choice(other, 0),))
+    columns = account_columns(of, replace(reading.signals, like=reading.signals))
+    assert columns.shape == (len(T_S), len(of.own) + 1)
+    assert not columns[:, -1].any()
+
+
 def test_an_account_on_its_own_recording_is_its_fit() -> None:
     reading = _backlash_or_presliding()
     of = fit_axis_account(reading, reading.choices)
