@@ -30,8 +30,7 @@ GAIN = 0.04
 nothing was missing in, a column lowered it by 4.5 % at most (physics reference, section 10)."""
 BESIDE_ITSELF = 3.0
 """Slow noise counts as so much more where what it might pass for was taken out of it: of what holds
-nothing a search takes out the strongest. Chosen: on 40 synthetic recordings of noise alone a load
-reached 57 of the 69 that it then needs."""
+nothing a search takes out the strongest. Chosen on synthetic recordings of noise alone."""
 CLEAR = 2.0 * GAIN
 """Share that is clear, for a law with nothing to search for. Chosen."""
 IN_BLOCKS = 6
