@@ -1,5 +1,7 @@
 """Explain: what did the simulation leave out, where, and how does the fit improve?"""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,8 +51,8 @@ def explain(
         found = _cuts(recording, simulation, shared, order, names)
     else:
         found = _over_time(recording, simulation, shared, order, includes)
-        efforts = effort_channels(list(found))
-        notes += [note for channel in efforts for note in _derived(recording, axis_of(channel))]
+        for channel in effort_channels(list(found)):
+            notes += _derived(recording, axis_of(channel), found[channel][1].cutoff_hz)
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
@@ -91,7 +93,7 @@ def _as_written(recording: Recording, simulation: Recording | CutTable, name: st
     return theirs.get(name) if same else None
 
 
-def _derived(recording: Recording, axis: str) -> list[str]:
+def _derived(recording: Recording, axis: str, cutoff_hz: float | None) -> list[str]:
     """Say what of an axis' motion was derived, from what, and with which filter."""
     from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
 
@@ -101,6 +103,8 @@ def _derived(recording: Recording, axis: str) -> list[str]:
         return []
     source = place_channel(axis) if names[0] in missing else names[0]
     protocol = protocol_of(recording, axis, noise_share=DROWNED)
+    if cutoff_hz is not None and cutoff_hz < protocol.cutoff_hz:
+        protocol = replace(protocol, cutoff_hz=cutoff_hz, lowered=" (as in the simulation)")
     return [
         f"{' and '.join(missing)} derived from {source}: 4th-order Butterworth at "
         f"{protocol.cutoff_hz:g} Hz{protocol.lowered} forwards and backwards, central differences"

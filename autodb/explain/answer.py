@@ -124,7 +124,8 @@ class ChannelTrace:
     """The arrays behind a channel's answer: x is time [s] or cut number, all of shape (n,).
 
     ``close_up``: of a waveform, from when to when some turns are shown enlarged. ``takes``: the
-    share of the squared error that each entry of ``missing`` takes away, in their order.
+    share of the squared error that each entry of ``missing`` takes away, in their order;
+    ``cutoff_hz``: of the filter that an axis' motion was derived with, where it was.
     """
 
     x_name: Literal["t", "cut"]
@@ -136,6 +137,7 @@ class ChannelTrace:
     considered: tuple[Considered, ...] = ()
     close_up: tuple[float, float] | None = None
     takes: tuple[float, ...] = ()
+    cutoff_hz: float | None = None
 
 
 @dataclass(frozen=True)

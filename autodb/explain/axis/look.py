@@ -85,6 +85,7 @@ def explain_axis(
             signals.channel("position"): signals.position,
             signals.channel("velocity"): signals.velocity,
         },
+        cutoff_hz=signals.cutoff_hz,
     )
     difference = measured - simulation
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):

@@ -5,8 +5,8 @@ which speed its friction turns and how its acceleration was filtered is found ou
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,10 +51,14 @@ HIGHEST, LOWEST_HZ, APART, FILTERS = 0.45, 1.5, 1.7, 10
 
 @dataclass(frozen=True)
 class SimulatedMotion:
-    """A velocity and an acceleration that a simulation may have been computed with, (n,) each."""
+    """A velocity and an acceleration that a simulation may have been computed with, (n,) each.
+
+    ``cutoff_hz``: of the filter that they were derived with; that of the recording's own: infinite.
+    """
 
     velocity: Array
     acceleration: Array
+    cutoff_hz: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,9 @@ class OwnTerms:
 
     ``sense`` (n,): the direction as its friction turns; ``columns`` (n,) by term, ``had`` their
     coefficients; ``share`` of the simulation's sum of squares that they give, about its mean where
-    they have a constant; ``phase_deg``: the angle at which a rotary axis' weight is largest.
+    they have a constant; ``phase_deg``: the angle at which a rotary axis' weight is largest;
+    ``cutoff_hz``: of the filter that its motion was derived with, where it is another than the
+    recording's own.
     """
 
     sense: Array
@@ -71,6 +77,7 @@ class OwnTerms:
     had: dict[str, float]
     share: float
     phase_deg: float = 0.0
+    cutoff_hz: float = float("inf")
 
 
 Turning = Callable[[SimulatedMotion], Array]
@@ -90,27 +97,50 @@ class _Fit:
     left: float
 
 
+@dataclass(frozen=True)
 class _Simulation:
-    """A simulation and the rows of it that are looked at."""
+    """A simulation (n,), what of it further terms add, and the rows of it that are looked at.
 
-    def __init__(
-        self,
-        simulation: Array,
-        inputs: Inputs,
-        terms: Collection[str],
-        measured: NDArray[np.bool_] | None,
-        rotary: bool,
-    ) -> None:
-        rows = np.arange(len(simulation)) if measured is None else np.flatnonzero(measured)
-        self.rows = rows[:: max(1, len(rows) // ROWS)]
-        self.right = simulation[self.rows]
-        self.inputs, self.terms, self.rotary = inputs, terms, rotary
-        self.squares = float(np.sum(self.right**2))
-        self.top = top_speed(inputs["velocity"], noise_sd(inputs["velocity"]))
+    ``signed``: terms whose coefficients are not negative.
+    """
+
+    simulation: Array
+    known: Array
+    inputs: Inputs
+    terms: frozenset[str]
+    rows: NDArray[np.intp]
+    rotary: bool
+    signed: frozenset[str] = SIGNED
+
+    @cached_property
+    def whole(self) -> Array:
+        """The simulation at the rows, (m,)."""
+        return self.simulation[self.rows]
+
+    @cached_property
+    def right(self) -> Array:
+        """What is to be read at the rows, (m,)."""
+        return self.whole - self.known[self.rows]
+
+    @cached_property
+    def squares(self) -> float:
+        """The sum of squares of what is to be read."""
+        return float(np.sum(self.right**2))
+
+    @cached_property
+    def varied(self) -> float:
+        """The same about its mean where a constant is among the terms."""
+        mean = float(self.right.mean()) if "gravity" in self.terms else 0.0
+        return float(np.sum((self.right - mean) ** 2))
+
+    @cached_property
+    def top(self) -> float:
+        """The top speed of the recording."""
+        return top_speed(self.inputs["velocity"], noise_sd(self.inputs["velocity"]))
 
     def columns(self, motion: SimulatedMotion, sense: Array) -> dict[str, Array]:
         """Return the columns (m, k) of each term at the rows."""
-        here = {"position": self.inputs["position"], **vars(motion)}
+        here = {"position": self.inputs["position"], **_moves(motion)}
         kept = {name: values[self.rows] for name, values in here.items()}
         made = _term_columns(sense[self.rows], kept, rotary=self.rotary)
         return {name: block for name, block in made.items() if _stem(name) in self.terms}
@@ -127,7 +157,7 @@ class _Simulation:
         blocks = {n: b for n, b in columns.items() if n not in without}
         if not blocks:
             return _Fit(motion, turning, {}, self.squares)
-        signs = [name in SIGNED for name, block in blocks.items() for _ in block.T]
+        signs = [name in self.signed for name, block in blocks.items() for _ in block.T]
         matrix = np.column_stack(list(blocks.values()))
         found, left = _non_negative(matrix, self.right, np.array(signs, dtype=bool))
         ends = np.cumsum([block.shape[1] for block in blocks.values()])
@@ -161,24 +191,38 @@ def own_terms_of(
     inputs: Inputs,
     recording: Recording,
     axis: str,
+    known: Array,
     *,
     includes: Collection[str] | None = None,
 ) -> OwnTerms:
     """Return the terms of ``READ_OFF`` that a simulation (n,) has; of ``includes`` where given.
 
-    Rows that were not measured say nothing.
+    ``known`` (n,): what of it further terms add. Rows that were not measured say nothing.
     """
     measured = recording.timing.placed
     terms = READ_OFF if includes is None else READ_OFF & set(includes)
-    known = _Simulation(simulation, inputs, terms, measured, axis in ROTARY_AXES)
-    fit = known.over_widths(SimulatedMotion(inputs["velocity"], inputs["acceleration"]))
-    if terms - {"gravity"} and fit.left > EXACT * known.squares and known.top:
-        others = (known.fitted(motion, fit.turning) for motion in _motions(recording, axis))
+    rows = np.arange(len(simulation)) if measured is None else np.flatnonzero(measured)
+    rows = rows[:: max(1, len(rows) // ROWS)]
+    sim = _Simulation(simulation, known, inputs, terms, rows, axis in ROTARY_AXES)
+    fit = _in_its_motion(sim, recording, axis)
+    if fit.left > EXACT * sim.varied:
+        as_written = replace(sim, signed=frozenset())
+        free = _in_its_motion(as_written, recording, axis)
+        if free.left < min(HALVED * fit.left, (1.0 - READ_WELL) * sim.varied):
+            sim, fit = as_written, free
+    share = OWN_SHARE if measured is None else BLURRED_SHARE
+    return _told(sim, _lasting(sim, fit, share**2 * sim.squares))
+
+
+def _in_its_motion(sim: _Simulation, recording: Recording, axis: str) -> _Fit:
+    """Return the fit in the recording's motion, or in another that it leaves half as much in."""
+    fit = sim.over_widths(SimulatedMotion(sim.inputs["velocity"], sim.inputs["acceleration"]))
+    if sim.terms - {"gravity"} and fit.left > EXACT * sim.varied and sim.top:
+        others = (sim.fitted(motion, fit.turning) for motion in _motions(recording, axis))
         best = min(others, key=lambda one: one.left)
         if best.left < HALVED * fit.left:
-            fit = known.over_widths(best.motion)
-    share = OWN_SHARE if measured is None else BLURRED_SHARE
-    return _told(known, _lasting(known, fit, share**2 * known.squares))
+            return sim.over_widths(best.motion)
+    return fit
 
 
 def _lasting(known: _Simulation, fit: _Fit, level: float) -> _Fit:
@@ -197,7 +241,7 @@ def _lasting(known: _Simulation, fit: _Fit, level: float) -> _Fit:
 def _told(known: _Simulation, fit: _Fit) -> OwnTerms:
     """Return what a fit says that a simulation has."""
     sense = known.sense(fit.motion, fit.turning if "coulomb" in fit.values else None)
-    inputs = {"position": known.inputs["position"], **vars(fit.motion)}
+    inputs = {"position": known.inputs["position"], **_moves(fit.motion)}
     phase_deg, values = 0.0, {n: float(found[0]) for n, found in fit.values.items()}
     if known.rotary and "gravity" in fit.values:
         cosine, sine = fit.values["gravity"]
@@ -207,9 +251,15 @@ def _told(known: _Simulation, fit: _Fit) -> OwnTerms:
     kept = {n: column for n, column in columns.items() if _kept(n, values)}
     had = {name: value for name, value in values.items() if name != CONSTANT}
     steady = CONSTANT in values or ("gravity" in values and not known.rotary)
-    whole = float(np.var(known.right)) * len(known.right) if steady else known.squares
+    whole = float(np.sum((known.whole - steady * known.whole.mean()) ** 2))
     left = max(fit.left - WRITTEN * known.squares, 0.0)
-    return OwnTerms(sense, kept, had, 1.0 - left / whole if whole else 1.0, phase_deg)
+    told = whole > WRITTEN * float(np.sum(known.whole**2))
+    given = 1.0 - left / whole if told else 1.0
+    return OwnTerms(sense, kept, had, given, phase_deg, fit.motion.cutoff_hz)
+
+
+def _moves(motion: SimulatedMotion) -> dict[str, Array]:
+    return {"velocity": motion.velocity, "acceleration": motion.acceleration}
 
 
 def _kept(name: str, values: Mapping[str, float]) -> bool:
@@ -277,12 +327,12 @@ def _motions(recording: Recording, axis: str) -> Iterator[SimulatedMotion]:
         if velocity is not None:
             smooth = signals.lowpass_pieces(velocity, recording.timing, cutoff_hz=cutoff_hz)
             slope = signals.slope(smooth, recording.timing, recording.t_s)
-            yield SimulatedMotion(velocity, slope)
-            yield SimulatedMotion(smooth, slope)
+            yield SimulatedMotion(velocity, slope, cutoff_hz)
+            yield SimulatedMotion(smooth, slope, cutoff_hz)
         _, velocity, acceleration = signals.derivatives(
             recording.t_s,
             recording[place_channel(axis)],
             cutoff_hz=cutoff_hz,
             timing=recording.timing,
         )
-        yield SimulatedMotion(velocity, acceleration)
+        yield SimulatedMotion(velocity, acceleration, cutoff_hz)

@@ -6,7 +6,6 @@ WᵀW r over bins and their Fourier transform; their white lengths are read from
 at the frequency at which the axis passes them.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,15 +18,12 @@ from autodb.explain.axis.unknown import BAR, over_place_and_speed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
+from autodb.signals.waves import strongest_wave
 from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
 
 FEWEST_WAVES = 2.5
-MOST_WAVES = 1024
-BINS, FINER = 65536, 4
-"""Parts of the range that products are summed over, and how many a row at most: with fewer than
-rows, what is fast in white residuals folds into slow waves."""
 SPEED_BINS = 40
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
@@ -81,45 +77,6 @@ def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Can
     return [replace(candidate, scanned=True) for candidate in made if candidate is not None]
 
 
-def _strongest_wave(
-    place: Array, weight: Array, length: Callable[[Array], Array]
-) -> tuple[float, int] | None:
-    """Return (waves over the range, number of waves tried) of the strongest sine in ``weight``.
-
-    ``length`` gives the squared white length of a sine by its number of waves.
-    """
-    span = float(np.ptp(place))
-    if span <= 0:
-        return None
-    bins = int(min(BINS, FINER * len(place)))
-    total = _spread((place - place.min()) / span * (bins - 1), weight, bins)
-    waves = np.arange(4 * min(MOST_WAVES, len(place) // 3) + 1) / 4.0 * (bins - 1) / bins
-    spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
-    open_ones = waves >= FEWEST_WAVES
-    if not open_ones.any():
-        return None
-    strength = np.where(open_ones, spectrum / np.maximum(length(waves), 1e-300), 0.0)
-    best = waves[int(np.argmax(strength))]
-    finer = best + np.linspace(-0.25, 0.25, 41)
-    phase = 2j * np.pi * (place - place.min()) / span
-    turned, step = np.exp(phase * finer[0]), np.exp(phase * (finer[1] - finer[0]))
-    exact = np.empty(len(finer))
-    for number in range(len(finer)):
-        exact[number] = abs(turned @ weight) ** 2
-        turned *= step
-    return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
-
-
-def _spread(at: Array, weight: Array, bins: int) -> Array:
-    """Return the sums of weights (n,) at places 0 to bins − 1, each shared by its neighbours."""
-    low = np.minimum(at.astype(np.intp), bins - 2)
-    share = at - low
-    return np.asarray(
-        np.bincount(low, weights=weight * (1.0 - share), minlength=bins)
-        + np.bincount(low + 1, weights=weight * share, minlength=bins)
-    )
-
-
 def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Candidate | None:
     """A ripple over position: cogging, or friction's ripple where it flips with the direction."""
     travel = float(np.ptp(s.position))
@@ -132,7 +89,7 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
         return np.asarray(0.5 * power @ share)
 
     carrier = left.sense if along else np.ones_like(left.sense)
-    found = _strongest_wave(left.position, carrier * left.adjoint, length)
+    found = strongest_wave(left.position, carrier * left.adjoint, length, fewest=FEWEST_WAVES)
     if found is None:
         return None
     waves, tries = found
@@ -182,7 +139,7 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     def length(waves: Array) -> Array:
         return 0.5 * len(left.t_s) * left.power(waves / span)
 
-    found = _strongest_wave(left.t_s, left.adjoint, length)
+    found = strongest_wave(left.t_s, left.adjoint, length, fewest=FEWEST_WAVES)
     if found is None:
         return None
     waves, tries = found

@@ -2,14 +2,14 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.included import included_parts
-from autodb.explain.axis.read_off import READ_OFF, own_terms_of
+from autodb.explain.axis.included import included_parts, ripples_over_position
+from autodb.explain.axis.read_off import READ_OFF, OwnTerms, own_terms, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records import Recording
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 OWN_PART = 0.005
 """A known part that is less than this share of the simulation is none."""
+READINGS = 3
+"""Of a simulation's ripples: beside its terms in the recording's motion, then in its own."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
 
 
@@ -54,7 +56,9 @@ class AxisSignals:
     ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
     ``like``: signals of the recording, where these are of another move ·
     ``found``: what each effect adds that was found, by term ·
-    ``shaped``: terms of the simulation whose shape was read off it, and may be another.
+    ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
+    ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with: the
+    simulation's, where that is lower.
     """
 
     axis: str
@@ -79,6 +83,7 @@ class AxisSignals:
     like: "AxisSignals | None" = None
     found: Mapping[str, Array] = field(default_factory=dict)
     shaped: frozenset[str] = frozenset()
+    cutoff_hz: float = float("inf")
 
     @property
     def rotary(self) -> bool:
@@ -159,13 +164,12 @@ def axis_signals(
     axis = axis_of(channel)
     cutoff_hz = protocol_of(recording, axis, noise_share=DROWNED).cutoff_hz
     inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
-    level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
-    lacking = frozenset(includes or ()).difference(parts)
-    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
-    parts = {**parts, **included}
-    further = {n: p for n, p in parts.items() if n not in READ_OFF and np.std(p) > level}
-    rest = simulation - sum(further.values(), start=np.zeros_like(simulation))
-    read = own_terms_of(rest, inputs, recording, axis, includes=includes)
+    further, shaped, read = _read_terms(
+        simulation, inputs, recording, channel, parts=parts, includes=includes
+    )
+    if read.cutoff_hz < cutoff_hz:
+        cutoff_hz = read.cutoff_hz
+        inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
     own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
@@ -188,8 +192,44 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
-        shaped=frozenset(included),
+        shaped=shaped,
+        cutoff_hz=cutoff_hz,
     )
+
+
+def _read_terms(
+    simulation: Array,
+    inputs: Mapping[str, Array],
+    recording: Recording,
+    channel: str,
+    *,
+    parts: Mapping[str, Array],
+    includes: Collection[str] | None,
+) -> tuple[dict[str, Array], frozenset[str], OwnTerms]:
+    """Return what further terms add to a simulation (n,), by name, which of them have a shape that
+    was read off it, and the terms of ``READ_OFF`` beside them.
+    """
+    axis = axis_of(channel)
+    lacking = frozenset(includes or ()).difference(parts)
+    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
+    level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
+    further = {
+        name: part
+        for name, part in {**parts, **included}.items()
+        if name not in READ_OFF and np.std(part) > level
+    }
+    known = sum(further.values(), start=np.zeros_like(simulation))
+    reading = partial(own_terms_of, simulation, inputs, recording, axis, includes=includes)
+    read = reading(known)
+    rippled = READINGS if "cogging" in lacking.difference(included) else 0
+    others = own_terms(inputs["direction"], inputs, rotary=axis in ROTARY_AXES)
+    for _ in range(rippled):
+        ripples = ripples_over_position(simulation - known, recording[place_channel(axis)], others)
+        if ripples is None:
+            break
+        further["cogging"], read = ripples, reading(known + ripples)
+        others = read.columns
+    return further, frozenset(included), read
 
 
 def simulated_friction(sense: Array, own: Mapping[str, Array], had: Mapping[str, float]) -> Array:

@@ -37,7 +37,8 @@ def held_out_residual(
     columns: Array, difference: Array, values: Array, *, gap: int, free: int
 ) -> Array:
     """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
-    left out of the fit; blocks of contiguous rows are dealt to the folds in turn.
+    left out of the fit; blocks of contiguous rows are dealt to the folds in turn. A gap is no
+    longer than a block, so that two fifths of a short recording remain.
 
     The first ``free`` columns are fitted freely; of the others, a coefficient that the rows left
     do not hold is drawn to none as far as its size in all rows, of ``values`` (p,), allows.
@@ -46,7 +47,7 @@ def held_out_residual(
     block = np.minimum(np.arange(n) * BLOCKS // n, BLOCKS - 1)
     weight = float(np.var(difference - columns @ values)) / np.maximum(values**2, 1e-300)
     weight[:free] = 0.0
-    left = np.empty(n)
+    left, gap = np.empty(n), min(gap, n // BLOCKS)
     for fold in range(FOLDS):
         test = block % FOLDS == fold
         near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test

@@ -11,6 +11,7 @@ the others make needless goes again.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -103,6 +104,40 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     return found
 
 
+def merged(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
+    """Return the choices with one law in the place of two wherever it does as well as both: a
+    static one within NEEDED, one that soaks up any misfit if it does better.
+    """
+    found = list(choices)
+    while len(found) > 1:
+        like = confined_one(found)
+        whole, taken = rows.squares(found, like=like), {c.candidate.key for c in found}
+        best, instead = 0.0, found
+        for pair in combinations(found, 2):
+            others = [c for c in found if c not in pair]
+            for candidate in rows.candidates:
+                if candidate.key in taken or not _stands_in(candidate, others):
+                    continue
+                offer = rows.with_one_more(others, candidate, like=like)
+                if offer is None:
+                    continue
+                richer = rows.richness(offer[1]) - sum(map(rows.richness, pair))
+                asked = max(richer, 0.0) - NEEDED * candidate.static
+                fall = rms_fall(whole, offer[0]) - asked
+                if fall > best:
+                    best, instead = fall, [*others, offer[1]]
+        if instead is found:
+            break
+        found = instead
+    return found
+
+
+def _stands_in(candidate: Candidate, others: Sequence[Choice]) -> bool:
+    """Whether a candidate may take the place of laws beside others."""
+    allowed = len(beside(others, candidate)) == len(others)
+    return allowed and candidate.named and not candidate.first
+
+
 def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
     """Return by what share the held-out rms rises without one of the choices."""
     others = [c for c in found if c is not gone]
@@ -158,20 +193,67 @@ def founded(
     """
     named = [c for c in standing if c.named]
     static = [c for c in named if c.static]
-    found = _first(bench, named, static)
-    for number in range(ROUNDS):
-        candidates = _anew(bench, named, found, field, number)
-        rows = PlainRows(bench.loosened(found), candidates)
-        before = {c.candidate.key for c in found}
-        found = completed(rows, found)
-        if {c.candidate.key for c in found} == before:
-            break
-        found = [c if c.candidate.key in before else _tuned(bench, found, c) for c in found]
+    found = _continued(bench, named, _first(bench, named, static), field)
+    if len(found) > 1 and not bench.through:
+        found = _better_account(
+            bench, found, _continued(bench, named, _alone(bench, named, field), field)
+        )
     found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
     kept = [c for c in found if c.candidate.first]
     if bench.through and not kept:
         bench.look_through(kept)
     return tuple(found)
+
+
+def _continued(
+    bench: WhiteRows, named: Sequence[Candidate], found: Sequence[Choice], field: Proposals
+) -> list[Choice]:
+    """Return the laws with all further ones that plain rows clearly need beside them."""
+    found = list(found)
+    for number in range(ROUNDS):
+        candidates = _anew(bench, named, found, field, number)
+        rows = PlainRows(bench.loosened(found), candidates)
+        before = {c.candidate.key for c in found}
+        found = merged(rows, completed(rows, found))
+        if {c.candidate.key for c in found} == before:
+            break
+        found = [c if c.candidate.key in before else _tuned(bench, found, c) for c in found]
+    return found
+
+
+def _alone(bench: WhiteRows, named: Sequence[Candidate], field: Proposals) -> list[Choice]:
+    """Return the law that predicts best alone, tuned, of any kind but those that come first anyway;
+    none where none is needed.
+    """
+    candidates = [c for c in _anew(bench, named, [], field, ROUNDS) if not c.first]
+    best = grown(PlainRows(bench, candidates), [], candidates, most=1)
+    return [_tuned(bench, [], choice) for choice in best]
+
+
+def _better_account(
+    bench: WhiteRows, found: Sequence[Choice], rival: Sequence[Choice]
+) -> list[Choice]:
+    """Return the account that predicts better, each column counted as it is when a law joins.
+
+    A part of the account that was found is none of its rivals.
+    """
+    if {c.candidate.key for c in rival} <= {c.candidate.key for c in found}:
+        return list(found)
+    like = confined_one([*found, *rival])
+    confined = [] if like is None else [like]
+    errors, prices = [], []
+    for account in (found, rival):
+        held = {c.key: c for c in (*confined, *(choice.candidate for choice in account))}
+        rows = PlainRows(bench, held.values(), account)
+        errors.append(float(np.sqrt(rows.squares(account, like=like).sum())))
+        prices.append(sum(NEEDED + rows.richness(choice) for choice in account))
+    fall = 1.0 - errors[1] / errors[0]
+    return list(rival if fall > prices[1] - prices[0] else found)
+
+
+def confined_one(choices: Sequence[Choice]) -> Candidate | None:
+    """Return the first candidate of some choices that is confined to a stretch, if one is."""
+    return next((c.candidate for c in choices if c.candidate.interval is not None), None)
 
 
 def _anew(

@@ -85,11 +85,39 @@ def test_only_what_it_includes_is_read() -> None:
     assert _read(simulation, includes=["stribeck"]).had == {}
 
 
-def test_friction_and_mass_are_not_read_with_the_wrong_sign() -> None:
+def test_friction_of_the_wrong_sign_is_read_only_where_it_is_written_so() -> None:
+    """With something else in the simulation a negative coefficient would only follow that."""
     velocity = np.gradient(_position(), T_S)
     simulation = 0.9 * np.tanh(velocity / 2.0) - 0.004 * velocity
     read = _read(simulation, {"x.velocity": velocity})
+    assert_allclose(read.had["viscous"], -0.004, rtol=1e-3)
+    assert read.read_share > 0.999
+    read = _read(simulation + 0.3 * np.sin(0.7 * T_S + 0.4), {"x.velocity": velocity})
     assert all(read.had[name] > 0.0 for name in {"coulomb", "viscous", "inertia"} & set(read.had))
+
+
+@pytest.mark.parametrize("orders", [(6, 12, 18, 24), (7, 12, 21, 36, 84)])
+def test_the_ripples_of_a_simulation_are_read_off_it(orders: tuple[int, ...]) -> None:
+    """Their periods are not stated; without them the friction takes some of them up."""
+    rng = np.random.default_rng(8)
+    position = _position()
+    velocity = np.gradient(position, T_S)
+    turns = 2.0 * np.pi * (position - position.min()) / np.ptp(position)
+    waves = [
+        np.cos(k * turns + phase) for k, phase in zip(orders, rng.uniform(0, 6, 9), strict=False)
+    ]
+    cogging = sum(rng.uniform(0.2, 1.0) * wave for wave in waves)
+    simulation = (
+        _simulated(lambda v: np.tanh(v / 2.0), velocity, np.gradient(velocity, T_S)) + cogging
+    )
+    includes = ["coulomb", "viscous", "inertia", "gravity", "cogging"]
+    read = _read(simulation, {"x.velocity": velocity}, includes=includes)
+    assert read.read_share > 0.999
+    assert_allclose(
+        read.own["cogging"] - read.own["cogging"].mean(), cogging - cogging.mean(), atol=0.02
+    )
+    for name in ("coulomb", "viscous", "gravity"):
+        assert_allclose(read.had[name], TRUTH[name], rtol=0.02)
 
 
 @pytest.mark.parametrize("bent", [0.0, 0.2])

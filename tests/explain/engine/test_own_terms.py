@@ -93,7 +93,7 @@ def test_where_a_simulation_has_no_friction_no_rounding_chooses_how_it_turns(see
     rounded = simulation * (1.0 + 1e-15 * np.random.default_rng(seed).standard_normal(4000))
     channels = {"t": t, "x.position": inputs["position"], "x.velocity": velocity}
     recording = Recording(path=Path("r.csv"), channels=channels)
-    read = own_terms_of(rounded, inputs, recording, "x")
+    read = own_terms_of(rounded, inputs, recording, "x", np.zeros_like(t))
     assert_array_equal(read.sense, inputs["direction"])
     assert set(read.had) == {"viscous", "inertia", "gravity"}
     assert read.share > 1.0 - 1e-9
