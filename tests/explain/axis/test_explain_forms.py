@@ -147,6 +147,15 @@ def test_squares_of_folds_are_those_of_fits_without_them() -> None:
     assert folds.squares([1], np.array([1e12])) > 0.999 * np.sum(target**2)
 
 
+def test_a_short_recording_keeps_rows_to_fit() -> None:
+    """4 s at 200 Hz with a gap of 0.25 s, longer than a block, around each."""
+    rng = np.random.default_rng(5)
+    columns = np.column_stack([np.ones(780), np.exp(-np.arange(780) / 40.0)])
+    target = columns @ [3.0, 2.0] + rng.normal(scale=0.1, size=780)
+    left = held_out_residual(columns, target, np.array([3.0, 2.0]), gap=50, free=2)
+    assert_allclose(np.sqrt(np.mean(left**2)), 0.1, rtol=0.1)
+
+
 def test_every_form_is_finite_on_any_range_and_says_its_variables() -> None:
     rng = np.random.default_rng(2)
     for low, high in ((0.0, 500.0), (-80.0, 420.0), (-600.0, -100.0), (300.0, 300.001)):

@@ -13,6 +13,7 @@ from autodb.explain.axis.signals import axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, Choice
 from autodb.explain.engine.confidence import UNSURE, Standing, of_plain
+from autodb.explain.engine.laws import merged
 from autodb.explain.engine.plain import PlainRows
 from autodb.records import Recording
 
@@ -153,3 +154,30 @@ def test_a_large_load_does_not_hide_itself_in_slow_noise() -> None:
     law = _candidate("external_load", load)
     rows = _rows(load + noise, [law])
     assert rows.slow_beside(Choice(law, 0)) < 0.2 * rows.slow
+
+
+def test_one_law_takes_the_place_of_two_that_are_its_halves() -> None:
+    """Two that add up to it explain as much; two of which it is no sum stay."""
+    noise = np.random.default_rng(3).normal(0.0, NOISE_A, len(T_S))
+    whole = np.asarray(np.sin(2 * np.pi * 0.6 * T_S), dtype=np.float64)
+    early, late = whole * (T_S < 20.0), whole * (T_S >= 20.0)
+    halves = [_candidate("early", early, static=True), _candidate("late", late, static=True)]
+    one = _candidate("whole", whole, static=True)
+    both = [Choice(half, 0) for half in halves]
+    rows = _rows(0.3 * whole + noise, [*halves, one])
+    assert [c.candidate.key for c in merged(rows, both)] == ["whole"]
+    rows = _rows(0.3 * early - 0.2 * late + noise, [*halves, one])
+    assert merged(rows, both) == both
+
+
+def test_one_law_that_soaks_up_misfit_takes_the_place_of_two_only_if_it_does_better() -> None:
+    """Two that are each 1 % off in their half are better than one that is 1.5 % off in all."""
+    noise = np.random.default_rng(4).normal(0.0, NOISE_A, len(T_S))
+    whole = np.asarray(np.sin(2 * np.pi * 0.6 * T_S), dtype=np.float64)
+    early, late = whole * (T_S < 20.0), whole * (T_S >= 20.0)
+    halves = [_candidate("early", early, static=True), _candidate("late", late, static=True)]
+    off = whole + 0.007 * np.sin(2 * np.pi * 1.7 * T_S)
+    both = [Choice(half, 0) for half in halves]
+    for static, kept in ((True, ["whole"]), (False, ["early", "late"])):
+        rows = _rows(0.3 * whole + noise, [*halves, _candidate("whole", off, static=static)])
+        assert [c.candidate.key for c in merged(rows, both)] == kept
