@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting import turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
@@ -25,6 +26,9 @@ ON_NOSE = 19
 """Elements of the nose; one more is the straight edge behind it. Off an integral over 400 by less
 than 0.05 % (a test)."""
 TANGENTIAL = (0.0, 1.0, 0.0)
+CREEP_M_MIN = 1.0
+"""Speed below which the law stays as it is there: near the centre of a face the work hardly moves.
+Chosen: cutting speeds of metals begin at some m/min."""
 STEEPEST_RAD = np.pi / 4.0
 """A path that dives more steeply to the axis than this faces: the edge's other side cuts. Chosen:
 half way between longitudinal and facing."""
@@ -56,7 +60,8 @@ class Insert:
 class TurnedCuts:
     """Cuts that one insert turns: arrays (n,).
 
-    ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque;
+    ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque, and
+    ``speed_m_min`` the speed there;
     ``inward_rad``: from feeding along the axis to the chuck (0) towards the axis (π/2: facing).
     """
 
@@ -113,7 +118,7 @@ def elements_of_each(
             of=None,
             edge=Edge(
                 thin[k],
-                cuts.speed_m_min[:, None],
+                np.maximum(cuts.speed_m_min, CREEP_M_MIN)[:, None],
                 rake[k],
                 inclination[k],
             ),
@@ -121,6 +126,7 @@ def elements_of_each(
             kappa=(sin[k], cos[k]),
             phi=upright,
             radius_mm=cuts.radius_mm[:, None],
+            speed_rpm=turning.speed_rpm(2.0 * cuts.radius_mm, cuts.speed_m_min),
             frames=frames,
             flow=(flow[0][k], flow[1][k]),
         )

@@ -149,6 +149,8 @@ def _line(
         name: np.add.reduceat(values * step_s[rows], begins) / time_s
         for name, values in columns.items()
     }
+    # The spindle speed that has a part's mean cutting speed at its mean diameter
+    means[RPM] = turning.speed_rpm(means[DIAMETER], means[SPEED])
     chip_mm2 = columns[DEPTH] * columns[FEED]
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]

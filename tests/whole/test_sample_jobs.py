@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
+from autodb.files.job import JobCut
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.sample import job_forces_N
 from tests.helpers.expected import LEARNT_FROM, OF_CUTS, answer
@@ -88,6 +89,12 @@ def _truth(asked: dict[str, Any]) -> Any:
     )
 
 
+def _inward_deg(asked: dict[str, Any]) -> float:
+    if asked["operation"] == "face":
+        return 90.0
+    return JobCut.model_validate(asked).inward_deg or 0.0
+
+
 def test_torque_and_power_are_those_at_the_largest_diameter(
     of_cuts: tuple[str, dict[str, Any]],
 ) -> None:
@@ -95,8 +102,8 @@ def test_torque_and_power_are_those_at_the_largest_diameter(
     for cut, asked in zip(found["cuts"], found["job"]["cut"], strict=True):
         largest_mm = max(asked["diameter_mm"], asked["end_diameter_mm"] or 0.0)
         assert_allclose(cut["speed_m_min"], math.pi * largest_mm * cut["speed_rpm"] / 1000.0)
-        power_W = cut["force_y_N"]["value"] * cut["speed_m_min"] / 60.0
-        assert_allclose(cut["power_W"]["value"], power_W)
-        radial_mm = 0.0 if asked["operation"] == "face" else asked["depth_mm"]
+        omega = math.tau * cut["speed_rpm"] / 60.0
+        assert_allclose(cut["power_W"]["value"], cut["torque_N_m"]["value"] * omega)
+        radial_mm = asked["depth_mm"] * math.cos(math.radians(_inward_deg(asked)))
         arm_m = (largest_mm + radial_mm) / 2000.0
         assert_allclose(cut["torque_N_m"]["value"], cut["force_y_N"]["value"] * arm_m)

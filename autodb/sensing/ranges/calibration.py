@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
+from autodb.cutting.turning import torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.ranges.choosing import (
@@ -28,6 +28,7 @@ from autodb.sensing.ranges.choosing import (
     try_forms,
 )
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
+from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,
     FEED_SETS,
@@ -312,20 +313,8 @@ def current_sd(table: CutTable, axis: str) -> Array | None:
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
     """Return what the line predicts: spindle torque where the torque arm is known, else force."""
-    if axis == "spindle" and "work.diameter" in table and "cutting.depth" in table:
-        return torque_N_m(force_N, _radius_mm(table)), "N·m"
-    return force_N, "N"
-
-
-def _radius_mm(table: CutTable) -> Array:
-    facing = np.array([o == "face" for o in table.texts.get("operation", [""] * len(table))])
-    return effective_radius_mm(table["work.diameter"], table["cutting.depth"], facing=facing)
-
-
-def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
-    """Return which rows move the axis: a passive one stands still, its current shows nothing."""
-    operations = table.texts.get("operation", [""] * len(table))
-    return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations])
+    arm_mm = torque_arm_mm(table) if axis == "spindle" else None
+    return (force_N, "N") if arm_mm is None else (torque_N_m(force_N, arm_mm), "N·m")
 
 
 def _scores(errors: Array, points: Points) -> Scores:
@@ -391,6 +380,5 @@ def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
     if calibration.unit == "N":
         return np.ones(len(table))
-    if "work.diameter" not in table or "cutting.depth" not in table:
-        return np.full(len(table), np.nan)
-    return 1000.0 / _radius_mm(table)
+    arm_mm = torque_arm_mm(table)
+    return np.full(len(table), np.nan) if arm_mm is None else 1000.0 / arm_mm

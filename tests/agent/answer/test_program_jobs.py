@@ -60,6 +60,8 @@ def test_a_longitudinal_line_takes_what_its_cut_takes(tmp_path: Path) -> None:
     assert_allclose([line.speed_rpm, line.speed_m_min], [same.speed_rpm, same.speed_m_min])
     for name in (*FORCES, "power_W"):
         assert_allclose(_ends(getattr(line, name)), _ends(getattr(same, name)), rtol=SAME)
+    turning = np.array(_ends(line.torque_N_m)) * 1000 * np.pi / 30
+    assert_allclose(_ends(line.power_W), turning, rtol=1e-9)
     assert line.peaks is not None
     for name in FORCES:
         assert_allclose(_ends(getattr(line.peaks, name)), _ends(getattr(same, name)), rtol=SAME)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from autodb.records import CutTable
-from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges import feeding
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
@@ -104,8 +104,8 @@ def test_in_a_taper_both_axes_feed_and_are_sensed() -> None:
         channels={"cut": np.arange(float(n))},
         texts={"operation": ["turn", "face", "taper", "contour"]},
     )
-    assert calibration.moving(table, "x").tolist() == [False, True, True, True]
-    assert calibration.moving(table, "z").tolist() == [True, False, True, True]
+    assert feeding.moving(table, "x").tolist() == [False, True, True, True]
+    assert feeding.moving(table, "z").tolist() == [True, False, True, True]
 
 
 def test_a_version_taken_back_is_not_used_and_its_number_not_given_again(learnt: Cli) -> None:

@@ -116,7 +116,7 @@ def test_facing_turns_the_work_on_the_machined_radius() -> None:
     from autodb.cutting.turning import effective_radius_mm
 
     diameter, depth = np.array([40.0, 40.0]), np.array([2.0, 2.0])
-    radius = effective_radius_mm(diameter, depth, facing=np.array([False, True]))
+    radius = effective_radius_mm(diameter, depth, inward_rad=np.array([0.0, 0.5 * np.pi]))
     assert_allclose(radius, [21.0, 20.0])
 
 
