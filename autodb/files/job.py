@@ -173,6 +173,22 @@ class JobCut(Section):
         }
         return {name: value for name, value in stated.items() if value is not None}
 
+    @property
+    def changes_diameter(self) -> bool:
+        """Whether it goes from one diameter to another, so that torque and speed change."""
+        return self.end_diameter_mm not in (None, self.diameter_mm)
+
+    def conditions_at(self, share: float, tool_diameter_mm: float | None) -> dict[str, float]:
+        """Return ``conditions`` at a share of its time, 0 at its start, 1 at its end.
+
+        At one feed a revolution and one spindle speed the diameter changes evenly.
+        """
+        stated = self.conditions(tool_diameter_mm)
+        start_mm = self.diameter_mm or 0.0
+        now_mm = start_mm + share * ((self.end_diameter_mm or 0.0) - start_mm)
+        speed = stated["cutting.speed"] * now_mm / stated["work.diameter"]
+        return stated | {"work.diameter": now_mm, "cutting.speed": speed}
+
     def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
         """Return lowest and highest of what is stated, by channel: the same in one cut."""
         stated = self.conditions(tool_diameter_mm)

@@ -160,10 +160,9 @@ def _line(
         operation=_operation(move),
         time_s=time_s,
         steps=_conditions(means),
-        deepest=_conditions({name: values[at] for name, values in columns.items()}),
-        widest={
-            name: float(values[np.argmax(columns[DIAMETER])]) for name, values in columns.items()
-        },
+        extremes=_conditions({name: values[at] for name, values in columns.items()}),
+        ends=(_one(columns, 0), _one(columns, -1)),
+        widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
     )
 
@@ -180,6 +179,10 @@ def _columns(done: ContourEngagement, rows: NDArray[np.intp]) -> dict[str, Array
         SPEED: turning.speed_m_min(diameter, rpm),
         DIRECTION: np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows])),
     }
+
+
+def _one(columns: Mapping[str, Array], row: int) -> Conditions:
+    return {name: float(values[row]) for name, values in columns.items()}
 
 
 def _begins(columns: Array) -> NDArray[np.intp]:

@@ -92,8 +92,7 @@ def _speed_m_min(stated: Stated, radius_mm: Array) -> Array:
     rpm, speed, diameter = stated[RPM], stated[SPEED], stated[DIAMETER]
     rpm = np.where(np.isfinite(rpm), rpm, turning.speed_rpm(diameter, speed))
     there = turning.speed_m_min(2.0 * radius_mm, rpm)
-    known = np.isfinite(there) & (diameter > 0.0)
-    return np.where(known, there, speed)
+    return np.where(np.isfinite(there) & np.isfinite(diameter), there, speed)
 
 
 def stated_turning(stated: Stated, inward_deg: Array) -> insert.TurnedCuts:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from autodb.errors import UnusableInput
 from autodb.files.job import KEYS, OPERATIONS, JobCut, Operation
-from autodb.forward import prediction
+from autodb.forward import job_cuts
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.posterior import OWN, PairPosterior
@@ -33,7 +33,7 @@ SLOT = JobCut(name="s", operation="slot", depth_mm=2.0, feed_mm_tooth=0.05, spee
 
 
 def one(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:
-    (found,) = prediction.predict(posterior, tool, [cut])
+    (found,) = job_cuts.predict(posterior, tool, [cut])
     return found
 
 
@@ -72,7 +72,7 @@ def test_either_speed_gives_the_other() -> None:
 def test_cuts_together_and_alone_are_the_same() -> None:
     """Whatever operations stand between them."""
     cuts = [TURN, TURN.model_copy(update={"operation": "face"}), replace_(TURN, depth_mm=1.0)]
-    together = prediction.predict(known(), INSERT, cuts)
+    together = job_cuts.predict(known(), INSERT, cuts)
     for cut, found in zip(cuts, together, strict=True):
         assert found == one(known(), INSERT, cut)
 

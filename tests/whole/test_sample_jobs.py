@@ -17,7 +17,7 @@ QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 TAPER_DEG = 20.0
 SAME = 1e-6
 """Share of its interval by which a number may differ between processors."""
-MISSED = {"stepped_shaft": 1, "facing": 2, "contour": 11}
+MISSED = {"stepped_shaft": 1, "facing": 3, "contour": 11}
 """Intervals that do not hold the truth, for the reasons that the test says."""
 
 
@@ -103,7 +103,10 @@ def test_torque_and_power_are_those_at_the_largest_diameter(
         largest_mm = max(asked["diameter_mm"], asked["end_diameter_mm"] or 0.0)
         assert_allclose(cut["speed_m_min"], math.pi * largest_mm * cut["speed_rpm"] / 1000.0)
         omega = math.tau * cut["speed_rpm"] / 60.0
-        assert_allclose(cut["power_W"]["value"], cut["torque_N_m"]["value"] * omega)
+        ends = [one for one in (cut["start"], cut["end"]) if one is not None]
+        for one in (cut, *ends):
+            assert_allclose(one["power_W"]["value"], one["torque_N_m"]["value"] * omega)
+        there = max(ends, key=lambda one: one["diameter_mm"], default=cut)
         radial_mm = asked["depth_mm"] * math.cos(math.radians(_inward_deg(asked)))
         arm_m = (largest_mm + radial_mm) / 2000.0
-        assert_allclose(cut["torque_N_m"]["value"], cut["force_y_N"]["value"] * arm_m)
+        assert_allclose(there["torque_N_m"]["value"], there["force_y_N"]["value"] * arm_m)
