@@ -53,6 +53,7 @@ def cuts_in(
     cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
     _refuse_unmeasured(cuts)
     faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
+    faults.refuse(source.path, faults.checks_of_signs(cuts))
     return cuts, notes
 
 

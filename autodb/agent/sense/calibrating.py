@@ -55,9 +55,9 @@ def calibrate_table(
     feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
     UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
     """
-    faults.refuse(
-        table.path, faults.checks_of_units(table, axes, known or faults.KnownOfCuts(protocol))
-    )
+    known = known or faults.KnownOfCuts(protocol)
+    faults.refuse(table.path, faults.checks_of_units(table, axes, known))
+    faults.refuse(table.path, faults.checks_of_signs(table, known))
     names = names or [f"cut {number:g}" for number in table.cut]
     parts = {axis: partition(holds_of(table, axis)) for axis in axes}
     forces = known_forces(table, protocol)
@@ -180,9 +180,9 @@ def calibrate_machine(
                 for cut in cuts
             }.values()
         )
-        known = faults.KnownOfCuts(protocol, as_file(owner))
+        known = faults.KnownOfCuts(protocol, as_file(owner), _signs_stated(cuts))
         names = _names(cuts)
-        _refuse_wrong_units(cuts, axes, known)
+        _refuse_faulty(cuts, axes, known)
         machine_id = owner.id
     if progress:
         progress("fitting and scoring on held-out groups")
@@ -228,10 +228,17 @@ def _calibration_cuts(
     ]
 
 
-def _refuse_wrong_units(
+def _signs_stated(cuts: list[models.Cut]) -> frozenset[str]:
+    """Return the channels of which a recording's side file states that their sign is right."""
+    sides = {cut.recording_id: cut.recording.side.get("channels", {}) for cut in cuts}
+    channels = [one for side in sides.values() for one in side.items()]
+    return frozenset(name for name, spec in channels if spec.get("sign") == 1)
+
+
+def _refuse_faulty(
     cuts: list[models.Cut], axes: tuple[str, ...], known: faults.KnownOfCuts
 ) -> None:
-    """Check each recording by itself: one in a wrong unit would drown among the others.
+    """Check each recording by itself: one in a wrong unit or sign would drown among the others.
 
     A shop's cuts beside the standard ones are no fault, so the protocol is left to all of them.
     """
@@ -240,6 +247,8 @@ def _refuse_wrong_units(
         own = [cut for cut in cuts if cut.recording_id == recording_id]
         table = cuts_as_table(own, path=_named(own))
         faults.refuse(table.path, faults.checks_of_units(table, axes, alone))
+        signs = replace(alone, signs=_signs_stated(own))
+        faults.refuse(table.path, faults.checks_of_signs(table, signs))
 
 
 def _names(cuts: list[models.Cut]) -> list[str]:

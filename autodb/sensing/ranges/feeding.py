@@ -7,14 +7,59 @@ from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.bool_]
 
 OBLIQUE = ("taper", "contour")
 """Operations whose cuts state the direction of their feed."""
+TURNING = ("turn", "face", *OBLIQUE)
+LEAST_FEED_MM_S = 0.01
+"""Mean velocity of an axis in a cut below which it stands. Chosen: 0.6 mm/min."""
 
 
 def operations_of(table: CutTable) -> list[str]:
     """Return the operation of each cut (n,), empty where it is not said."""
     return table.texts.get("operation", [""] * len(table))
+
+
+def turned_cuts(table: CutTable) -> Rows:
+    """Return which cuts turn, by what is said of them, shape (n,)."""
+    milled = "cutting.width" in table
+    return np.array([o in TURNING or (not o and not milled) for o in operations_of(table)])
+
+
+def oblique_cuts(table: CutTable) -> Rows:
+    """Return which cuts (n,) are fed by both axes of a lathe, or by its cross slide alone."""
+    return np.isin(operations_of(table), ("face", *OBLIQUE))
+
+
+def feeds_outward(table: CutTable) -> Rows:
+    """Return which faces (n,) are cut away from the axis, by x.velocity where it is recorded."""
+    facing = np.array([one == "face" for one in operations_of(table)])
+    return facing & (_velocity(table, "x") >= LEAST_FEED_MM_S)
+
+
+def z_runs_back(table: CutTable) -> Rows:
+    """Return which cuts (n,) feed away from the chuck, by z.velocity where it is recorded."""
+    return _velocity(table, "z") >= LEAST_FEED_MM_S
+
+
+def mill_feed(table: CutTable) -> tuple[Array, Array]:
+    """Return x and y (n,) of the direction that a mill feeds in; NaN where it is not known.
+
+    As ``cutting.direction`` states it, else as the axes' velocities have it.
+    """
+    stated = table.get("cutting.direction")
+    angle = np.full(len(table), np.nan) if stated is None else np.radians(stated)
+    x, y = _velocity(table, "x"), _velocity(table, "y")
+    runs = np.hypot(x, y) >= LEAST_FEED_MM_S
+    angle = np.where(np.isfinite(angle), angle, np.where(runs, np.arctan2(y, x), np.nan))
+    return np.cos(angle), np.sin(angle)
+
+
+def _velocity(table: CutTable, axis: str) -> Array:
+    """Return an axis' mean velocity in each cut (n,); 0 where it was not recorded."""
+    velocity = table.get(f"{axis}.velocity")
+    return np.zeros(len(table)) if velocity is None else np.nan_to_num(velocity)
 
 
 def inward_rad(table: CutTable) -> Array:
@@ -39,6 +84,6 @@ def torque_arm_mm(table: CutTable) -> Array | None:
     )
 
 
-def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
+def moving(table: CutTable, axis: str) -> Rows:
     """Return which rows move the axis: a passive one stands still, its current shows nothing."""
     return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations_of(table)])

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
+from autodb.sensing.ranges.feeding import LEAST_FEED_MM_S
 
 GEARED = "spindle"
 """The axis that changes gear and grows warm."""
 STATED = ("gear_range", "coolant", "spindle_state")
 """What a side file's [recording] states of all its cuts; text columns of tables gathered."""
-LEAST_FEED_MM_S = 0.01
-"""Mean velocity of an axis in a cut below which it has no direction. Chosen: 0.6 mm/min."""
 SPOKEN = {
     "gear_range": "gear range",
     "coolant": "coolant",
