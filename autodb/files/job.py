@@ -141,7 +141,13 @@ class JobCut(Section):
 
     @property
     def inward_deg(self) -> float | None:
-        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre."""
+        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre.
+
+        A face whose end is the larger diameter is cut away from the centre, at -90.
+        """
+        if self.operation == "face":
+            outward = (self.end_diameter_mm or 0.0) > (self.diameter_mm or 0.0)
+            return -90.0 if outward else 90.0
         if self.direction_deg is not None:
             return self.direction_deg
         if self.diameter_mm is None or self.end_diameter_mm is None or self.length_mm is None:

@@ -208,7 +208,7 @@ def _operation(move: Move) -> str:
     )
     if abs(inward) < SQUARE_DEG:
         return "turn"
-    return "face" if abs(inward - 90.0) < SQUARE_DEG else "taper"
+    return "face" if abs(abs(inward) - 90.0) < SQUARE_DEG else "taper"
 
 
 def _step_s(done: ContourEngagement) -> Array:

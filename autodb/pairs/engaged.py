@@ -189,6 +189,11 @@ def pocket_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     )
 
 
+def facing_deg(stated: Stated) -> Array:
+    """Return the direction of faces (n,): to the centre, or away from it where they state that."""
+    return np.where(stated.given(DIRECTION, 0.0) < 0.0, -90.0, 90.0)
+
+
 BANDS: dict[str, Band] = {
     "slot": slot_band, "side-up": side_up, "side-down": side_down, "ramp": slot_band,
     "pocket": pocket_band,
@@ -199,7 +204,7 @@ END_MILL: ToolKind = "end_mill"
 DRILL: ToolKind = "drill"
 OPERATIONS = (
     CutOperation("turn", _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
-    CutOperation("face", _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
+    CutOperation("face", _TURNED, _turns(facing_deg)),
     CutOperation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("slot", _MILLED, _mills(slot_band)),

@@ -18,9 +18,12 @@ from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration, faults
 from autodb.sensing.ranges.calibration import Calibration
+from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated
 from autodb.store import Store, models
 
+FEWEST = 2
+"""Cuts of a feed direction from which on it shares the gain of the other. Chosen."""
 FORCE_COMPONENTS = tuple(sorted(calibration.COMPONENT_OF_AXIS.values()))
 
 
@@ -68,7 +71,7 @@ def calibrate_table(
     done: list[Calibration] = []
     left_out: list[str] = []
     for axis, groups in parts.items():
-        out = unstated(holds_of(table, axis), groups)
+        out = unstated(holds_of(table, axis), groups, moving(table, axis))
         left_out += [f"{table.path}: axis {axis}: {out}"] if out else []
         for holds, rows in groups.items():
             found = _calibrated(table, axis, holds, rows, protocol=protocol, axes=axes)
@@ -110,12 +113,13 @@ def _calibrated(
 ) -> Calibration | str:
     """Calibrate one of the axes on some rows, or return why it cannot be, in a sentence."""
     where = f" ({holds.words()})" if holds != ANY else ""
+    beside = _other_way(table, axis, holds)
     forces = {c: _only(force, rows) for c, force in known_forces(table, protocol).items()}
     silent = faults.silent(table, forces, axes)
     if axis in silent:
         return f"{table.path}: {silent[axis].sentence}{where}"
     try:
-        return replace(_calibrate(table, axis, rows, protocol), holds=holds)
+        return replace(_calibrate(table, axis, rows, protocol, beside), holds=holds)
     except UnusableInput as error:
         return f"{error}{where}"
     except Undetermined:
@@ -139,15 +143,36 @@ def known_forces(
     }
 
 
+def _other_way(table: CutTable, axis: str, holds: Holds) -> NDArray[np.bool_] | None:
+    """Return the cuts (n,) that differ from those of a calibration in the feed's direction alone.
+
+    None where they, or its own, are too few to have a level.
+    """
+    moves, parts = moving(table, axis), partition(holds_of(table, axis))
+    own = int((parts[holds] & moves).sum())
+    for other, rows in parts.items():
+        beside = rows & moves
+        if other.against(holds) == ["feed_direction"] and min(own, int(beside.sum())) >= FEWEST:
+            return beside
+    return None
+
+
 def _calibrate(
-    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.CutProtocol | None
+    table: CutTable,
+    axis: str,
+    rows: NDArray[np.bool_],
+    protocol: standard.CutProtocol | None,
+    other_way: NDArray[np.bool_] | None,
 ) -> Calibration:
-    component = calibration.COMPONENT_OF_AXIS[axis]
+    component, share = calibration.COMPONENT_OF_AXIS[axis], 0.0
     if protocol is None:
-        return calibration.calibrate(table, axis, force_N=_only(table[f"force.{component}"], rows))
-    reference = standard.reference_forces(table, protocol, component)
+        force_N = table[f"force.{component}"]
+    else:
+        reference = standard.reference_forces(table, protocol, component)
+        force_N, share = reference.force_N, reference.share
+    used = rows if other_way is None else rows | other_way
     return calibration.calibrate(
-        table, axis, force_N=_only(reference.force_N, rows), reference_share=reference.share
+        table, axis, force_N=_only(force_N, used), reference_share=share, other_way=other_way
     )
 
 

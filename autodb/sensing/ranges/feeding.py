@@ -33,9 +33,14 @@ def oblique_cuts(table: CutTable) -> Rows:
 
 
 def feeds_outward(table: CutTable) -> Rows:
-    """Return which faces (n,) are cut away from the axis, by x.velocity where it is recorded."""
+    """Return which faces (n,) are cut away from the axis.
+
+    By x.velocity where it is recorded, or a ``cutting.direction`` below 0.
+    """
     facing = np.array([one == "face" for one in operations_of(table)])
-    return facing & (_velocity(table, "x") >= LEAST_FEED_MM_S)
+    stated = table.get("cutting.direction")
+    away = np.zeros(len(table)) if stated is None else np.nan_to_num(stated)
+    return facing & ((_velocity(table, "x") >= LEAST_FEED_MM_S) | (away < 0.0))
 
 
 def z_runs_back(table: CutTable) -> Rows:
@@ -63,7 +68,7 @@ def _velocity(table: CutTable, axis: str) -> Array:
 
 
 def inward_rad(table: CutTable) -> Array:
-    """Return the direction of turned cuts' feed (n,): 0 along the axis, π/2 to the centre.
+    """Return the direction of turned feeds (n,): 0 along the axis, π/2 to the centre, -π/2 away.
 
     An oblique cut that does not state it counts as one along the axis.
     """
@@ -72,7 +77,8 @@ def inward_rad(table: CutTable) -> Array:
     operations = operations_of(table)
     facing = np.array([one == "face" for one in operations])
     leans = np.array([one in OBLIQUE for one in operations])
-    return np.where(facing, 0.5 * np.pi, np.where(leans, oblique, 0.0))
+    square = np.where(feeds_outward(table), -0.5 * np.pi, 0.5 * np.pi)
+    return np.where(facing, square, np.where(leans, oblique, 0.0))
 
 
 def torque_arm_mm(table: CutTable) -> Array | None:
@@ -85,5 +91,10 @@ def torque_arm_mm(table: CutTable) -> Array | None:
 
 
 def moving(table: CutTable, axis: str) -> Rows:
-    """Return which rows move the axis: a passive one stands still, its current shows nothing."""
-    return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations_of(table)])
+    """Return which rows move the axis: one that stands still shows no load in its current.
+
+    By what the operation feeds, and by the axis' velocity where it is recorded.
+    """
+    fed = np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations_of(table)])
+    velocity = table.get(f"{axis}.velocity")
+    return fed if velocity is None else fed & ~(np.abs(velocity) < LEAST_FEED_MM_S)

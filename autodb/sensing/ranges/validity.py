@@ -120,9 +120,17 @@ def _alike(cuts: Sequence[Holds], name: str) -> str | None:
     return next((value for value in values if value is not None), None)
 
 
-def unstated(cuts: Sequence[Holds], groups: dict[Holds, NDArray[np.bool_]]) -> str | None:
-    """Return how many cuts (n,) are in none of the groups, and what they would have to state."""
-    out = len(cuts) - sum(int(rows.sum()) for rows in groups.values())
+def unstated(
+    cuts: Sequence[Holds], groups: dict[Holds, NDArray[np.bool_]], moves: NDArray[np.bool_]
+) -> str | None:
+    """Return how many cuts (n,) are in none of the groups, and what they would have to state.
+
+    A cut in which the axis does not move states nothing of it.
+    """
+    left = moves.copy()
+    for rows in groups.values():
+        left &= ~rows
+    out = int(left.sum())
     if not out:
         return None
     lacking = " and ".join(SPOKEN[name] for name in SPOKEN if name in _several(cuts))
