@@ -14,6 +14,7 @@ from autodb.agent.rows.calibrations import as_calibration, current_calibrations,
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.sensing.ranges.calibration import current_signal
 from autodb.sensing.ranges.feeding import moving
+from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.sensing.ranges.validity import holds_of
 from autodb.store import models
 
@@ -97,6 +98,22 @@ def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None
     )
 
 
+def outside_domain(look: _Look, row: models.CalibrationVersion) -> str | None:
+    """Say that cuts were made with what the axis was not calibrated with."""
+    found = as_calibration(row)
+    if not look.cuts or found.domain is None:
+        return None
+    every = cuts_as_table(look.cuts, path=Path(look.cuts[0].recording.path))
+    alike = [not found.holds.against(cut) for cut in holds_of(every, row.axis)]
+    some = [cut for cut, is_alike in zip(look.cuts, alike, strict=True) if is_alike]
+    if not some:
+        return None
+    count, said = left_domain(cuts_as_table(some, path=every.path), found)
+    if not _many(count, look):
+        return None
+    return f"{count} of the {len(look.cuts)} new cuts are {said}; their intervals are wider"
+
+
 def sensor_changed(look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a mismatch since the calibration says that the sensor has changed."""
     found = look.session.scalar(
@@ -124,6 +141,7 @@ CHECKS: tuple[Callable[[_Look, models.CalibrationVersion], str | None], ...] = (
     refused,
     other_conditions,
     beyond_calibrated,
+    outside_domain,
     sensor_changed,
     old,
 )

@@ -27,6 +27,7 @@ from autodb.sensing.ranges.choosing import (
     several,
     try_forms,
 )
+from autodb.sensing.ranges.domain import Domain, domain_of, rivals_of
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import (
@@ -72,7 +73,8 @@ class Calibration:
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
-    ``holds``: of which cuts it senses the force.
+    ``holds``: of which cuts it senses the force; ``domain``: what its cuts were; None: a
+    calibration of before, which did not keep it.
     """
 
     form: CurrentForm
@@ -93,6 +95,12 @@ class Calibration:
     current_high: float
     close: tuple[str, ...] = ()
     holds: Holds = ANY
+    domain: Domain | None = None
+
+    @property
+    def law(self) -> FittedForm:
+        """The form with its coefficients."""
+        return FittedForm(self.coefficients, self.covariance, self.form)
 
     @property
     def called(self) -> str:
@@ -103,12 +111,17 @@ class Calibration:
     def shared_covariance(self) -> Array:
         """Covariance of coefficients and offset that is common to all that is sensed with them.
 
-        (p + 1, p + 1), or (p, p) where no offset was fitted.
+        (p + 1, p + 1), or (p, p) where no offset was fitted; then one more, of variance 1, of the
+        form's choice beyond the domain, where that is known.
         """
         shared = self.errors.shared(self.form.scaling(self.coefficients))
         p = len(self.coefficients)
         shared[:p, :p] += self.covariance
-        return shared
+        if self.domain is None:
+            return shared
+        wider = np.pad(shared, (0, 1))
+        wider[-1, -1] = 1.0
+        return wider
 
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
@@ -256,7 +269,9 @@ def calibrate(
         cuts, rmse=scores.rmse, day_share=DAY_SHARE[axis], reference_share=reference_share
     )
     own = of_one_way(replace(law, covariance=covariance))
-    currents = sound.sensed.at(sound.sensed.one_way).current
+    one_way = sound.sensed.one_way
+    currents = sound.sensed.at(one_way).current
+    rivals = rivals_of(trials, form, sound.sensed, sound.target, sound.groups)
     return Calibration(
         form=own.form,
         axis=axis,
@@ -275,6 +290,7 @@ def calibrate(
         close=tuple(one.label for one in close(trials, sound.groups)),
         current_low=float(currents.min()),
         current_high=float(currents.max()),
+        domain=domain_of(own, sound.sensed.at(one_way), sound.target[one_way], rivals),
     )
 
 

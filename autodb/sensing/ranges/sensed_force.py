@@ -19,7 +19,8 @@ class SensedForces:
     """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
 
     ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
-    for each of the shared covariance: the error that all rows share is common · N(0, shared).
+    for each of the shared covariance: the error that all rows share is common · N(0, shared). The
+    last column is the form's choice, where the calibration knows its domain.
     """
 
     force_N: Array
@@ -56,7 +57,21 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     slopes = form.slopes(calibration.coefficients, sensed_there)
     if calibration.errors.group is not None:
         slopes = np.column_stack([slopes, np.ones(n)])
+    if calibration.domain is not None:
+        beyond = calibration.domain.beyond(calibration.law, sensed_there)
+        slopes = np.column_stack([slopes, beyond])
     return SensedForces(force, sd, slopes * to_N[:, None], reason)
+
+
+def left_domain(table: CutTable, calibration: Calibration) -> tuple[int, str]:
+    """Return how many rows lie outside what a calibration was made with, and of what, in words."""
+    signal, domain = current_signal(table, calibration.axis), calibration.domain
+    if signal is None or domain is None:
+        return 0, ""
+    there = measured_cuts(table, calibration.axis, signal[1])
+    out = domain.outside(calibration.law, there) & moving(table, calibration.axis)
+    left = domain.left(calibration.law, there.at(out), calibration.unit)
+    return int(out.sum()), f"outside the calibrated range: {', '.join(left)}"
 
 
 def stands_still(axis: str) -> str:
