@@ -27,7 +27,7 @@ from autodb.sensing.ranges.choosing import (
     several,
     try_forms,
 )
-from autodb.sensing.ranges.domain import Domain, domain_of, rivals_of
+from autodb.sensing.ranges.domain import OF_FEED, OF_SPINDLE, Domain, domain_of, rivals_of
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import (
@@ -290,7 +290,13 @@ def calibrate(
         close=tuple(one.label for one in close(trials, sound.groups)),
         current_low=float(currents.min()),
         current_high=float(currents.max()),
-        domain=domain_of(own, sound.sensed.at(one_way), sound.target[one_way], rivals),
+        domain=domain_of(
+            own,
+            sound.sensed.at(one_way),
+            sound.target[one_way],
+            rivals,
+            conditions=OF_FEED if axis in FEED_AXES else OF_SPINDLE,
+        ),
     )
 
 

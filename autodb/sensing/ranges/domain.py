@@ -53,12 +53,15 @@ def _words(said: str, ends: tuple[float, float], unit: str) -> str:
     return f"{said} {ends[0]:.4g} to {ends[1]:.4g} {unit}"
 
 
-CONDITIONS = (
-    Quantity("feed_mm_s", "feed speed", "mm/min", per=60.0),
+OF_FEED = (Quantity("feed_mm_s", "feed speed", "mm/min", per=60.0),)
+OF_SPINDLE = (
     Quantity("speed_rpm", "spindle speed", "rpm"),
     Quantity("temperature_C", "spindle temperature", "°C"),
 )
-QUANTITIES = (*CONDITIONS, Quantity("current", "current", "A"))
+CONDITIONS = (*OF_FEED, *OF_SPINDLE)
+"""What laws of a feed axis, and of the spindle, depend on beside the current."""
+CURRENT = Quantity("current", "current", "A")
+QUANTITIES = (*CONDITIONS, CURRENT)
 
 
 @dataclass(frozen=True)
@@ -141,11 +144,19 @@ def _outside(values: Array, ends: tuple[float, float]) -> NDArray[np.bool_]:
 
 
 def domain_of(
-    law: FittedForm, sensed: MeasuredCuts, target: Array, rivals: Sequence[Rival]
+    law: FittedForm,
+    sensed: MeasuredCuts,
+    target: Array,
+    rivals: Sequence[Rival],
+    *,
+    conditions: tuple[Quantity, ...],
 ) -> Domain:
-    """Return the range of cuts (n,) that a law was fitted to; of the target as known and sensed."""
+    """Return the range of cuts (n,) that a law was fitted to; of the target as known and sensed.
+
+    ``conditions``: what laws of its axis depend on.
+    """
     ranges = {}
-    for one in QUANTITIES:
+    for one in (*conditions, CURRENT):
         values = one.of(sensed)
         if np.isfinite(values).all():
             ranges[one.name] = (float(values.min()), float(values.max()))
