@@ -10,7 +10,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.sensing.ranges.calibration import Calibration, Scores
-from autodb.sensing.ranges.domain import Domain, Rival
+from autodb.sensing.ranges.domain import Domain, NearForm
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.outliers import Outlier
@@ -158,7 +158,7 @@ def _domain(kept: dict[str, Any] | None) -> Domain | None:
     if kept is None:
         return None
     rivals = tuple(
-        Rival(stored_form(one["kind"], None), np.array(one["coefficients"]), one["weight"])
+        NearForm(stored_form(one["kind"], None), np.array(one["coefficients"]), one["weight"])
         for one in kept["rivals"]
     )
     ranges = {name: (low, high) for name, (low, high) in kept["ranges"].items()}

@@ -27,7 +27,7 @@ from autodb.sensing.ranges.choosing import (
     several,
     try_forms,
 )
-from autodb.sensing.ranges.domain import OF_FEED, OF_SPINDLE, Domain, domain_of, rivals_of
+from autodb.sensing.ranges.domain import OF_FEED, OF_SPINDLE, Domain, domain_of, near_forms
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import (
@@ -271,7 +271,7 @@ def calibrate(
     own = of_one_way(replace(law, covariance=covariance))
     one_way = sound.sensed.one_way
     currents = sound.sensed.at(one_way).current
-    rivals = rivals_of(trials, form, sound.sensed, sound.target, sound.groups)
+    rivals = near_forms(trials, form, sound.sensed, sound.target, sound.groups)
     return Calibration(
         form=own.form,
         axis=axis,

@@ -65,7 +65,7 @@ QUANTITIES = (*CONDITIONS, CURRENT)
 
 
 @dataclass(frozen=True)
-class Rival:
+class NearForm:
     """A form that was nearly as good, as it was fitted to all cuts, and its weight."""
 
     form: CurrentForm
@@ -82,7 +82,7 @@ class Domain:
 
     ranges: dict[str, tuple[float, float]]
     target: tuple[float, float]
-    rivals: tuple[Rival, ...] = ()
+    rivals: tuple[NearForm, ...] = ()
 
     def beyond(self, law: FittedForm, sensed: MeasuredCuts) -> Array:
         """Return the sd (n,) that the choice of the form gives the target, 0 within the range.
@@ -147,7 +147,7 @@ def domain_of(
     law: FittedForm,
     sensed: MeasuredCuts,
     target: Array,
-    rivals: Sequence[Rival],
+    rivals: Sequence[NearForm],
     *,
     conditions: tuple[Quantity, ...],
 ) -> Domain:
@@ -164,19 +164,19 @@ def domain_of(
     return Domain(ranges, (float(both.min()), float(both.max())), tuple(rivals))
 
 
-def rivals_of(
+def near_forms(
     trials: Sequence[TriedForm],
     taken: CurrentForm,
     sensed: MeasuredCuts,
     target: Array,
     groups: NDArray[np.generic],
-) -> list[Rival]:
+) -> list[NearForm]:
     """Return the laws among the trials beside the one taken, fitted to all cuts (n,).
 
     Rules say themselves how far off they may be beyond their cuts.
     """
     found = []
-    for trial, weight in zip(trials, weights(trials, groups).tolist(), strict=True):
+    for trial, weight in zip(trials, form_weights(trials, groups).tolist(), strict=True):
         if trial.form is taken or weight < LEAST_WEIGHT:
             continue
         try:
@@ -184,11 +184,11 @@ def rivals_of(
         except Undetermined:
             continue
         if law.form.parameters() is None:
-            found.append(Rival(law.form, law.coefficients, weight))
+            found.append(NearForm(law.form, law.coefficients, weight))
     return found
 
 
-def weights(trials: Sequence[TriedForm], groups: NDArray[np.generic]) -> Array:
+def form_weights(trials: Sequence[TriedForm], groups: NDArray[np.generic]) -> Array:
     """Return the weight of each trial, summing to 1; 0 of a form that the cuts do not hold."""
     _, of = np.unique(groups, return_inverse=True)
     count = int(of.max()) + 1

@@ -14,7 +14,7 @@ from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
 from autodb.sensing.ranges.calibration import Calibration, calibrate
 from autodb.sensing.ranges.choosing import TriedForm
-from autodb.sensing.ranges.domain import weights
+from autodb.sensing.ranges.domain import form_weights
 from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED
 from autodb.sensing.ranges.sensed_force import left_domain, sense
 from tests.conftest import Cli
@@ -40,7 +40,7 @@ def creeping(feed_mm_min: Array) -> Array:
 def cuts(seed: int, count: int, feed_mm_min: tuple[float, float], gain: Gain) -> CutTable:
     """Return cuts of x, force and rise of current, by a gain of no form that is fitted."""
     rng = np.random.default_rng(seed)
-    speed = np.exp(rng.uniform(*np.log(feed_mm_min), count))
+    speed = np.exp(rng.uniform(np.log(feed_mm_min[0]), np.log(feed_mm_min[1]), count))
     force, feed = rng.uniform(80.0, 400.0, count), rng.choice([0.1, 0.15, 0.2, 0.3], count)
     rise = force / gain(speed) + rng.normal(0.0, 0.05, count)
     channels = {
@@ -114,10 +114,10 @@ def test_weights_follow_the_error_on_groups_left_out() -> None:
     errors = rng.normal(0.0, 1.0, 40)
     trials = [TriedForm(LINE, errors), TriedForm(LINE_OF_SPEED, rng.permutation(errors))]
     groups = np.arange(40)
-    alike = weights(trials, groups)
+    alike = form_weights(trials, groups)
     assert_allclose(alike.sum(), 1.0)
     assert_allclose(alike, 0.5, atol=0.25)
-    worse = weights([TriedForm(LINE, 2.0 * errors), trials[1], TriedForm(LINE, None)], groups)
+    worse = form_weights([TriedForm(LINE, 2.0 * errors), trials[1], TriedForm(LINE, None)], groups)
     assert worse[0] < 0.05
     assert worse[2] == 0.0
 
