@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE, OF_CURRENT, CurrentForm, MeasuredCuts
+from autodb.sensing.ranges.sensed_force import sense
 from benchmarks.vicomtech_wear import read
 
 Array = NDArray[np.float64]
@@ -77,7 +78,7 @@ def on_tool(table: CutTable, tool: float) -> OnTool:
     own = table["tool.edge"] == tool
     others, left = _rows(table, ~own), _rows(table, own)
     found = calibration.calibrate(others, "z")
-    sensed = calibration.sense(left, found)
+    sensed = sense(left, found)
     shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
     error = left["force.z"] - sensed.force_N
     return OnTool(

@@ -83,5 +83,6 @@ def drill_elements(drill: Drill, cuts: DrilledCuts) -> Elements:
         kappa=(np.sin(entering)[None], np.cos(entering)[None]),
         phi=(np.ones((1, 1)), np.zeros((1, 1))),
         radius_mm=where[None],
+        speed_rpm=cuts.speed_rpm,
         frames=np.array([[[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]]),
     )

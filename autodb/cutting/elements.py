@@ -32,6 +32,7 @@ BLOCK, STEEP = 500, 200
 processor."""
 BEHIND = (*steepness.ORDER, shear.FLOW)
 """Coordinates of the law in the order that derivatives are worked out in, behind three parts."""
+RAD_S_A_RPM = 2.0 * np.pi / 60.0
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,9 @@ class Elements:
 
     All broadcast to (n, e), the same number in each cut, or with ``of`` (m,), the cut of each, to
     (m,). ``width_mm``: 0 where an element does not cut; ``kappa`` and ``phi``: sine and cosine;
-    ``radius_mm``: the arm of the tangential force. ``frames`` (n, 3, 3) or (1, 3, 3): rows X, Y, Z
-    of the tool in machine axes. ``flow``: sine and cosine of κ that the whole chip has; None: each
+    ``radius_mm``: the arm of the tangential force; ``speed_rpm`` (n,) or (1,): of the spindle, so
+    that power is torque times angular speed. ``frames`` (n, 3, 3) or (1, 3, 3): rows X, Y, Z of the
+    tool in machine axes. ``flow``: sine and cosine of κ that the whole chip has; None: each
     element's own.
     """
 
@@ -52,6 +54,7 @@ class Elements:
     kappa: tuple[Array, Array]
     phi: tuple[Array, Array]
     radius_mm: Array
+    speed_rpm: Array
     frames: Array
     flow: tuple[Array, Array] | None = None
 
@@ -144,6 +147,7 @@ def _made(
         kappa=(made([one.kappa[0] for one in several]), made([one.kappa[1] for one in several])),
         phi=(made([one.phi[0] for one in several]), made([one.phi[1] for one in several])),
         radius_mm=made([one.radius_mm for one in several]),
+        speed_rpm=framed([one.speed_rpm for one in several]),
         frames=framed([one.frames for one in several]),
         flow=(made([sin for sin, _ in flows]), made([cos for _, cos in flows])) if flows else None,
     )
@@ -236,7 +240,7 @@ def _gathered(elements: Elements) -> Callable[[Array], Array]:
 
     It may where all elements of a cut stand and move alike; else it leaves them.
     """
-    like = *elements.phi, elements.radius_mm, elements.edge.speed_m_min
+    like = *elements.phi, elements.radius_mm
     if elements.of is not None or any(one.shape[-1] > 1 for one in like):
         return lambda values: values
     return lambda values: _of_cuts(elements, values)[..., None]
@@ -322,7 +326,7 @@ def _summed(elements: Elements, pushed: Array) -> Array:
     whole = np.empty((shape[0], 5, shape[2]))
     np.add.reduce(elements.frames[..., None] * tool[:, :, None], axis=1, out=whole[:, :3])
     whole[:, 3] = _of_cuts(elements, tangential * (elements.radius_mm / 1000.0)).T
-    whole[:, 4] = _of_cuts(elements, tangential * (elements.edge.speed_m_min / 60.0)).T
+    whole[:, 4] = whole[:, 3] * (RAD_S_A_RPM * elements.speed_rpm)[:, None]
     return whole
 
 

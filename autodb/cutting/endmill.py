@@ -198,6 +198,7 @@ def at_angles(
         kappa=(sin_kappa, cos_kappa),
         phi=(sin_phi, cos_phi),
         radius_mm=radius,
+        speed_rpm=cut.speed_rpm,
         frames=_frames(cut.direction_rad),
     )
 
@@ -243,6 +244,7 @@ def averaged(mill: EndMill, cuts: Milled) -> Elements:
         kappa=(flat(kappa[0]), flat(kappa[1])),
         phi=(flat(np.sin(phi)), flat(np.cos(phi))),
         radius_mm=flat(_placed(slices.radius_mm)),
+        speed_rpm=cuts.speed_rpm,
         frames=_frames(cuts.direction_rad),
     )
 

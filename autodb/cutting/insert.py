@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting import turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
@@ -25,6 +26,13 @@ ON_NOSE = 19
 """Elements of the nose; one more is the straight edge behind it. Off an integral over 400 by less
 than 0.05 % (a test)."""
 TANGENTIAL = (0.0, 1.0, 0.0)
+CREEP_M_MIN = 1.0
+"""Speed below which the law stays as it is there: near the centre of a face the work hardly moves.
+Chosen: cutting speeds of metals begin at some m/min."""
+SQUARE_RAD = 1e-3
+"""Off square to the axis by less, a path away from it is a face cut outward, by a tool of the other
+hand: the edge that faces meets the work mirrored. The edge behind the feed would all but lie in it
+(at 3 to 5° for κ_r 93 to 95°)."""
 STEEPEST_RAD = np.pi / 4.0
 """A path that dives more steeply to the axis than this faces: the edge's other side cuts. Chosen:
 half way between longitudinal and facing."""
@@ -56,8 +64,10 @@ class Insert:
 class TurnedCuts:
     """Cuts that one insert turns: arrays (n,).
 
-    ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque;
-    ``inward_rad``: from feeding along the axis to the chuck (0) towards the axis (π/2: facing).
+    ``feed_mm`` a revolution, ``depth_mm`` across the feed, ``radius_mm`` arm of the torque, and
+    ``speed_m_min`` the speed there;
+    ``inward_rad``: from feeding along the axis to the chuck (0) towards the axis (π/2: facing) or
+    away from it (-π/2: facing outward).
     """
 
     feed_mm: Array
@@ -113,7 +123,7 @@ def elements_of_each(
             of=None,
             edge=Edge(
                 thin[k],
-                cuts.speed_m_min[:, None],
+                np.maximum(cuts.speed_m_min, CREEP_M_MIN)[:, None],
                 rake[k],
                 inclination[k],
             ),
@@ -121,6 +131,7 @@ def elements_of_each(
             kappa=(sin[k], cos[k]),
             phi=upright,
             radius_mm=cuts.radius_mm[:, None],
+            speed_rpm=turning.speed_rpm(2.0 * cuts.radius_mm, cuts.speed_m_min),
             frames=frames,
             flow=(flow[0][k], flow[1][k]),
         )
@@ -130,9 +141,10 @@ def elements_of_each(
 
 def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
     """Return the angle (v, n) between the feed and the edge that cuts, of each insert."""
-    dives = inward_rad <= STEEPEST_RAD
+    outward = np.abs(inward_rad + 0.5 * np.pi) < SQUARE_RAD
+    dives = (inward_rad <= STEEPEST_RAD) & ~outward
     along = np.radians([[one.kappa_deg] for one in inserts]) + inward_rad
-    across = np.radians([[one.facing_deg] for one in inserts]) + (0.5 * np.pi - inward_rad)
+    across = np.radians([[one.facing_deg] for one in inserts]) + (0.5 * np.pi - np.abs(inward_rad))
     entering = np.where(dives, along, across)
     refused = (entering <= 0) | (entering >= np.pi)
     if refused.any():

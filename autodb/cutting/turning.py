@@ -1,4 +1,4 @@
-"""Geometry of turning: what stands still, the torque arm, power."""
+"""Geometry of turning: what stands still, the torque arm, speeds about the axis."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,15 +10,16 @@ PASSIVE_AXIS = {"turn": "x", "face": "z"}
 
 
 def effective_radius_mm(
-    diameter_mm: Array, depth_mm: Array, *, facing: NDArray[np.bool_] | None = None
+    diameter_mm: Array, depth_mm: Array, *, inward_rad: Array | None = None
 ) -> Array:
-    """Return the torque arm r_e = r_w + a_p/2, (n,), mm.
+    """Return the radius at which the force acts, r_e = r_w + a_p/2 cos β, (n,), mm.
 
-    r_w is the machined radius at the tool tip: half the work diameter (P1 section 9). In facing the
-    depth lies along the axis, so the arm is r_w itself.
+    r_w is the machined radius at the tool tip: half the work diameter (P1 section 9, β = 0). β is
+    the direction of the feed, from along the axis (0) to the centre (π/2) or away from it (-π/2):
+    the depth lies across it, so in facing it adds no radius.
     """
-    radial = depth_mm if facing is None else np.where(facing, 0.0, depth_mm)
-    return 0.5 * diameter_mm + 0.5 * radial
+    radial = depth_mm if inward_rad is None else depth_mm * np.cos(inward_rad)
+    return np.asarray(0.5 * diameter_mm + 0.5 * radial)
 
 
 def torque_N_m(tangential_N: Array, radius_mm: Array) -> Array:
@@ -26,11 +27,12 @@ def torque_N_m(tangential_N: Array, radius_mm: Array) -> Array:
     return tangential_N * radius_mm / 1000.0
 
 
-def power_W(tangential_N: Array, speed_m_min: Array) -> Array:
-    """Return the cutting power P = F_y v_c / 60, W, (n,), v_c in m/min."""
-    return tangential_N * speed_m_min / 60.0
-
-
 def speed_m_min(diameter_mm: Array, speed_rpm: Array) -> Array:
     """Return the cutting speed v_c = π D n / 1000, m/min, (n,)."""
     return np.pi * diameter_mm * speed_rpm / 1000.0
+
+
+def speed_rpm(diameter_mm: Array, speed_m_min: Array) -> Array:
+    """Return the spindle speed n = 1000 v_c / (π D), rpm, (n,); 0 where there is no diameter."""
+    around_m = np.pi * diameter_mm / 1000.0
+    return np.divide(speed_m_min, around_m, out=np.zeros_like(around_m), where=around_m > 0.0)

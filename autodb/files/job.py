@@ -141,7 +141,13 @@ class JobCut(Section):
 
     @property
     def inward_deg(self) -> float | None:
-        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre."""
+        """Direction of a turning tool's feed: 0 along the axis to the chuck, 90 to the centre.
+
+        A face whose end is the larger diameter is cut away from the centre, at -90.
+        """
+        if self.operation == "face":
+            outward = (self.end_diameter_mm or 0.0) > (self.diameter_mm or 0.0)
+            return -90.0 if outward else 90.0
         if self.direction_deg is not None:
             return self.direction_deg
         if self.diameter_mm is None or self.end_diameter_mm is None or self.length_mm is None:
@@ -172,6 +178,22 @@ class JobCut(Section):
             "cutting.speed": rpm * per_rev_m,
         }
         return {name: value for name, value in stated.items() if value is not None}
+
+    @property
+    def changes_diameter(self) -> bool:
+        """Whether it goes from one diameter to another, so that torque and speed change."""
+        return self.end_diameter_mm not in (None, self.diameter_mm)
+
+    def conditions_at(self, share: float, tool_diameter_mm: float | None) -> dict[str, float]:
+        """Return ``conditions`` at a share of its time, 0 at its start, 1 at its end.
+
+        At one feed a revolution and one spindle speed the diameter changes evenly.
+        """
+        stated = self.conditions(tool_diameter_mm)
+        start_mm = self.diameter_mm or 0.0
+        now_mm = start_mm + share * ((self.end_diameter_mm or 0.0) - start_mm)
+        speed = stated["cutting.speed"] * now_mm / stated["work.diameter"]
+        return stated | {"work.diameter": now_mm, "cutting.speed": speed}
 
     def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
         """Return lowest and highest of what is stated, by channel: the same in one cut."""

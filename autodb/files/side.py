@@ -19,7 +19,8 @@ class FileColumn(Section):
     """Where a channel comes from: a column of the file, or a count of rows.
 
     ``row_in`` counts rows within each value of that column (``"*"``: within the file), times
-    ``step_s``. ``clips``: the machine itself limits this channel; a plateau at its extreme is true.
+    ``step_s``. ``sign``: 1 states that it is right as it is. ``clips``: the machine itself limits
+    this channel; a plateau at its extreme is true.
     """
 
     column: str | None = None
@@ -27,7 +28,7 @@ class FileColumn(Section):
     step_s: Positive = 1.0
     scale: Finite = 1.0
     unit: str | None = None
-    sign: Literal[-1, 1] = 1
+    sign: Literal[-1, 1] | None = None
     diameter: bool = False
     kind: Literal["iq", "rms", "peak", "percent"] | None = None
     rated_A: Positive | None = None

@@ -1,17 +1,16 @@
 """Forward along a program: what each of its lines will take, in the mean and at its largest."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.forward.prediction import COLUMNS, Interval, Peaks, PredictedCut, ToolOf, intervals
+from autodb.forward.course import OverTime, over_time
+from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
-from autodb.pairs.forecast import Forecast, Shares, expected_means, forecast
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import PairPosterior
 
@@ -19,8 +18,6 @@ Array = NDArray[np.float64]
 
 PEAKED = 3.0
 """Largest over mean of a line from which it is spoken of. Chosen."""
-QUANTITIES = 4
-"""Force x, y, z and torque: the columns of a forecast that peaks are of."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +25,9 @@ class ProgramLine:
     """A line of a program that cuts: its steps (n,), and the deepest moment within each.
 
     ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
-    time, ``deepest``: those where the chip is largest in it; ``widest``: those at the line's
-    largest diameter. ``fastest_rpm`` of the spindle along it.
+    time, ``extremes``: those where the chip is largest in it; ``widest``: those at the line's
+    largest diameter, ``ends``: where it begins and where it ends to cut. ``fastest_rpm`` of the
+    spindle along it.
     """
 
     name: str
@@ -37,7 +35,8 @@ class ProgramLine:
     operation: str
     time_s: Array
     steps: tuple[Conditions, ...]
-    deepest: tuple[Conditions, ...]
+    extremes: tuple[Conditions, ...]
+    ends: tuple[Conditions, Conditions]
     widest: Conditions
     fastest_rpm: float
 
@@ -46,7 +45,7 @@ class ProgramLine:
         return {
             channel: (
                 float(np.average([row[channel] for row in self.steps], weights=self.time_s)),
-                max(row[channel] for row in self.deepest),
+                max(row[channel] for row in self.extremes),
             )
             for channel in (DEPTH, FEED)
         }
@@ -62,36 +61,13 @@ def predict_lines(
     found: dict[int, PredictedCut] = {}
     for name in dict.fromkeys(line.operation for line in lines):
         some = [line for line in lines if line.operation == name]
-        means, peaks = _expected(posterior, tool, some, source)
-        passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
-        largest = intervals(peaks, passive=passive)
-        for at, (line, mean) in enumerate(
-            zip(some, intervals(means, passive=passive), strict=True)
-        ):
-            first = QUANTITIES * at
-            peak = _peaks(line, largest[first : first + QUANTITIES])
-            found[line.number] = _predicted(line, mean, peak)
+
+        def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
+            return _cuts(tool, some, rows, source)
+
+        for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
+            found[line.number] = _predicted(line, its)
     return tuple(found[line.number] for line in lines)
-
-
-def _expected(
-    posterior: PairPosterior, tool: ToolOf, lines: Sequence[ProgramLine], source: str
-) -> tuple[Forecast, Forecast]:
-    """Return means of lines (n,), and steps (4 n,), where each quantity is largest in its line."""
-    begins = np.cumsum([0, *(len(line.steps) for line in lines)])
-    share = np.concatenate([line.time_s / line.time_s.sum() for line in lines])
-    steps = _cuts(tool, lines, [row for line in lines for row in line.steps], source)
-    means = forecast(posterior, steps, Shares(begins[:-1], share))
-
-    deepest = [row for line in lines for row in line.deepest]
-    size = np.abs(expected_means(posterior, _cuts(tool, lines, deepest, source)))
-    largest = [
-        begin + int(np.argmax(size[begin:end, quantity]))
-        for begin, end in pairwise(begins.tolist())
-        for quantity in range(QUANTITIES)
-    ]
-    at_peak = _cuts(tool, lines, [deepest[row] for row in largest], source)
-    return means, forecast(posterior, at_peak)
 
 
 def _cuts(
@@ -109,31 +85,29 @@ def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
     for line in lines[:-1]:
         try:
             BY_NAME[line.operation].cuts(
-                tool.numbers, [*line.steps, *line.deepest], called=tool.name
+                tool.numbers, [*line.steps, *line.extremes], called=tool.name
             )
         except UnusableInput:
             return line.number
     return lines[-1].number
 
 
-def _peaks(line: ProgramLine, at_peak: Sequence[Sequence[Interval]]) -> Peaks:
-    x, y, z, torque = (one[k] for k, one in enumerate(at_peak))
-    return Peaks(x, y, z, torque, speed_rpm=line.fastest_rpm)
-
-
-def _predicted(line: ProgramLine, means: Sequence[Interval], peaks: Peaks) -> PredictedCut:
+def _predicted(line: ProgramLine, its: OverTime) -> PredictedCut:
+    x, y, z, torque, power = its.mean
     return PredictedCut(
         name=line.name,
         operation=line.operation,
         speed_rpm=line.widest[RPM],
         speed_m_min=line.widest[SPEED],
-        force_x_N=means[0],
-        force_y_N=means[1],
-        force_z_N=means[2],
-        torque_N_m=means[3],
-        power_W=means[4],
-        peaks=peaks,
+        force_x_N=x,
+        force_y_N=y,
+        force_z_N=z,
+        torque_N_m=torque,
+        power_W=power,
+        peaks=replace(its.peaks, speed_rpm=line.fastest_rpm),
         passive=PASSIVE_AXIS.get(line.operation),
+        start=its.start,
+        end=its.end,
     )
 
 

@@ -11,7 +11,7 @@ from itertools import chain
 from autodb.files import csvtext
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import SPINDLE, probability_beyond
-from autodb.forward.prediction import Interval, Peaks, PredictedCut
+from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class PredictedQuantity:
     axis: str | None = None
     key: str = ""
 
-    def of(self, cut: PredictedCut | Peaks) -> Interval | None:
-        """Return the interval of a cut or its peaks; None where these have it not."""
-        found: Interval | None = getattr(cut, self.field, None)
+    def of(self, some: PredictedCut | Peaks | Moment | None) -> Interval | None:
+        """Return the interval of a cut, its peaks or a moment; None where there are none."""
+        found: Interval | None = getattr(some, self.field, None)
         return found
 
     def limit(self, limits: Mapping[str, AxisLimits]) -> float | None:
@@ -42,6 +42,8 @@ QUANTITIES = (
     PredictedQuantity("spindle.power", "power_W", "W"),
 )
 ENDS = ("", ".low", ".high")
+STATISTICS = ("", ".start", ".end", ".peak")
+"""What is known of a quantity over the time of a cut; first its mean."""
 
 
 def prediction_as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]) -> str:
@@ -55,9 +57,8 @@ def prediction_as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLim
 
 
 def _columns(one: PredictedQuantity) -> list[str]:
-    peaks = [f"{one.channel}.peak{end}" for end in ENDS] if one.axis else []
     limit = [f"{one.channel}.limit", f"{one.channel}.chance"] if one.axis else []
-    return [*(f"{one.channel}{end}" for end in ENDS), *peaks, *limit]
+    return [*(f"{one.channel}{of}{end}" for of in STATISTICS for end in ENDS), *limit]
 
 
 def _row(number: int, cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> list[str]:
@@ -70,13 +71,14 @@ def _row(number: int, cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> li
 def _cells(
     one: PredictedQuantity, cut: PredictedCut, limits: Mapping[str, AxisLimits]
 ) -> list[str]:
-    """Return mean, peaks, the limit, and the probability that the larger of the two exceeds it."""
-    mean, peak = one.of(cut), None if cut.peaks is None else one.of(cut.peaks)
+    """Return mean, ends, peak, limit, and the probability that the peak, or mean, exceeds it."""
+    mean, *ends, peak = (one.of(some) for some in (cut, cut.start, cut.end, cut.peaks))
+    known = [*chain.from_iterable(_ends(each) for each in (mean, *ends, peak))]
     if one.axis is None:
-        return _ends(mean)
+        return known
     worst, limit = peak or mean, one.limit(limits)
     chance = None if worst is None or limit is None else probability_beyond(worst, limit)
-    return [*_ends(mean), *_ends(peak), _number(limit), _number(chance)]
+    return [*known, _number(limit), _number(chance)]
 
 
 def _ends(interval: Interval | None) -> list[str]:

@@ -1,35 +1,25 @@
-"""Forward: a posterior about a pair becomes forces, torque and power of cuts not yet made."""
+"""What a prediction of a cut is: its forces, torque and power with their 95 % intervals."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from autodb.cutting import endmill, tools
-from autodb.cutting.elements import Elements
 from autodb.cutting.turning import PASSIVE_AXIS
-from autodb.files.job import JobCut
 from autodb.fitting import NORMAL_95
-from autodb.pairs.engaged import BANDS, BY_NAME, CUTTING_TIME, Conditions, Stated, stated_milling
-from autodb.pairs.forecast import Forecast, forecast
-from autodb.pairs.observed import PairCuts, Variant
-from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
+from autodb.pairs.forecast import Forecast
 
-Array = NDArray[np.float64]
-
-COLUMNS = {"x": 0, "y": 1, "z": 2}
+_COLUMNS = {"x": 0, "y": 1, "z": 2}
 """Columns of a forecast that are forces, by component."""
-STEPS = 360
-"""Moments of a turn among which a milling cut's peaks are searched for."""
 PASSIVE_RAD = 0.2
 """Standard deviation of the thrust's direction, which no sensed force determines where one of its
 components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
 Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
+SAME_MM = 1e-6
+"""Difference of diameters below which they are one: what is left of a path's arithmetic."""
 ALL = 0.999
 """Share of a force from which on it is taken to be all along the cutting speed."""
-SLICE_MM = 0.2
-"""Height of a mill's slices then. Chosen: a peak is off by less than 0.5 % of what 0.05 mm give."""
 
 
 @dataclass(frozen=True)
@@ -43,27 +33,53 @@ class Interval:
 
 @dataclass(frozen=True)
 class Peaks:
-    """The largest forces and torque, by size, within a turn of a mill or along a program's line.
+    """The largest forces, torque and power, by size, within a mill's turn or along a cut.
 
-    ``speed_rpm``: the fastest along a line; None of a mill, which turns at one speed.
+    ``speed_rpm``: the fastest along a program's line; None where the spindle turns at one speed.
     """
 
     force_x_N: Interval
     force_y_N: Interval
     force_z_N: Interval
     torque_N_m: Interval
+    power_W: Interval
     speed_rpm: float | None = None
+
+    @property
+    def quantities(self) -> tuple[Interval, ...]:
+        """Force x, y, z, torque and power."""
+        return self.force_x_N, self.force_y_N, self.force_z_N, self.torque_N_m, self.power_W
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a cut takes at one moment, and the diameter and speeds that it has then."""
+
+    diameter_mm: float
+    speed_rpm: float
+    speed_m_min: float
+    force_x_N: Interval
+    force_y_N: Interval
+    force_z_N: Interval
+    torque_N_m: Interval
+    power_W: Interval
+
+    @property
+    def quantities(self) -> tuple[Interval, ...]:
+        """Force x, y, z, torque and power."""
+        return self.force_x_N, self.force_y_N, self.force_z_N, self.torque_N_m, self.power_W
 
 
 @dataclass(frozen=True)
 class PredictedCut:
-    """What one cut will take; of a mill, the mean over a turn, and ``peaks``.
+    """What one cut will take, in the mean.
 
-    Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
-    forces, torque and power are means in time along it, speeds those at its largest diameter, and
-    ``peaks`` the largest. ``passive``: the component that no drive of the machine senses, known
-    from the law alone. ``state``: the process state that it is predicted in; None: the pair's usual
-    one.
+    Of a mill that is the mean over a turn, and ``peaks`` are the largest. Of a cut that goes from
+    one diameter to another, and of a program's line, forces, torque and power are means in time
+    along it, speeds those at its largest diameter, ``peaks`` the largest, and ``start`` and ``end``
+    what it begins and ends with. ``passive``: the component that no drive of the machine senses,
+    known from the law alone. ``state``: the process state that it is predicted in; None: the pair's
+    usual one.
     """
 
     name: str
@@ -78,11 +94,28 @@ class PredictedCut:
     peaks: Peaks | None = None
     passive: str | None = None
     state: str | None = None
+    start: Moment | None = None
+    end: Moment | None = None
 
     @property
     def of_what(self) -> str:
         """Of what its peaks are the largest."""
-        return "in a turn" if self.operation in BANDS else "along the line"
+        return "in a turn" if self.operation in BANDS else "along the cut"
+
+    @property
+    def changes(self) -> bool:
+        """Whether it ends at another diameter than it starts at."""
+        if self.start is None or self.end is None:
+            return False
+        return abs(self.end.diameter_mm - self.start.diameter_mm) > SAME_MM
+
+    @property
+    def statistics(self) -> "tuple[tuple[str, Moment | Peaks], ...]":
+        """What is known of it beside its mean, by name: start, end and peak."""
+        named: list[tuple[str, Moment | Peaks | None]] = [(f"peak {self.of_what}", self.peaks)]
+        if self.changes:
+            named = [("start", self.start), ("end", self.end), *named]
+        return tuple((name, one) for name, one in named if one is not None)
 
 
 @dataclass(frozen=True)
@@ -98,74 +131,16 @@ class ToolOf:
         return self.numbers.get("diameter_mm")
 
 
-def predict(
-    posterior: PairPosterior, tool: ToolOf, cuts: Sequence[JobCut]
-) -> tuple[PredictedCut, ...]:
-    """Predict a job's cuts. Raises UnusableInput where the tool cannot make one."""
-    found: dict[int, PredictedCut] = {}
-    for name in dict.fromkeys(cut.operation for cut in cuts):
-        some = {k: cut for k, cut in enumerate(cuts) if cut.operation == name}
-        rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
-        expected = forecast(posterior, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
-        passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
-        means = intervals(expected, passive=passive)
-        for at, (k, cut) in enumerate(some.items()):
-            found[k] = _predicted(posterior, tool, cut, rows[at], means[at])
-    return tuple(found[k] for k in range(len(cuts)))
-
-
-def _predicted(
-    posterior: PairPosterior,
-    tool: ToolOf,
-    cut: JobCut,
-    conditions: Conditions,
-    means: Sequence[Interval],
-) -> PredictedCut:
-    mills = cut.operation in BANDS
-    return PredictedCut(
-        name=cut.name,
-        operation=cut.operation,
-        speed_rpm=conditions["spindle.speed"],
-        speed_m_min=conditions["cutting.speed"],
-        force_x_N=means[0],
-        force_y_N=means[1],
-        force_z_N=means[2],
-        torque_N_m=means[3],
-        power_W=means[4],
-        peaks=_peaks(posterior, tool, cut.operation, conditions) if mills else None,
-        passive=PASSIVE_AXIS.get(cut.operation),
-    )
-
-
-def _peaks(posterior: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
-    """Return a mill's peaks: each component at the moment where it is largest."""
-    assumed = tools.end_mill_of(tool.numbers)
-    cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])
-    theta = posterior.law.mean
-    turn = endmill.turn(theta, assumed.tool, cut, steps=STEPS, slice_mm=SLICE_MM)
-    moments = turn.angle_rad[np.argmax(np.abs(turn.forces.all[:, :4]), axis=0)]
-
-    def there(mill: endmill.EndMill) -> Elements:
-        return endmill.at_angles(mill, cut, moments, slice_mm=SLICE_MM)
-
-    variants = tuple(
-        Variant(f"{tool.name}: {usual.name}", there(other)) for usual, other in assumed.variants()
-    )
-    worn_s = conditions.get(CUTTING_TIME, 0.0)
-    worn = np.full(len(moments), worn_s) if worn_s else None
-    expected = forecast(posterior, PairCuts(operation, there(assumed.tool), variants, worn))
-    x, y, z, torque = (one[k] for k, one in enumerate(intervals(expected)[:4]))
-    return Peaks(x, y, z, torque)
-
-
-def intervals(expected: Forecast, *, passive: int | None = None) -> list[list[Interval]]:
+def intervals(expected: Forecast, *, operation: str | None = None) -> list[list[Interval]]:
     """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
-    ``passive``: the force that is not sensed, wider by what is not known of the thrust's direction.
+    The force that is passive in the ``operation`` is wider by what is not known of the thrust's
+    direction; None: none is.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
     mean, sd = expected.mean, expected.sd
+    passive = _COLUMNS.get(PASSIVE_AXIS.get(operation or "", ""))
     if passive is not None:
         sd = sd.copy()
         sd[:, passive] = np.hypot(sd[:, passive], PASSIVE_RAD * expected.turned[:, passive])
@@ -180,3 +155,8 @@ def intervals(expected: Forecast, *, passive: int | None = None) -> list[list[In
     high = np.where(one_sign, np.maximum(*ends), mean + half)
     each = zip(mean.tolist(), low.tolist(), high.tolist(), strict=True)
     return [[Interval(*three) for three in zip(*cut, strict=True)] for cut in each]
+
+
+def moment(conditions: Conditions, expected: Sequence[Interval]) -> Moment:
+    """Return the moment of a cut that has these conditions, and of which this is expected."""
+    return Moment(conditions[DIAMETER], conditions[RPM], conditions[SPEED], *expected)

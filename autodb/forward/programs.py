@@ -149,6 +149,8 @@ def _line(
         name: np.add.reduceat(values * step_s[rows], begins) / time_s
         for name, values in columns.items()
     }
+    # The spindle speed that has a part's mean cutting speed at its mean diameter
+    means[RPM] = turning.speed_rpm(means[DIAMETER], means[SPEED])
     chip_mm2 = columns[DEPTH] * columns[FEED]
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
@@ -158,10 +160,9 @@ def _line(
         operation=_operation(move),
         time_s=time_s,
         steps=_conditions(means),
-        deepest=_conditions({name: values[at] for name, values in columns.items()}),
-        widest={
-            name: float(values[np.argmax(columns[DIAMETER])]) for name, values in columns.items()
-        },
+        extremes=_conditions({name: values[at] for name, values in columns.items()}),
+        ends=(_one(columns, 0), _one(columns, -1)),
+        widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
     )
 
@@ -178,6 +179,10 @@ def _columns(done: ContourEngagement, rows: NDArray[np.intp]) -> dict[str, Array
         SPEED: turning.speed_m_min(diameter, rpm),
         DIRECTION: np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows])),
     }
+
+
+def _one(columns: Mapping[str, Array], row: int) -> Conditions:
+    return {name: float(values[row]) for name, values in columns.items()}
 
 
 def _begins(columns: Array) -> NDArray[np.intp]:
@@ -203,7 +208,7 @@ def _operation(move: Move) -> str:
     )
     if abs(inward) < SQUARE_DEG:
         return "turn"
-    return "face" if abs(inward - 90.0) < SQUARE_DEG else "taper"
+    return "face" if abs(abs(inward) - 90.0) < SQUARE_DEG else "taper"
 
 
 def _step_s(done: ContourEngagement) -> Array:

@@ -83,19 +83,27 @@ class CutOperation:
         return PairCuts(self.name, elements, named, worn_s if worn_s.any() else None, edges)
 
 
-def stated_speed_m_min(stated: Stated) -> Array:
-    """Return cutting speeds (n,) as stated, or of spindle speed and diameter; NaN: neither."""
-    by_spindle = turning.speed_m_min(stated[DIAMETER], stated[RPM])
-    return np.where(np.isfinite(stated[SPEED]), stated[SPEED], by_spindle)
+def _speed_m_min(stated: Stated, radius_mm: Array) -> Array:
+    """Return the speed (n,) at a radius; NaN where neither speed is stated.
+
+    A cutting speed alone is that at the work's diameter; where that is not known either, it is
+    taken as it is.
+    """
+    rpm, speed, diameter = stated[RPM], stated[SPEED], stated[DIAMETER]
+    rpm = np.where(np.isfinite(rpm), rpm, turning.speed_rpm(diameter, speed))
+    there = turning.speed_m_min(2.0 * radius_mm, rpm)
+    return np.where(np.isfinite(there) & np.isfinite(diameter), there, speed)
 
 
 def stated_turning(stated: Stated, inward_deg: Array) -> insert.TurnedCuts:
-    """Return turned cuts (n,) that feed ``inward_deg`` off the axis; speed NaN: not stated."""
+    """Return turned cuts (n,) that feed ``inward_deg`` off the axis; speed NaN: not stated.
+
+    The speed is that at the radius where the force acts, whichever diameter it was stated for.
+    """
     inward = np.radians(inward_deg)
-    facing = inward > insert.STEEPEST_RAD
     diameter, depth = stated.given(DIAMETER, 0.0), stated[DEPTH]
-    radius = turning.effective_radius_mm(diameter, depth, facing=facing)
-    return insert.TurnedCuts(stated[FEED], depth, stated_speed_m_min(stated), radius, inward)
+    radius = turning.effective_radius_mm(diameter, depth, inward_rad=inward)
+    return insert.TurnedCuts(stated[FEED], depth, _speed_m_min(stated, radius), radius, inward)
 
 
 def stated_milling(mill: endmill.EndMill, stated: Stated, band: Band) -> endmill.Milled:
@@ -127,7 +135,8 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
         if not known.all():
             off = np.where(known, 1.0, OFF)[:, None]
             edge = replace(elements.edge, speed_m_min=off * elements.edge.speed_m_min)
-            variants.append(Variant("cutting speed", replace(elements, edge=edge)))
+            faster = replace(elements, edge=edge, speed_rpm=off[:, 0] * elements.speed_rpm)
+            variants.append(Variant("cutting speed", faster))
         return elements, variants
 
     return made
@@ -180,6 +189,11 @@ def pocket_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     )
 
 
+def facing_deg(stated: Stated) -> Array:
+    """Return the direction of faces (n,): to the centre, or away from it where they state that."""
+    return np.where(stated.given(DIRECTION, 0.0) < 0.0, -90.0, 90.0)
+
+
 BANDS: dict[str, Band] = {
     "slot": slot_band, "side-up": side_up, "side-down": side_down, "ramp": slot_band,
     "pocket": pocket_band,
@@ -190,7 +204,7 @@ END_MILL: ToolKind = "end_mill"
 DRILL: ToolKind = "drill"
 OPERATIONS = (
     CutOperation("turn", _TURNED, _turns(lambda stated: 0.0 * stated[FEED])),
-    CutOperation("face", _TURNED, _turns(lambda stated: 0.0 * stated[FEED] + 90.0)),
+    CutOperation("face", _TURNED, _turns(facing_deg)),
     CutOperation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("slot", _MILLED, _mills(slot_band)),

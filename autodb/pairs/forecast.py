@@ -80,16 +80,25 @@ def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
 
 @dataclass(frozen=True)
 class Worn:
-    """What wear adds to cuts (n,): means (n, 5), their variance of edges that differ (n, 5).
+    """What wear adds to cuts (n,): means (n, 5), and what edges differ by (n, 5), a signed sd.
 
     ``slopes`` (n, 5, 2) by w along and across the edge; ``turned`` (n, 3): what a radian of the
     direction of the latter changes in forces.
     """
 
     mean: Array
-    own: Array
+    apart: Array
     slopes: Array
     turned: Array
+
+    @property
+    def own(self) -> Array:
+        """Variance (n, 5) of edges that differ."""
+        return self.apart**2
+
+    def over(self, steps: Shares) -> "Worn":
+        """Return the means over steps that one edge makes."""
+        return Worn(*map(steps.means, (self.mean, self.apart, self.slopes, self.turned)))
 
 
 def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
@@ -101,8 +110,8 @@ def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
     grown = edge_parts(cuts.elements) * posterior.wear.grown(cuts.worn_s)[:, None, None]
     size = posterior.state.mean[posterior.columns(WEAR)]
     mean = grown[..., :2] @ size
-    own = (posterior.wear.between * (grown[..., :2] @ np.array(posterior.wear.size))) ** 2
-    return Worn(mean, own, grown[..., :2], grown[:, :3, 2] * size[1])
+    apart = posterior.wear.between * (grown[..., :2] @ np.array(posterior.wear.size))
+    return Worn(mean, apart, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
 def _linear(theta: Array, cuts: PairCuts, off: Array) -> tuple[Array, Array, Array, Array]:
@@ -145,14 +154,11 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     if posterior.wear is not None:
         slopes[:, :, known.columns(WEAR)] = wear.slopes
     if over is not None:
-        if cuts.worn_s is not None:
-            raise TypeError("wear along the steps of a cut is not worked out")
         mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
+        wear = wear.over(over)
     open_ = np.vecdot(slopes @ known.state.covariance, slopes)
-    own = own_variance(posterior.scatter, posterior.off_law, parts) + (
-        wear.own if over is None else 0.0
-    )
+    own = own_variance(posterior.scatter, posterior.off_law, parts) + wear.own
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
-    turned = parts[:, :3, 2] + (wear.turned if over is None else 0.0)
+    turned = parts[:, :3, 2] + wear.turned
     return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, turned)

@@ -149,5 +149,6 @@ def _orthogonal(card: CardForces) -> Elements:
         kappa=(one, 0.0 * one),
         phi=(one, 0.0 * one),
         radius_mm=0.0 * one,
+        speed_rpm=np.zeros(1),
         frames=np.array([[[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]]),
     )

@@ -143,7 +143,7 @@ class Conversion:
     def _scale(self, name: str, spec: FileColumn) -> tuple[float, float]:
         """Return what a channel's numbers are multiplied by, and what is then added."""
         where = f"{self.path}: column '{spec.column or spec.row_in}'"
-        scale, offset = spec.scale * spec.sign * _KIND_TO_IQ.get(spec.kind or "iq", 1.0), 0.0
+        scale, offset = spec.scale * (spec.sign or 1) * _KIND_TO_IQ.get(spec.kind or "iq", 1.0), 0.0
         unit = self.stated_unit(name)
         if spec.kind == "percent" and spec.rated_A is not None:
             scale *= spec.rated_A / 100.0

@@ -1,5 +1,6 @@
 """Gather what a machine's report page shows from the database."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -62,7 +63,7 @@ def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
             checks=tuple(checks),
             job_name=prediction.job["name"],
             job_columns=("Speed", *forces, "Torque", "Power"),
-            job_rows=tuple(_job_row(cut) for cut in prediction.cuts),
+            job_rows=tuple(row for cut in prediction.cuts for row in _job_rows(cut)),
             trace_text=trace_text,
         )
 
@@ -237,14 +238,23 @@ def _headline(
     )
 
 
-def _job_row(cut: dict[str, Any]) -> JobRow:
+def _job_rows(cut: dict[str, Any]) -> Iterator[JobRow]:
+    """Yield a stored cut's mean, and its start and end where they are at other diameters."""
+    ends = {name: cut[name] for name in ("start", "end") if cut.get(name)}
+    changes = len({one["diameter_mm"] for one in ends.values()}) > 1
+    yield _job_row(cut["name"] + (": mean" if changes else ""), cut)
+    if changes:
+        yield from (_job_row(f"{cut['name']}: {name}", one) for name, one in ends.items())
+
+
+def _job_row(name: str, one: dict[str, Any]) -> JobRow:
     cells = [
-        f"{cut['speed_rpm']:.0f} rpm",
-        *(_span(cut[f"force_{component}_N"], "N") for component in "xyz"),
-        _span(cut["torque_N_m"], "N·m"),
-        _span(cut["power_W"], "kW", per=1000.0),
+        f"{one['speed_rpm']:.0f} rpm",
+        *(_span(one[f"force_{component}_N"], "N") for component in "xyz"),
+        _span(one["torque_N_m"], "N·m"),
+        _span(one["power_W"], "kW", per=1000.0),
     ]
-    return JobRow(cut["name"], tuple(cells))
+    return JobRow(name, tuple(cells))
 
 
 def _span(value: dict[str, float] | None, unit: str, *, per: float = 1.0) -> str:

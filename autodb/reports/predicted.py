@@ -25,8 +25,9 @@ FAR = 3.0
 Chosen."""
 GAP = 0.06
 """What is left between two quantities, a share of the picture."""
-SIDE = 0.12
-"""How far peaks stand beside their means, in cuts."""
+PLACES = {"start": -0.24, "mean": -0.08, "peak": 0.08, "end": 0.24}
+"""Where what is known of a cut stands beside its number, in cuts."""
+SYMBOLS = {"start": "triangle-right-open", "peak": "diamond-open", "end": "triangle-left-open"}
 
 
 def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> str:
@@ -44,6 +45,7 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
         notes=answer.notes,
         passive=any(cut.passive for cut in answer.cuts),
         peaks=", ".join(dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)),
+        changing=any(cut.changes for cut in answer.cuts),
         plot=plot(answer, limits),
         prediction=answer.prediction_id,
         version=__version__,
@@ -79,18 +81,16 @@ def _title(one: PredictedQuantity, operations: Sequence[str], limit: float | Non
 
 
 def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
-    """Return the means, and the peaks beside them; warned of where a limit may go."""
+    """Return means, and starts, ends and peaks beside them; warned of where a limit may go."""
     warned = {(each.cut, each.axis) for each in answer.exceeds if each.unit == one.unit}
     marks: dict[tuple[str, str], list[tuple[float, Interval, str]]] = {}
     for number, cut in enumerate(answer.cuts, start=1):
-        peak = None if cut.peaks is None else one.of(cut.peaks)
         tone = "warn" if (number, one.axis) in warned else "corrected"
-        for found, name, offset in (
-            (one.of(cut), "mean" if peak else "predicted", -SIDE if peak else 0.0),
-            (peak, f"peak {cut.of_what}", SIDE),
-        ):
+        others = {name: one.of(some) for name, some in cut.statistics}
+        for name, found in {"mean" if others else "predicted": one.of(cut), **others}.items():
             if found is not None:
-                marks.setdefault((name, tone), []).append((number + offset, found, cut.name))
+                at = number + (PLACES[name.split(" ", maxsplit=1)[0]] if others else 0.0)
+                marks.setdefault((name, tone), []).append((at, found, cut.name))
     return [_marked(some, name, tone, one.unit) for (name, tone), some in marks.items()]
 
 
@@ -109,7 +109,7 @@ def _marked(
         "type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low,
         "color": figures.colour(tone), "thickness": 1.6, "width": 4,
     }  # fmt: skip
-    symbol = "diamond-open" if name.startswith("peak") else "circle"
+    symbol = SYMBOLS.get(name.split(" ", maxsplit=1)[0], "circle")
     return go.Scatter(
         x=x,
         y=value,
@@ -131,7 +131,7 @@ def _draw_limit(
     ends = [
         end
         for cut in answer.cuts
-        for found in (one.of(cut), None if cut.peaks is None else one.of(cut.peaks))
+        for found in (one.of(cut), one.of(cut.peaks))
         if found is not None
         for end in (found.low, found.high)
     ]

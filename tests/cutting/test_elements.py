@@ -280,3 +280,13 @@ def test_gradients_and_parts_of_sums() -> None:
         whole = cut_forces(known, elements).all
         parts = force_parts(known, elements)
         assert_allclose(parts[..., :2].sum(axis=-1), whole, rtol=1e-10, atol=1e-9)
+
+
+def test_a_face_cut_outward_is_one_cut_inward_in_a_mirror() -> None:
+    """Across the axis: pushed against its feed, off the same finished surface."""
+    tool = Insert(0.8, 95.0, included_deg=80.0)
+    inward, outward = (
+        cut_forces(STEEL, insert.insert_elements(tool, turned(inward_deg=angle))).force_N[0]
+        for angle in (90.0, -90.0)
+    )
+    assert_allclose(outward, inward * [-1.0, 1.0, 1.0], rtol=1e-9)

@@ -61,7 +61,7 @@ def test_percentages_are_readable(limit: float, said: str) -> None:
 def test_a_mills_peak_counts_not_its_mean() -> None:
     """The mean is well below the limit, the peak of a turn half as often above as below."""
     most = Interval(500.0, 402.0, 598.0)
-    peaks = Peaks(most, most, most, most)
+    peaks = Peaks(most, most, most, most, most)
     milled = replace(CUT, force_x_N=Interval(100.0, 90.0, 110.0), peaks=peaks)
     limits = {"x": AxisLimits(force_N=500.0)}
     (one,) = exceeding([milled], limits)

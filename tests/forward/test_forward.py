@@ -6,16 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from autodb.errors import UnusableInput
 from autodb.files.job import KEYS, OPERATIONS, JobCut, Operation
-from autodb.forward import prediction
+from autodb.forward import job_cuts
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import any_metal
 from tests.helpers.known_pairs import INSERT, known
+
+Array = NDArray[np.float64]
 
 MILL = ToolOf(
     "mill",
@@ -30,19 +33,34 @@ SLOT = JobCut(name="s", operation="slot", depth_mm=2.0, feed_mm_tooth=0.05, spee
 
 
 def one(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> PredictedCut:
-    (found,) = prediction.predict(posterior, tool, [cut])
+    (found,) = job_cuts.predict(posterior, tool, [cut])
     return found
 
 
 def test_torque_and_power_follow_from_the_tangential_force() -> None:
-    """Torque times angular speed at the machined diameter is the cutting power."""
+    """Both are at the mean radius over the depth, 26 mm, where the force acts."""
     done = one(known(), INSERT, TURN)
     assert_allclose(done.torque_N_m.value, done.force_y_N.value * 0.026)
     assert_allclose(done.speed_m_min, np.pi * 50)
     omega = 1000 * 2 * np.pi / 60
-    assert_allclose(done.power_W.value, done.force_y_N.value * 0.025 * omega, rtol=1e-12)
+    assert_allclose(done.power_W.value, done.force_y_N.value * 0.026 * omega, rtol=1e-12)
     assert done.passive == "x"
     assert one(known(), INSERT, TURN.model_copy(update={"operation": "face"})).passive == "z"
+
+
+def test_the_laws_speed_is_that_where_the_force_acts() -> None:
+    """A speed stated for the work's diameter and the spindle's speed mean the same cut."""
+    (asked,) = known_edges({"spindle.speed": 1000.0})
+    (stated,) = known_edges({"cutting.speed": 10 * np.pi})
+    (outer,) = known_edges({"spindle.speed": 1000.0, "cutting.speed": 14 * np.pi})
+    assert_allclose([asked, stated, outer], 12 * np.pi, rtol=1e-12)
+
+
+def known_edges(speed: dict[str, float]) -> Array:
+    """Return the speed of the edge of a cut of D 10 mm and a_p 2 mm that states a speed."""
+    row = {"cutting.feed": 0.2, "cutting.depth": 2.0, "work.diameter": 10.0} | speed
+    made = BY_NAME["turn"].cuts(INSERT.numbers, [row], called="insert")
+    return made.elements.edge.speed_m_min[:, 0]
 
 
 def test_either_speed_gives_the_other() -> None:
@@ -54,7 +72,7 @@ def test_either_speed_gives_the_other() -> None:
 def test_cuts_together_and_alone_are_the_same() -> None:
     """Whatever operations stand between them."""
     cuts = [TURN, TURN.model_copy(update={"operation": "face"}), replace_(TURN, depth_mm=1.0)]
-    together = prediction.predict(known(), INSERT, cuts)
+    together = job_cuts.predict(known(), INSERT, cuts)
     for cut, found in zip(cuts, together, strict=True):
         assert found == one(known(), INSERT, cut)
 
@@ -131,7 +149,9 @@ def test_every_operation_is_predicted(operation: Operation) -> None:
     tool = {"turning_insert": INSERT, "end_mill": MILL, "drill": DRILL}[BY_NAME[operation].kind]
     done = one(known(), tool, cut)
     assert done.power_W.value > 0
-    assert_allclose(done.power_W.value, done.torque_N_m.value * 1500 * np.pi / 30, rtol=0.06)
+    for end in ("value", "low", "high"):
+        torque_N_m, power_W = getattr(done.torque_N_m, end), getattr(done.power_W, end)
+        assert_allclose(power_W, torque_N_m * 1500 * np.pi / 30, rtol=1e-9)
     assert (done.peaks is not None) == (BY_NAME[operation].kind == "end_mill")
     assert set(BY_NAME) == set(KEYS)
 

@@ -204,6 +204,7 @@ CALIBRATIONS = (
         "two units at once", "autodb calibrate cuts.csv",
         lathe(force_y=1e-3, cutting_depth=0.01),
     ),
+    Case("a force on the work", "autodb calibrate cuts.csv", lathe(force_y=-1.0, force_z=-1.0)),
     Case("a card of another kind", "autodb calibrate cuts.csv --card card.txt", cuts()),
     Case("two cuts exchanged", "autodb calibrate cuts.csv", exchanged),
     Case(

@@ -131,7 +131,7 @@ def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -
             found.coefficients,
             MeasuredCuts(one, feed * rpm / 60.0, rpm, feed, depth, np.full(1, np.nan)),
         )[0]
-        slopes = np.append(slopes, 1.0)
+        slopes = np.append(slopes, [1.0, 0.0])  # and no choice of the form within the range
         shared = slopes @ found.shared_covariance @ slopes
         assert_allclose(cut.shared**2, shared, rtol=1e-9)
         assert_allclose(cut.half, NORMAL_95 * np.sqrt(found.errors.cut_sd**2 + shared), rtol=1e-9)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
+from autodb.files.job import JobCut
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.sample import job_forces_N
 from tests.helpers.expected import LEARNT_FROM, OF_CUTS, answer
@@ -16,7 +17,7 @@ QUANTITIES = ("force_x_N", "force_y_N", "force_z_N", "torque_N_m", "power_W")
 TAPER_DEG = 20.0
 SAME = 1e-6
 """Share of its interval by which a number may differ between processors."""
-MISSED = {"stepped_shaft": 1, "facing": 2, "contour": 11}
+MISSED = {"stepped_shaft": 1, "facing": 3, "contour": 11}
 """Intervals that do not hold the truth, for the reasons that the test says."""
 
 
@@ -62,7 +63,7 @@ def test_a_job_holds_the_virtual_truth(of_cuts: tuple[str, dict[str, Any]]) -> N
     correct interval misses in one day of twenty. The recordings are fixed: their spindle read 8 %
     low when it was calibrated, twice the standard deviation of a day, and their edges wore. The
     virtual lathe's forces know no nose, where the law has it thin the chip: cuts shallower than the
-    nose is round come out too high. None is off by more than 3.7 standard deviations.
+    nose is round come out too high. None is off by more than 3.75 standard deviations.
     """
     job, found = of_cuts
     missed = 0
@@ -72,7 +73,7 @@ def test_a_job_holds_the_virtual_truth(of_cuts: tuple[str, dict[str, Any]]) -> N
             interval = cut[f"force_{component}_N"]
             half_N = 0.5 * (interval["high"] - interval["low"])
             off = abs(interval["value"] - force_N) / half_N
-            assert off < 3.7 / 1.96, (cut["name"], component)
+            assert off < 3.75 / 1.96, (cut["name"], component)
             missed += int(off >= 1.0)
     assert missed == MISSED[job]
 
@@ -88,6 +89,12 @@ def _truth(asked: dict[str, Any]) -> Any:
     )
 
 
+def _inward_deg(asked: dict[str, Any]) -> float:
+    if asked["operation"] == "face":
+        return 90.0
+    return JobCut.model_validate(asked).inward_deg or 0.0
+
+
 def test_torque_and_power_are_those_at_the_largest_diameter(
     of_cuts: tuple[str, dict[str, Any]],
 ) -> None:
@@ -95,8 +102,11 @@ def test_torque_and_power_are_those_at_the_largest_diameter(
     for cut, asked in zip(found["cuts"], found["job"]["cut"], strict=True):
         largest_mm = max(asked["diameter_mm"], asked["end_diameter_mm"] or 0.0)
         assert_allclose(cut["speed_m_min"], math.pi * largest_mm * cut["speed_rpm"] / 1000.0)
-        power_W = cut["force_y_N"]["value"] * cut["speed_m_min"] / 60.0
-        assert_allclose(cut["power_W"]["value"], power_W)
-        radial_mm = 0.0 if asked["operation"] == "face" else asked["depth_mm"]
+        omega = math.tau * cut["speed_rpm"] / 60.0
+        ends = [one for one in (cut["start"], cut["end"]) if one is not None]
+        for one in (cut, *ends):
+            assert_allclose(one["power_W"]["value"], one["torque_N_m"]["value"] * omega)
+        there = max(ends, key=lambda one: one["diameter_mm"], default=cut)
+        radial_mm = asked["depth_mm"] * math.cos(math.radians(_inward_deg(asked)))
         arm_m = (largest_mm + radial_mm) / 2000.0
-        assert_allclose(cut["torque_N_m"]["value"], cut["force_y_N"]["value"] * arm_m)
+        assert_allclose(there["torque_N_m"]["value"], there["force_y_N"]["value"] * arm_m)

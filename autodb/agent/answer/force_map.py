@@ -92,6 +92,6 @@ def _layer(
     mean = np.array([getattr(cut, one.field).value for cut in cuts]).reshape(shape)
     if limit is None:
         return Layer(one, mean, np.zeros(shape), None)
-    worst = [one.of(cut if cut.peaks is None else cut.peaks) for cut in cuts]
+    worst = [one.of(cut.peaks or cut) for cut in cuts]
     chance = np.array([0.0 if each is None else probability_beyond(each, limit) for each in worst])
     return Layer(one, mean, chance.reshape(shape), limit)

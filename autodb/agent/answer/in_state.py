@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, aliased
 from autodb.agent.learn.learnt_from import LearntFrom, learnt_from
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.files.job import JobCut
-from autodb.forward import prediction
+from autodb.forward import job_cuts
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import CUTTING_TIME, FLANK_WEAR, SPEED
 from autodb.pairs.posterior import PairPosterior
@@ -62,7 +62,7 @@ def predict_in_states(
     ``posterior``: of the usual state; ``states``: None where the machine has not learnt the pair.
     """
     if states is None or not states.others:
-        return prediction.predict(posterior, tool, cuts), []
+        return job_cuts.predict(posterior, tool, cuts), []
     which = [states.implied(cut.conditions(tool.diameter_mm)) for cut in cuts]
     found: dict[int, PredictedCut] = {}
     used = list({id(one): one for one in which if one is not None}.values())
@@ -70,7 +70,7 @@ def predict_in_states(
         numbers = [k for k, one in enumerate(which) if one is state]
         its = posterior if state is None else state.posterior
         name = None if state is None else state.row.state
-        made = prediction.predict(its, tool, [cuts[k] for k in numbers])
+        made = job_cuts.predict(its, tool, [cuts[k] for k in numbers])
         found |= {k: replace(one, state=name) for k, one in zip(numbers, made, strict=True)}
     return tuple(found[k] for k in range(len(cuts))), [state.row for state in used]
 

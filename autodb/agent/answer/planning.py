@@ -20,7 +20,7 @@ from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.fitting import NORMAL_95
-from autodb.forward import prediction
+from autodb.forward import job_cuts
 from autodb.forward.limits import exceeding
 from autodb.pairs.determined import (
     PossibleMeasurement,
@@ -305,5 +305,5 @@ def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[f
 
 
 def _may_exceed(known: KnownPair, cut: JobCut, limits: Mapping[str, AxisLimits]) -> bool:
-    done = prediction.predict(known.posterior, known.tool, [cut])
+    done = job_cuts.predict(known.posterior, known.tool, [cut])
     return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))

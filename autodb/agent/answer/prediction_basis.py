@@ -21,6 +21,8 @@ from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
 from autodb.store import models
 
+PROFILED = ("face", "taper", "contour")
+"""Operations that change the diameter."""
 RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
 
 
@@ -112,6 +114,7 @@ class PredictionBasis:
         """Say what a planner has to know of predicted cuts."""
         return (
             *self.notes(cuts),
+            *_open_ended(cuts),
             *said_of_states(found),
             *said_of_wear(self.known.posterior, self.known.tool, cuts, found),
         )
@@ -157,6 +160,17 @@ def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
             yield (
                 f"cut {number} '{cut.name}': in the state '{cut.state}', which its speed or the "
                 "wear of its edge implies"
+            )
+
+
+def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
+    """Say which cuts go to a diameter that is not stated: what they take is that of their start."""
+    for number, cut in enumerate(cuts, start=1):
+        if cut.operation in PROFILED and cut.end_diameter_mm is None:
+            name = f" '{cut.name}'" if cut.name else ""
+            yield (
+                f"cut {number}{name}: its torque and power are those at its start, "
+                f"{cut.diameter_mm:g} mm; state end_diameter_mm for their mean and end"
             )
 
 

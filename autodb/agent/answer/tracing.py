@@ -9,6 +9,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.rows.calibrations import as_calibration
@@ -17,6 +18,7 @@ from autodb.cutting import shear
 from autodb.errors import NotThere, near
 from autodb.fitting import NORMAL_95
 from autodb.sensing.ranges.forms import stored_form
+from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.store import Store, models
 
 ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
@@ -73,9 +75,19 @@ def _sensed(session: Session, row: models.SensedForce) -> Node:
     sources = [_recording(session, row.cut.recording)]
     if row.calibration is not None:
         sources.append(_calibration(session, row.calibration))
+        text += _beyond(row, row.calibration)
     if row.sensor is not None:
         sources.append(_sensor(session, row.sensor))
     return Node(text, sources)
+
+
+def _beyond(row: models.SensedForce, by: models.CalibrationVersion) -> str:
+    """Return what of a force's cut its calibration was not made with, and what that adds."""
+    if by.domain is None or not row.common or not row.common[-1]:
+        return ""
+    table = cuts_as_table([row.cut], path=Path(row.cut.recording.path))
+    _, said = left_domain(table, as_calibration(by))
+    return f", and ± {row.common[-1]:.1f} N {said}"
 
 
 def _sensor(session: Session, row: models.Estimator) -> Node:

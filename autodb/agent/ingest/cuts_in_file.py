@@ -11,10 +11,11 @@ from autodb.agent.rows.content import of_cut
 from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of
 from autodb.files.side import SideFile
-from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.engaged import BY_NAME, DIRECTION
 from autodb.records import EDGE, CutTable, Recording, RecordingSource
 from autodb.sensing.ranges import faults, raw
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.ranges.feeding import feeds_outward
 from autodb.store import models
 
 _CONDITION_PREFIXES = (
@@ -53,6 +54,7 @@ def cuts_in(
     cuts, notes = (table, ()) if isinstance(table, CutTable) else _raw_cut(table, progress)
     _refuse_unmeasured(cuts)
     faults.refuse(source.path, faults.checks_of_units(cuts, tuple(COMPONENT_OF_AXIS)))
+    faults.refuse(source.path, faults.checks_of_signs(cuts))
     return cuts, notes
 
 
@@ -97,7 +99,8 @@ def _is_condition(name: str) -> bool:
     return name.startswith(_CONDITION_PREFIXES) or name == "t"
 
 
-def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
+def _cut_row(table: CutTable, row: int, signs: dict[str, int], *, outward: bool) -> models.Cut:
+    """Return a row of a table as a cut; ``outward``: it faces away from the axis."""
     row_of = {name: float(channel[row]) for name, channel in table.channels.items()}
     values = {name: value for name, value in row_of.items() if np.isfinite(value)}
     texts = {name: column[row] for name, column in table.texts.items() if column[row]}
@@ -106,6 +109,8 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int]) -> models.Cut:
     }
     if EDGE in texts:
         conditions[EDGE] = texts[EDGE]
+    if outward:
+        conditions[DIRECTION] = -90.0
     measured = {
         name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
         for name, value in values.items()
@@ -142,12 +147,12 @@ def made_cuts(session: Session, owner: models.Machine, cuts: CutTable) -> list[m
     """Return the cuts of a table as rows, not yet of a recording."""
     signs = {axis.name: axis.current_sign for axis in owner.axes}
     pairs: dict[tuple[str, str], int | None] = {}
-    rows = []
+    rows, outward = [], feeds_outward(cuts)
     for row in range(len(cuts)):
         named = _pair_names(cuts, row)
         if named not in pairs:
             pairs[named] = _pair_id(session, *named, cuts.side)
-        made = _cut_row(cuts, row, signs)
+        made = _cut_row(cuts, row, signs, outward=bool(outward[row]))
         made.pair_id, made.content = pairs[named], of_cut(made, *named)
         rows.append(made)
     return rows

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.sensing.ranges.calibration import Calibration, Scores
+from autodb.sensing.ranges.domain import Domain, NearForm
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.outliers import Outlier
@@ -24,7 +26,7 @@ def keep_calibration(
     coefficients = calibration.coefficients.tolist()
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
         alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
-        separated = last.cut_sd is not None
+        separated = last.cut_sd is not None and last.domain is not None
         close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
         if separated and close:
             return last.version, False
@@ -53,6 +55,7 @@ def keep_calibration(
             reference_share=calibration.errors.reference_share,
             current_sd=calibration.errors.current_sd,
             group_covariance=_listed(calibration.errors.group),
+            domain=_kept_domain(calibration.domain),
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -135,7 +138,32 @@ def as_calibration(row: models.CalibrationVersion) -> Calibration:
         current_low=row.current_low,
         current_high=row.current_high,
         holds=holds_for(row),
+        domain=_domain(row.domain),
     )
+
+
+def _kept_domain(domain: Domain | None) -> dict[str, Any] | None:
+    """Return a domain as JSON takes it: ranges, and kind, coefficients and weight of its rivals."""
+    if domain is None:
+        return None
+    rivals = [
+        {"kind": one.form.kind, "coefficients": one.coefficients.tolist(), "weight": one.weight}
+        for one in domain.rivals
+    ]
+    ranges = {name: list(ends) for name, ends in domain.ranges.items()}
+    return {"ranges": ranges, "target": list(domain.target), "rivals": rivals}
+
+
+def _domain(kept: dict[str, Any] | None) -> Domain | None:
+    if kept is None:
+        return None
+    rivals = tuple(
+        NearForm(stored_form(one["kind"], None), np.array(one["coefficients"]), one["weight"])
+        for one in kept["rivals"]
+    )
+    ranges = {name: (low, high) for name, (low, high) in kept["ranges"].items()}
+    low, high = kept["target"]
+    return Domain(ranges, (low, high), rivals)
 
 
 def _error_kinds(row: models.CalibrationVersion) -> ErrorKinds:

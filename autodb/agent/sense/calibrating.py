@@ -18,9 +18,12 @@ from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration, faults
 from autodb.sensing.ranges.calibration import Calibration
+from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated
 from autodb.store import Store, models
 
+FEWEST = 2
+"""Cuts of a feed direction from which on it shares the gain of the other. Chosen."""
 FORCE_COMPONENTS = tuple(sorted(calibration.COMPONENT_OF_AXIS.values()))
 
 
@@ -55,9 +58,9 @@ def calibrate_table(
     feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
     UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
     """
-    faults.refuse(
-        table.path, faults.checks_of_units(table, axes, known or faults.KnownOfCuts(protocol))
-    )
+    known = known or faults.KnownOfCuts(protocol)
+    faults.refuse(table.path, faults.checks_of_units(table, axes, known))
+    faults.refuse(table.path, faults.checks_of_signs(table, known))
     names = names or [f"cut {number:g}" for number in table.cut]
     parts = {axis: partition(holds_of(table, axis)) for axis in axes}
     forces = known_forces(table, protocol)
@@ -68,7 +71,7 @@ def calibrate_table(
     done: list[Calibration] = []
     left_out: list[str] = []
     for axis, groups in parts.items():
-        out = unstated(holds_of(table, axis), groups)
+        out = unstated(holds_of(table, axis), groups, moving(table, axis))
         left_out += [f"{table.path}: axis {axis}: {out}"] if out else []
         for holds, rows in groups.items():
             found = _calibrated(table, axis, holds, rows, protocol=protocol, axes=axes)
@@ -110,12 +113,13 @@ def _calibrated(
 ) -> Calibration | str:
     """Calibrate one of the axes on some rows, or return why it cannot be, in a sentence."""
     where = f" ({holds.words()})" if holds != ANY else ""
+    beside = _other_way(table, axis, holds)
     forces = {c: _only(force, rows) for c, force in known_forces(table, protocol).items()}
     silent = faults.silent(table, forces, axes)
     if axis in silent:
         return f"{table.path}: {silent[axis].sentence}{where}"
     try:
-        return replace(_calibrate(table, axis, rows, protocol), holds=holds)
+        return replace(_calibrate(table, axis, rows, protocol, beside), holds=holds)
     except UnusableInput as error:
         return f"{error}{where}"
     except Undetermined:
@@ -139,15 +143,36 @@ def known_forces(
     }
 
 
+def _other_way(table: CutTable, axis: str, holds: Holds) -> NDArray[np.bool_] | None:
+    """Return the cuts (n,) that differ from those of a calibration in the feed's direction alone.
+
+    None where they, or its own, are too few to have a level.
+    """
+    moves, parts = moving(table, axis), partition(holds_of(table, axis))
+    own = int((parts[holds] & moves).sum())
+    for other, rows in parts.items():
+        beside = rows & moves
+        if other.against(holds) == ["feed_direction"] and min(own, int(beside.sum())) >= FEWEST:
+            return beside
+    return None
+
+
 def _calibrate(
-    table: CutTable, axis: str, rows: NDArray[np.bool_], protocol: standard.CutProtocol | None
+    table: CutTable,
+    axis: str,
+    rows: NDArray[np.bool_],
+    protocol: standard.CutProtocol | None,
+    other_way: NDArray[np.bool_] | None,
 ) -> Calibration:
-    component = calibration.COMPONENT_OF_AXIS[axis]
+    component, share = calibration.COMPONENT_OF_AXIS[axis], 0.0
     if protocol is None:
-        return calibration.calibrate(table, axis, force_N=_only(table[f"force.{component}"], rows))
-    reference = standard.reference_forces(table, protocol, component)
+        force_N = table[f"force.{component}"]
+    else:
+        reference = standard.reference_forces(table, protocol, component)
+        force_N, share = reference.force_N, reference.share
+    used = rows if other_way is None else rows | other_way
     return calibration.calibrate(
-        table, axis, force_N=_only(reference.force_N, rows), reference_share=reference.share
+        table, axis, force_N=_only(force_N, used), reference_share=share, other_way=other_way
     )
 
 
@@ -180,9 +205,9 @@ def calibrate_machine(
                 for cut in cuts
             }.values()
         )
-        known = faults.KnownOfCuts(protocol, as_file(owner))
+        known = faults.KnownOfCuts(protocol, as_file(owner), _signs_stated(cuts))
         names = _names(cuts)
-        _refuse_wrong_units(cuts, axes, known)
+        _refuse_faulty(cuts, axes, known)
         machine_id = owner.id
     if progress:
         progress("fitting and scoring on held-out groups")
@@ -228,10 +253,17 @@ def _calibration_cuts(
     ]
 
 
-def _refuse_wrong_units(
+def _signs_stated(cuts: list[models.Cut]) -> frozenset[str]:
+    """Return the channels of which a recording's side file states that their sign is right."""
+    sides = {cut.recording_id: cut.recording.side.get("channels", {}) for cut in cuts}
+    channels = [one for side in sides.values() for one in side.items()]
+    return frozenset(name for name, spec in channels if spec.get("sign") == 1)
+
+
+def _refuse_faulty(
     cuts: list[models.Cut], axes: tuple[str, ...], known: faults.KnownOfCuts
 ) -> None:
-    """Check each recording by itself: one in a wrong unit would drown among the others.
+    """Check each recording by itself: one in a wrong unit or sign would drown among the others.
 
     A shop's cuts beside the standard ones are no fault, so the protocol is left to all of them.
     """
@@ -240,6 +272,8 @@ def _refuse_wrong_units(
         own = [cut for cut in cuts if cut.recording_id == recording_id]
         table = cuts_as_table(own, path=_named(own))
         faults.refuse(table.path, faults.checks_of_units(table, axes, alone))
+        signs = replace(alone, signs=_signs_stated(own))
+        faults.refuse(table.path, faults.checks_of_signs(table, signs))
 
 
 def _names(cuts: list[models.Cut]) -> list[str]:

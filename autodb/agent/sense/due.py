@@ -3,12 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holds_for
 from autodb.agent.rows.refresh_cursor import Span
+from autodb.sensing.ranges.calibration import current_signal
+from autodb.sensing.ranges.feeding import moving
+from autodb.sensing.ranges.sensed_force import left_domain
+from autodb.sensing.ranges.validity import holds_of
 from autodb.store import models
 
 MANY, SHARE = 5, 0.2
@@ -71,16 +78,40 @@ def other_conditions(look: _Look, row: models.CalibrationVersion) -> str | None:
 
 
 def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None:
-    """Say that currents go beyond those that the axis was calibrated with."""
-    read = [cut.measured[row.channel] for cut in look.cuts if row.channel in cut.measured]
-    high = [abs(value) for value in read if abs(value) > row.current_high]
+    """Say that currents go beyond those that the axis was calibrated with, in cuts like these."""
+    if not look.cuts:
+        return None
+    table = cuts_as_table(look.cuts, path=Path(look.cuts[0].recording.path))
+    signal = current_signal(table, row.axis)
+    if signal is None or signal[0] != row.channel:
+        return None
+    alike = [not holds_for(row).against(cut) for cut in holds_of(table, row.axis)]
+    read = np.abs(signal[1][np.array(alike) & moving(table, row.axis)])
+    most = max(abs(row.current_low), abs(row.current_high))
+    high = read[read > most]
     if not _many(len(high), look):
         return None
     return (
-        f"{len(high)} of the {len(look.cuts)} new cuts took more than the {row.current_high:.3g} "
-        f"{row.current_unit} that it was calibrated up to, the most {max(high):.3g} "
+        f"{len(high)} of the {len(look.cuts)} new cuts took more than the {most:.3g} "
+        f"{row.current_unit} that it was calibrated up to, the most {high.max():.3g} "
         f"{row.current_unit}"
     )
+
+
+def outside_domain(look: _Look, row: models.CalibrationVersion) -> str | None:
+    """Say that cuts were made with what the axis was not calibrated with."""
+    found = as_calibration(row)
+    if not look.cuts or found.domain is None:
+        return None
+    every = cuts_as_table(look.cuts, path=Path(look.cuts[0].recording.path))
+    alike = [not found.holds.against(cut) for cut in holds_of(every, row.axis)]
+    some = [cut for cut, is_alike in zip(look.cuts, alike, strict=True) if is_alike]
+    if not some:
+        return None
+    count, said = left_domain(cuts_as_table(some, path=every.path), found)
+    if not _many(count, look):
+        return None
+    return f"{count} of the {len(look.cuts)} new cuts are {said}; their intervals are wider"
 
 
 def sensor_changed(look: _Look, row: models.CalibrationVersion) -> str | None:
@@ -110,6 +141,7 @@ CHECKS: tuple[Callable[[_Look, models.CalibrationVersion], str | None], ...] = (
     refused,
     other_conditions,
     beyond_calibrated,
+    outside_domain,
     sensor_changed,
     old,
 )

@@ -128,8 +128,13 @@ def _surest(forces: Sequence[models.SensedForce]) -> list[models.SensedForce]:
 
 
 def _whole_sd_N(force: models.SensedForce) -> float:
-    """Return a force's standard deviation; with its gain's of a sensor that is no range."""
+    """Return a force's standard deviation; with its gain's of a sensor that is no range.
+
+    Of a range with what the form's choice adds beyond what its calibration was made with.
+    """
     shared = 0.0 if force.sensor is None else gain_share(force) * float(force.value_N or 0.0)
+    if force.common and force.calibration is not None and force.calibration.domain is not None:
+        shared = float(force.common[-1])
     return float(np.hypot(float(force.sd_N or 0.0), shared))
 
 
@@ -238,8 +243,14 @@ class Readings:
             error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
             self._add(error, sensed, *((one @ references)[:, None] for one in (shift, share)))
 
+        # The form's choice, beyond what the calibration was made with
+        if calibration.domain is not None and common[:, -1].any():
+            error = Shared(f"{CALIBRATION} {row.id} beyond its range", np.eye(1))
+            self._add(error, sensed, common[:, -1:], np.zeros((len(common), 1)))
+
         # A day's offset and gain: the offset moves what was read by the derivative kept with it
-        offset = common[:, p:] if common.shape[1] > p else np.zeros((len(common), 1))
+        known = kinds.group is not None
+        offset = common[:, p : p + 1] if known else np.zeros((len(common), 1))
         shift = np.column_stack([shift, offset]) @ day_moves(scaling)
         share = np.column_stack([share, 0.0 * offset]) @ day_moves(scaling)
         for recording in sorted(set(self._recordings[sensed].tolist())):

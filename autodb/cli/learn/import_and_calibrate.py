@@ -299,6 +299,8 @@ def _show_calibrations(done: "list[Calibration]") -> None:
         say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} held-out "
             f"groups ({s.grouped_by})")  # fmt: skip
         say(f"axis {c.called}: RMSE {c.trials_words()}")
+        if c.domain is not None:
+            say(f"axis {c.called}: calibrated range: {c.domain.words(c.unit)}")
         for form in c.close:
             say(f"axis {c.called}: {form} is nearly as good a form")
         if not c.offered:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from autodb.agent.learn.known import Behind
     from autodb.files.machine import AxisLimits
     from autodb.forward.limits import Exceeding
-    from autodb.forward.prediction import Interval, PredictedCut
+    from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
@@ -123,28 +123,35 @@ def behind_words(behind: "Behind") -> str:
 
 
 def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
-    """Print predicted cuts; the peaks of mills and of a program's lines below the means."""
+    """Print predicted cuts; below the means their start and end, where these differ, and peaks."""
     rows = table(
         title, "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
         ">power W",
     )  # fmt: skip
     for cut in cuts:
         forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
+        name = cut.name or cut.operation
         rows.add_row(
-            cut.name or cut.operation,
+            f"{name}: mean" if cut.changes else name,
             f"{cut.speed_rpm:.0f}",
             f"{cut.speed_m_min:.0f}",
             *(interval(v) + (" *" if axis == cut.passive else "") for axis, v in forces.items()),
             interval(cut.torque_N_m),
             interval(cut.power_W),
         )
-        if cut.peaks is not None:
-            peaks = cut.peaks
-            largest = (peaks.force_x_N, peaks.force_y_N, peaks.force_z_N, peaks.torque_N_m)
-            rows.add_row(f"  peak {cut.of_what}", "", "", *(interval(v) for v in largest), "")
+        for called, some in cut.statistics:
+            rows.add_row(f"  {called}", *_speeds(some), *(interval(v) for v in some.quantities))
     show(rows)
     if any(cut.passive for cut in cuts):
         say("* passive force: no drive senses it; it comes from the law alone")
+
+
+def _speeds(some: "Moment | Peaks") -> tuple[str, str]:
+    from autodb.forward.prediction import Moment
+
+    if isinstance(some, Moment):
+        return f"{some.speed_rpm:.0f}", f"{some.speed_m_min:.0f}"
+    return "", ""
 
 
 def interval(value: "Interval") -> str:

@@ -15,11 +15,12 @@ from autodb.fitting.anfis.sentences import Rules, rule_sentences
 from autodb.records import CutTable
 from autodb.reports.card import conditions
 from autodb.sensing.ranges import calibration as ranges
-from autodb.sensing.ranges.calibration import Calibration, Points, of_current
+from autodb.sensing.ranges.calibration import Calibration, Points
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
 from autodb.sensing.ranges.outliers import transients
+from autodb.sensing.ranges.sensed_force import of_current
 
 Array = NDArray[np.float64]
 

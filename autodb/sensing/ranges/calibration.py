@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
+from autodb.cutting.turning import torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.ranges.choosing import (
@@ -27,15 +27,20 @@ from autodb.sensing.ranges.choosing import (
     several,
     try_forms,
 )
+from autodb.sensing.ranges.domain import OF_FEED, OF_SPINDLE, Domain, domain_of, near_forms
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
+from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import (
+    BOTH_WAYS_FORMS,
     FEED_FORMS,
     FEED_SETS,
     SPINDLE_FORMS,
     SPINDLE_SETS,
     TANGENTIAL_FORMS,
     CurrentForm,
+    FittedForm,
     MeasuredCuts,
+    of_one_way,
 )
 from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.outliers import Outlier, outliers, transients
@@ -68,7 +73,8 @@ class Calibration:
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
-    ``holds``: of which cuts it senses the force.
+    ``holds``: of which cuts it senses the force; ``domain``: what its cuts were; None: a
+    calibration of before, which did not keep it.
     """
 
     form: CurrentForm
@@ -89,6 +95,12 @@ class Calibration:
     current_high: float
     close: tuple[str, ...] = ()
     holds: Holds = ANY
+    domain: Domain | None = None
+
+    @property
+    def law(self) -> FittedForm:
+        """The form with its coefficients."""
+        return FittedForm(self.coefficients, self.covariance, self.form)
 
     @property
     def called(self) -> str:
@@ -99,12 +111,17 @@ class Calibration:
     def shared_covariance(self) -> Array:
         """Covariance of coefficients and offset that is common to all that is sensed with them.
 
-        (p + 1, p + 1), or (p, p) where no offset was fitted.
+        (p + 1, p + 1), or (p, p) where no offset was fitted; then one more, of variance 1, of the
+        form's choice beyond the domain, where that is known.
         """
         shared = self.errors.shared(self.form.scaling(self.coefficients))
         p = len(self.coefficients)
         shared[:p, :p] += self.covariance
-        return shared
+        if self.domain is None:
+            return shared
+        wider = np.pad(shared, (0, 1))
+        wider[-1, -1] = 1.0
+        return wider
 
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
@@ -128,20 +145,6 @@ class Calibration:
             f"{verb}: {what} on held-out groups ({s.grouped_by}), lower bound {side} "
             f"{OFFER_R_SQUARED}"
         )
-
-
-@dataclass(frozen=True)
-class SensedForces:
-    """Force of every row: value and per-cut sd (NaN where not sensed), and why not.
-
-    ``common`` is the derivative of the force by the calibration's coefficients and offset, a column
-    for each of the shared covariance: the error that all rows share is common · N(0, shared).
-    """
-
-    force_N: Array
-    sd_N: Array
-    common: Array
-    not_sensed: list[str | None]
 
 
 def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
@@ -181,10 +184,17 @@ class Points:
         )
 
 
-def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = None) -> Points:
+def calibration_points(
+    table: CutTable,
+    axis: str,
+    *,
+    force_N: Array | None = None,
+    other_way: NDArray[np.bool_] | None = None,
+) -> Points:
     """Return the current and the reference force or torque of the cuts in which an axis moves.
 
     ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
+    ``other_way`` (n,): cuts of the axis' other direction, which come mirrored.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
@@ -201,70 +211,108 @@ def calibration_points(table: CutTable, axis: str, *, force_N: Array | None = No
             f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
             f"force.{component}; use {MIN_GROUPS} or more"
         )
-    return Points(
+    points = Points(
         channel=signal[0],
         unit=unit,
         cut=table.cut[used],
-        sensed=_sensed(table, axis, signal[1]).at(used),
+        sensed=measured_cuts(table, axis, signal[1]).at(used),
         target=target[used],
         groups=groups,
         grouped_by=grouped_by,
     )
+    return points if other_way is None else _mirrored(points, other_way[used])
+
+
+def _mirrored(points: Points, other_way: NDArray[np.bool_]) -> Points:
+    """Return points of which those of the axis' other direction are seen in a mirror.
+
+    Their force changes its sign, and their current where it has one: where it goes with the force
+    one way in both directions, as a signed current does and a range, which never falls, does not.
+    """
+    rising = [
+        float(np.cov(points.sensed.current[rows], points.target[rows])[0, 1]) > 0.0
+        for rows in (other_way, ~other_way)
+    ]
+    turned = np.where(other_way, -1.0, 1.0)
+    sign = turned if rising[0] == rising[1] else np.ones_like(turned)
+    current = sign * points.sensed.current
+    sensed = replace(points.sensed, current=current, other_way=other_way.astype(np.float64))
+    return replace(points, sensed=sensed, target=turned * points.target)
 
 
 def calibrate(
-    table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+    table: CutTable,
+    axis: str,
+    *,
+    force_N: Array | None = None,
+    reference_share: float = 0.0,
+    other_way: NDArray[np.bool_] | None = None,
 ) -> Calibration:
     """Fit one axis' form on the cuts in which it moves, scored on groups left out.
 
     ``force_N`` as in ``calibration_points``. ``reference_share``: relative standard deviation that
-    all references share.
+    all references share. ``other_way`` (n,): cuts of a feed axis' other direction, which tell of
+    the gain too.
 
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
-    points = calibration_points(table, axis, force_N=force_N)
+    points = calibration_points(table, axis, force_N=force_N, other_way=other_way)
     sudden = transients(points.sensed.current, points.target, points.groups)
     sound = points.at(~sudden)
-    forms = _forms(table, axis, points.unit)
+    forms = _forms(table, axis, points.unit) if other_way is None else BOTH_WAYS_FORMS
     trials = try_forms(forms, sound.sensed, sound.target, sound.groups, folds=FOLDS)
     form = best(trials, sound.groups).form
     law = form.fit(sound.sensed, sound.target)
     scores = _scores(assessed(trials, sound.groups), sound)
-    estimate = law.form.value(law.coefficients, sound.sensed)
-    slopes, off = law.form.slopes(law.coefficients, sound.sensed), sound.target - estimate
-    order = np.argsort(sound.cut)
+    cuts = _fitted_cuts(law, sound)
     errors, covariance = error_kinds_of(
-        FittedCuts(
-            estimate[order],
-            off[order],
-            slopes[order],
-            law.covariance,
-            None if sound.grouped_by == CONDITION else sound.groups[order],
-            sound.sensed.at(order).current_sd,
-            by_current(law.form, law.coefficients, sound.sensed.at(order))[0],
-        ),
-        rmse=scores.rmse,
-        day_share=DAY_SHARE[axis],
-        reference_share=reference_share,
+        cuts, rmse=scores.rmse, day_share=DAY_SHARE[axis], reference_share=reference_share
     )
+    own = of_one_way(replace(law, covariance=covariance))
+    one_way = sound.sensed.one_way
+    currents = sound.sensed.at(one_way).current
+    rivals = near_forms(trials, form, sound.sensed, sound.target, sound.groups)
     return Calibration(
-        form=law.form,
+        form=own.form,
         axis=axis,
         component=COMPONENT_OF_AXIS[axis],
         channel=points.channel,
         current_unit=table.unit(points.channel.split(" − ", maxsplit=1)[0]),
         unit=points.unit,
-        coefficients=law.coefficients,
-        covariance=covariance,
+        coefficients=own.coefficients,
+        covariance=own.covariance,
         errors=errors,
         scores=scores,
         scores_with_transients=_scores(_of_all(form, points), points) if sudden.any() else scores,
         transients=tuple(points.cut[sudden].tolist()),
-        outliers=outliers(law, slopes, off, sound.cut),
-        trials={trial.form.label: trial.rmse for trial in trials},
+        outliers=outliers(law, cuts.slopes, cuts.error, np.sort(sound.cut)),
+        trials={own.form.label if t.form is form else t.form.label: t.rmse for t in trials},
         close=tuple(one.label for one in close(trials, sound.groups)),
-        current_low=float(sound.sensed.current.min()),
-        current_high=float(sound.sensed.current.max()),
+        current_low=float(currents.min()),
+        current_high=float(currents.max()),
+        domain=domain_of(
+            own,
+            sound.sensed.at(one_way),
+            sound.target[one_way],
+            rivals,
+            conditions=OF_FEED if axis in FEED_AXES else OF_SPINDLE,
+        ),
+    )
+
+
+def _fitted_cuts(law: FittedForm, sound: Points) -> FittedCuts:
+    """Return what a law says of the cuts that it was fitted to, in their order."""
+    order = np.argsort(sound.cut)
+    sensed, target = sound.sensed.at(order), sound.target[order]
+    estimate = law.form.value(law.coefficients, sensed)
+    return FittedCuts(
+        estimate,
+        target - estimate,
+        law.form.slopes(law.coefficients, sensed),
+        law.covariance,
+        None if sound.grouped_by == CONDITION else sound.groups[order],
+        sensed.current_sd,
+        by_current(law.form, law.coefficients, sensed)[0],
     )
 
 
@@ -287,8 +335,8 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
 
 
-def _sensed(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
-    """Return what an axis sensed in every row."""
+def measured_cuts(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
+    """Return what an axis measured in every row."""
     names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
     speed_rpm, feed_mm, depth_mm, temperature_C = (
         np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
@@ -312,20 +360,8 @@ def current_sd(table: CutTable, axis: str) -> Array | None:
 
 def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
     """Return what the line predicts: spindle torque where the torque arm is known, else force."""
-    if axis == "spindle" and "work.diameter" in table and "cutting.depth" in table:
-        return torque_N_m(force_N, _radius_mm(table)), "N·m"
-    return force_N, "N"
-
-
-def _radius_mm(table: CutTable) -> Array:
-    facing = np.array([o == "face" for o in table.texts.get("operation", [""] * len(table))])
-    return effective_radius_mm(table["work.diameter"], table["cutting.depth"], facing=facing)
-
-
-def moving(table: CutTable, axis: str) -> NDArray[np.bool_]:
-    """Return which rows move the axis: a passive one stands still, its current shows nothing."""
-    operations = table.texts.get("operation", [""] * len(table))
-    return np.array([PASSIVE_AXIS.get(operation) != axis for operation in operations])
+    arm_mm = torque_arm_mm(table) if axis == "spindle" else None
+    return (force_N, "N") if arm_mm is None else (torque_N_m(force_N, arm_mm), "N·m")
 
 
 def _scores(errors: Array, points: Points) -> Scores:
@@ -340,57 +376,3 @@ def _scores(errors: Array, points: Points) -> Scores:
         groups=len(np.unique(groups)),
         grouped_by=points.grouped_by,
     )
-
-
-def sense(table: CutTable, calibration: Calibration) -> SensedForces:
-    """Return the force that a calibrated axis senses in every row of a table."""
-    signal = current_signal(table, calibration.axis)
-    n = len(table)
-    if signal is None:
-        why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
-        common = np.zeros((n, len(calibration.shared_covariance)))
-        return SensedForces(np.full(n, np.nan), np.full(n, np.nan), common, why)
-    sensed_there, form = _sensed(table, calibration.axis, signal[1]), calibration.form
-    target = form.value(calibration.coefficients, sensed_there)
-    to_N = _newtons_per_target(table, calibration)
-    moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
-    sensed = moves & known
-    still = f"{calibration.axis} stands still: a passive force shows in no current"
-    unknown = (
-        f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
-        "its calibration takes, for this cut"
-    )
-    reason = [
-        None if ok else still if not moved else unknown
-        for ok, moved in zip(sensed, moves, strict=True)
-    ]
-    force = np.where(sensed, target * to_N, np.nan)
-    spread = np.hypot(calibration.errors.cut_sd, form.beyond(sensed_there))
-    spread = np.hypot(spread, of_current(calibration, sensed_there))
-    sd = np.where(sensed, spread * np.abs(to_N), np.nan)
-    slopes = form.slopes(calibration.coefficients, sensed_there)
-    if calibration.errors.group is not None:
-        slopes = np.column_stack([slopes, np.ones(n)])
-    return SensedForces(force, sd, slopes * to_N[:, None], reason)
-
-
-def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:
-    """Return the standard deviation (n,) that the currents' own error gives the target.
-
-    A cut that does not state its error has that of the calibration's cuts; where these stated none
-    it is in the error of a cut.
-    """
-    usual = calibration.errors.current_sd
-    if not usual:
-        return np.zeros_like(sensed.current)
-    stated = np.full_like(sensed.current, np.nan) if sensed.stated_sd is None else sensed.stated_sd
-    rising, _ = by_current(calibration.form, calibration.coefficients, sensed)
-    return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
-
-
-def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:
-    if calibration.unit == "N":
-        return np.ones(len(table))
-    if "work.diameter" not in table or "cutting.depth" not in table:
-        return np.full(len(table), np.nan)
-    return 1000.0 / _radius_mm(table)

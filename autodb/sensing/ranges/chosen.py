@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
-from autodb.sensing.ranges.calibration import Calibration, sense
+from autodb.sensing.ranges.calibration import Calibration
+from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
+from autodb.sensing.ranges.sensed_force import sense, stands_still
 from autodb.sensing.ranges.validity import holds_of, which
 
 Array = NDArray[np.float64]
@@ -39,11 +41,13 @@ def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[Sen
     """
     axis = calibrations[0].axis
     sensed = [sense(table, one) for one in calibrations]
-    chosen = choose(table, calibrations)
+    chosen, moves = choose(table, calibrations), moving(table, axis)
     measured = []
     for row, by in enumerate(chosen):
         reason = by if isinstance(by, str) else sensed[by].not_sensed[row]
-        if isinstance(by, str):
+        if isinstance(by, str) and not moves[row]:
+            measured.append(SensedCut(None, None, None, None, stands_still(axis)))
+        elif isinstance(by, str):
             measured.append(SensedCut(None, None, None, None, f"{axis} was {reason}"))
         elif not calibrations[by].offered:
             measured.append(

@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
+from autodb.sensing.ranges.feeding import LEAST_FEED_MM_S
 
 GEARED = "spindle"
 """The axis that changes gear and grows warm."""
 STATED = ("gear_range", "coolant", "spindle_state")
 """What a side file's [recording] states of all its cuts; text columns of tables gathered."""
-LEAST_FEED_MM_S = 0.01
-"""Mean velocity of an axis in a cut below which it has no direction. Chosen: 0.6 mm/min."""
 SPOKEN = {
     "gear_range": "gear range",
     "coolant": "coolant",
@@ -121,9 +120,17 @@ def _alike(cuts: Sequence[Holds], name: str) -> str | None:
     return next((value for value in values if value is not None), None)
 
 
-def unstated(cuts: Sequence[Holds], groups: dict[Holds, NDArray[np.bool_]]) -> str | None:
-    """Return how many cuts (n,) are in none of the groups, and what they would have to state."""
-    out = len(cuts) - sum(int(rows.sum()) for rows in groups.values())
+def unstated(
+    cuts: Sequence[Holds], groups: dict[Holds, NDArray[np.bool_]], moves: NDArray[np.bool_]
+) -> str | None:
+    """Return how many cuts (n,) are in none of the groups, and what they would have to state.
+
+    A cut in which the axis does not move states nothing of it.
+    """
+    left = moves.copy()
+    for rows in groups.values():
+        left &= ~rows
+    out = int(left.sum())
     if not out:
         return None
     lacking = " and ".join(SPOKEN[name] for name in SPOKEN if name in _several(cuts))

@@ -31,6 +31,7 @@ class CalibrationVersion(Base):
     shares are relative and common to all cuts, as is by how much a new tool, material or day
     differs, ``group_covariance`` (2, 2) of an offset and a share of gain; NULL: all of it is in
     scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
+    ``domain``: what its cuts were, and laws nearly as good; NULL: not kept before.
     """
 
     __tablename__ = "calibration"
@@ -76,6 +77,7 @@ class CalibrationVersion(Base):
     reference_share: Mapped[float | None]
     current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
+    domain: Mapped[dict[str, Any] | None]
     undone_at: Mapped[str | None]
     recordings: Mapped[list[StoredRecording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)

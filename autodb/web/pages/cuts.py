@@ -7,6 +7,7 @@ from starlette.datastructures import QueryParams
 
 from autodb.errors import UnusableInput
 from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
+from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.reports.figures import force_title, number, span
 from autodb.web.routes.asked import as_cut
@@ -97,25 +98,27 @@ def cut_in_words(cut: JobCut) -> str:
 
 def prediction_spans(
     cut: PredictedCut, beside: Sequence[PredictedCut] = ()
-) -> list[tuple[str, str, str, str]]:
-    """Return what a cut takes: quantity, value, 95 % interval, and the peak's where it has one.
+) -> list[tuple[str, str, str, list[tuple[str, str]]]]:
+    """Return what a cut takes: quantity, mean, 95 % interval, and start, end and peak by name.
 
     ``beside``: cuts that share its column titles.
     """
     operations = [one.operation for one in (cut, *beside)]
-    peaks = cut.peaks
-    rows = [
-        (force_title(name, operations), getattr(cut, f"force_{name}_N"), "N",
-         None if peaks is None else getattr(peaks, f"force_{name}_N"))
-        for name in "xyz"
-    ]  # fmt: skip
-    rows.append(("Spindle torque", cut.torque_N_m, "N·m", peaks.torque_N_m if peaks else None))
-    rows.append(("Cutting power", cut.power_W, "W", None))
+    titles = [*(force_title(name, operations) for name in "xyz"), "Spindle torque", "Cutting power"]
+    rows = zip(titles, QUANTITIES, strict=True)
     return [
-        (what, f"{number(one.value)} {unit}", span(one.low, one.high, unit), _peak(peak, unit))
-        for what, one, unit, peak in rows
+        (
+            what,
+            *_in_words(quantity.of(cut), quantity.unit),
+            [
+                (name, "{} ({})".format(*_in_words(quantity.of(some), quantity.unit)))
+                for name, some in cut.statistics
+            ],
+        )
+        for what, quantity in rows
     ]
 
 
-def _peak(peak: Interval | None, unit: str) -> str:
-    return "" if peak is None else f"{number(peak.value)} ({span(peak.low, peak.high, unit)})"
+def _in_words(one: Interval | None, unit: str) -> tuple[str, str]:
+    assert one is not None
+    return f"{number(one.value)} {unit}", span(one.low, one.high, unit)

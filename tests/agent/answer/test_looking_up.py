@@ -344,7 +344,7 @@ def test_a_cut_s_name_that_is_a_formula_is_written_as_text() -> None:
 def test_a_mill_s_row_has_peaks_and_its_chance_is_theirs() -> None:
     mean, peak = Interval(100.0, 80.4, 119.6), Interval(200.0, 180.4, 219.6)
     cut = PredictedCut(
-        "a", "slot", 3000.0, 94.0, mean, mean, mean, mean, mean, Peaks(peak, peak, peak, peak)
+        "a", "slot", 3000.0, 94.0, mean, mean, mean, mean, mean, Peaks(peak, peak, peak, peak, peak)
     )
     (row,) = csv.DictReader(prediction_as_csv([cut], {"x": AxisLimits(force_N=200.0)}).splitlines())
     assert (row["force.x"], row["force.x.peak"], row["force.x.chance"]) == ("100", "200", "0.5")

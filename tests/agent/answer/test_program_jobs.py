@@ -14,7 +14,7 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobCut, JobProgram, read_job
 from autodb.files.machine import AxisLimits
 from autodb.fitting import Gaussian
-from autodb.forward import along, prediction, programs
+from autodb.forward import along, job_cuts, programs
 from autodb.forward.limits import exceeding
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
@@ -55,11 +55,13 @@ def test_a_longitudinal_line_takes_what_its_cut_takes(tmp_path: Path) -> None:
     """Through air first, of which nothing counts; the edge's way over the land is all alike."""
     (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n"))
     cut = JobCut(diameter_mm=56, depth_mm=2, feed_mm_rev=0.2, speed_rpm=1000)
-    (same,) = prediction.predict(known(), INSERT, [cut])
+    (same,) = job_cuts.predict(known(), INSERT, [cut])
     assert (line.operation, line.passive) == ("turn", "x")
     assert_allclose([line.speed_rpm, line.speed_m_min], [same.speed_rpm, same.speed_m_min])
     for name in (*FORCES, "power_W"):
         assert_allclose(_ends(getattr(line, name)), _ends(getattr(same, name)), rtol=SAME)
+    turning = np.array(_ends(line.torque_N_m)) * 1000 * np.pi / 30
+    assert_allclose(_ends(line.power_W), turning, rtol=1e-9)
     assert line.peaks is not None
     for name in FORCES:
         assert_allclose(_ends(getattr(line.peaks, name)), _ends(getattr(same, name)), rtol=SAME)
@@ -70,7 +72,7 @@ def test_a_facing_line_at_one_speed_takes_the_forces_of_its_cut(tmp_path: Path) 
     found = _follow(tmp_path, "G96 S200\nG0 X62 Z-1\nG1 X20 F.2\n")
     (line,) = _predict(found)
     cut = JobCut(operation="face", diameter_mm=60, depth_mm=1, feed_mm_rev=0.2, speed_m_min=200)
-    (same,) = prediction.predict(known(), INSERT, [cut])
+    (same,) = job_cuts.predict(known(), INSERT, [cut])
     assert line.operation == "face"
     for name in FORCES[:3]:
         assert_allclose(_ends(getattr(line, name)), _ends(getattr(same, name)), rtol=SAME)
@@ -253,11 +255,11 @@ def test_a_job_of_a_program_is_answered_as_others_are(
     job = sample_jobs / "nc_profile" / "job.toml"
     done = cli("predict", job, "--machine", "lathe-1", "--csv", "a.csv", "--plot", "a.html")
     assert done.code == 0
-    assert "peak along the line" in done.out
+    assert "peak along the cut" in done.out
     assert "11 lines cut for 45.9 s, of 47.9 s at a feed" in done.out
     assert "'line 28: G90 G1 Z-40': its largest torque is" in done.out
     assert len((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()) == 12
-    assert "diamonds peaks along the line" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "diamonds peaks along the cut" in (tmp_path / "a.html").read_text(encoding="utf-8")
     answer = json.loads(cli("predict", job, "--machine", "lathe-1", "--json").out)
     assert len(answer["cuts"]) == 11
     assert all(cut["peaks"]["torque_N_m"] for cut in answer["cuts"])
@@ -267,3 +269,27 @@ def test_a_job_of_a_program_is_answered_as_others_are(
         JOB + '[program]\nfile = "none.nc"\nstock_diameter_mm = 60\n', encoding="utf-8"
     )
     assert "none.nc: No such file" in refused("predict", "job.toml", "--machine", "lathe-1")
+
+
+def test_a_job_says_the_course_of_its_cuts_and_one_power(cli: Cli, tmp_path: Path) -> None:
+    """Power is torque times angular speed, at the radius where the force acts, 6 mm."""
+    for command in ("init", "machine add lathe-1"):
+        assert cli(*command.split()).code == 0
+    cut = "depth_mm = 2\nfeed_mm_rev = 0.2\nspeed_rpm = 1000\n"
+    job = tmp_path / "job.toml"
+    job.write_text(
+        f'{JOB}[[cut]]\ndiameter_mm = 10\n{cut}[[cut]]\noperation = "face"\ndiameter_mm = 60\n'
+        f'end_diameter_mm = 20\n{cut}[[cut]]\noperation = "face"\ndiameter_mm = 60\n{cut}',
+        encoding="utf-8",
+    )
+    done = cli("predict", job, "--machine", "lathe-1")
+    for said in ("face: mean", "start", "end", "peak along the cut"):
+        assert said in done.out
+    assert "cut 3: its torque and power are those at its start, 60 mm" in done.out
+    answer = json.loads(cli("predict", job, "--machine", "lathe-1", "--json").out)
+    turn, face, _ = answer["cuts"]
+    assert_allclose(turn["torque_N_m"]["value"], 0.006 * turn["force_y_N"]["value"])
+    for one in (turn, face, face["start"], face["end"], face["peaks"]):
+        omega = 1000 * np.pi / 30
+        assert_allclose(one["power_W"]["value"], one["torque_N_m"]["value"] * omega)
+    assert_allclose(face["torque_N_m"]["value"], 0.02 * face["force_y_N"]["value"], rtol=1e-3)

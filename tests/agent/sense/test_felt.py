@@ -14,8 +14,8 @@ from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.sense.sensed import as_observed
 from autodb.pairs.observed import CHIP
-from autodb.sensing.ranges.calibration import sense
 from autodb.sensing.ranges.forms import LAWS, CurrentForm, MeasuredCuts
+from autodb.sensing.ranges.sensed_force import sense
 from autodb.store import models, open_store
 from tests.conftest import Cli
 

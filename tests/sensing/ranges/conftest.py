@@ -1,6 +1,8 @@
 """Calibrations that are made once for the same cuts."""
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
@@ -20,8 +22,14 @@ def calibrated_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calibrate = calibration.calibrate
 
     def once(
-        table: CutTable, axis: str, *, force_N: Array | None = None, reference_share: float = 0.0
+        table: CutTable,
+        axis: str,
+        *,
+        force_N: Array | None = None,
+        reference_share: float = 0.0,
+        other_way: NDArray[np.bool_] | None = None,
     ) -> calibration.Calibration:
+        assert other_way is None, "these tables have one direction"
         others = tuple(f"{other}.current" for other in AXES if other != axis)
         own = {n: v.tobytes() for n, v in table.channels.items() if not n.startswith(others)}
         force = None if force_N is None else force_N.tobytes()

@@ -14,6 +14,7 @@ from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.outliers import transients
+from autodb.sensing.ranges.sensed_force import sense
 
 RNG = np.random.default_rng(4)
 N = 60
@@ -58,7 +59,7 @@ def test_a_passive_axis_is_not_calibrated_and_not_sensed() -> None:
     facing = _table()
     calibration = ranges.calibrate(facing, "z")
     turned = CutTable(path=facing.path, channels=facing.channels, texts={"operation": ["face"] * N})
-    sensed = ranges.sense(turned, calibration)
+    sensed = sense(turned, calibration)
     assert np.isnan(sensed.force_N).all()
     assert all("stands still" in str(reason) for reason in sensed.not_sensed)
 
@@ -105,9 +106,9 @@ def test_a_spindles_gain_follows_its_temperature_where_that_is_recorded() -> Non
     assert with_it.scores.rmse < 0.25
     assert without.scores.rmse > 0.4
     fresh = _warming(np.random.default_rng(9), 400, recorded=True)
-    error = ranges.sense(fresh, with_it).force_N - fresh["force.y"]
+    error = sense(fresh, with_it).force_N - fresh["force.y"]
     assert float(np.sqrt(np.mean(error**2))) < 1.3 * 150.0 / 30.0
-    blind = ranges.sense(_warming(np.random.default_rng(9), 4, recorded=False), with_it)
+    blind = sense(_warming(np.random.default_rng(9), 4, recorded=False), with_it)
     assert np.isnan(blind.force_N).all()
     assert all("spindle temperature" in str(reason) for reason in blind.not_sensed)
 
@@ -116,19 +117,19 @@ def test_facing_turns_the_work_on_the_machined_radius() -> None:
     from autodb.cutting.turning import effective_radius_mm
 
     diameter, depth = np.array([40.0, 40.0]), np.array([2.0, 2.0])
-    radius = effective_radius_mm(diameter, depth, facing=np.array([False, True]))
+    radius = effective_radius_mm(diameter, depth, inward_rad=np.array([0.0, 0.5 * np.pi]))
     assert_allclose(radius, [21.0, 20.0])
 
 
 def test_sensed_force_carries_both_kinds_of_error() -> None:
     table = _table()
     calibration = ranges.calibrate(table, "z")
-    sensed = ranges.sense(table, calibration)
+    sensed = sense(table, calibration)
     assert_allclose(sensed.force_N, table["force.z"], atol=5 * 10.0)
     assert_allclose(sensed.sd_N, calibration.errors.cut_sd)
     assert_allclose(calibration.errors.cut_sd, calibration.scores.rmse, rtol=0.05)
     change = np.array([5.0, -2.0])
-    moved = ranges.sense(
+    moved = sense(
         table,
         ranges.Calibration(
             **{**vars(calibration), "coefficients": calibration.coefficients + change}

@@ -30,17 +30,18 @@ def checks(table: CutTable, known: faults.KnownOfCuts | None = None) -> Iterator
     forces = forces_of(table)
     yield from faults.silent_axes(table, forces, AXES).values()
     yield from faults.checks_of_units(table, AXES, known)
+    yield from faults.checks_of_signs(table, known)
     yield from faults.exchanged(table, forces, AXES, names_of(table))
 
 
 def test_sound_machines_pass_every_check() -> None:
-    """60 lathes, half of them with 118 cuts at drawn conditions; 6 checks each."""
+    """60 lathes, half of them with 118 cuts at drawn conditions; 7 checks each."""
     tables = [lathe_cuts(seed) for seed in range(30)]
     tables += [as_table(campaign(seed).calibration) for seed in range(30)]
     for table in tables:
         made = list(checks(table))
         assert [check for check in made if not check.passed] == []
-        assert len(made) == 6
+        assert len(made) == 7
 
 
 def test_real_turning_passes_every_check(vicomtech: Path, sample_jobs: Path) -> None:

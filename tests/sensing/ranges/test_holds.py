@@ -182,7 +182,7 @@ def test_cuts_are_parted_by_what_they_state() -> None:
         Holds("low", "flood"): [False, True, False, False],
     }
     cuts = [high, low, ANY, high]
-    assert unstated(cuts, parts) == (
+    assert unstated(cuts, parts, np.array([True] * 4)) == (
         "1 cuts do not state their gear range, and others state several"
     )
     forth, back = Holds(feed_direction="+"), Holds(feed_direction="-")
@@ -190,7 +190,8 @@ def test_cuts_are_parted_by_what_they_state() -> None:
     assert list(partition([forth, forth])) == [forth]
     assert list(partition([forth, back, ANY])) == [forth, back]
     alone = [high, ANY]
-    assert unstated(alone, partition(alone)) is None
+    assert unstated(alone, partition(alone), np.array([True] * 2)) is None
+    assert unstated(cuts, parts, np.array([True, True, False, True])) is None, "it stands"
 
 
 def test_the_direction_of_a_feed_axis_comes_from_its_velocity() -> None:

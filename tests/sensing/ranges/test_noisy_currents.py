@@ -13,6 +13,7 @@ from autodb.fitting import Undetermined
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, CurrentForm, MeasuredCuts
+from autodb.sensing.ranges.sensed_force import sense
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]
@@ -102,7 +103,7 @@ def test_intervals_of_cuts_hold_whatever_their_currents_errors(n: int) -> None:
         known = _table(rng, np.tile([0.02, 0.05, 0.1], 9))
         found = calibration.calibrate(known, "z")
         new = _table(rng, np.array([0.02, 2.0]))
-        sensed = calibration.sense(new, found)
+        sensed = sense(new, found)
         shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
         held += np.abs(sensed.force_N - new["force.z"]) < 1.96 * np.sqrt(sensed.sd_N**2 + shared)
         assert sensed.sd_N[1] > 150.0

@@ -11,6 +11,7 @@ from autodb.proofs.runs.lathe.lathe_cuts import rows_in_tables
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.forms import OF_CURRENT_FEED, OF_CURRENT_SPEED
+from autodb.sensing.ranges.sensed_force import sense
 
 Array = NDArray[np.float64]
 TEXTS = ("operation", "work.material", "tool")
@@ -33,7 +34,7 @@ def sensed(made: Campaign, axis: str) -> SensedTestForces:
     known, tested = rows_in_tables(made, axis)
     calibration, test = _table(made.calibration, known), _table(made.test, tested)
     found = ranges.calibrate(calibration, axis)
-    sensed = ranges.sense(test, found)
+    sensed = sense(test, found)
     shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
     sd_N = np.sqrt(sensed.sd_N**2 + shared)
     points = ranges.calibration_points(calibration, axis)
@@ -41,7 +42,7 @@ def sensed(made: Campaign, axis: str) -> SensedTestForces:
     if not rules.fits(points.sensed):
         return SensedTestForces(sensed.force_N, sd_N, None)
     law = rules.fit(points.sensed, points.target)
-    by_rules = ranges.sense(test, replace(found, **vars(law)))
+    by_rules = sense(test, replace(found, **vars(law)))
     return SensedTestForces(sensed.force_N, sd_N, by_rules.force_N)
 
 

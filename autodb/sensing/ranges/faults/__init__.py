@@ -10,6 +10,7 @@ from autodb.sensing.ranges.faults.air_moves import faults_of_moves
 from autodb.sensing.ranges.faults.check import DataCheck, refuse
 from autodb.sensing.ranges.faults.exchanged import exchanged
 from autodb.sensing.ranges.faults.relations import KnownOfCuts
+from autodb.sensing.ranges.faults.signs import signs
 from autodb.sensing.ranges.faults.silent import responses, silent_axes
 from autodb.sensing.ranges.faults.travel import x_over_diameter, x_travels
 from autodb.sensing.ranges.faults.wrong_units import units
@@ -17,6 +18,7 @@ from autodb.sensing.ranges.faults.wrong_units import units
 __all__ = [
     "DataCheck",
     "KnownOfCuts",
+    "checks_of_signs",
     "checks_of_units",
     "exchanged",
     "faults_of_moves",
@@ -52,3 +54,12 @@ def checks_of_units(
     found = responses(table, forces, axes)
     heard = [axis for axis, (t, limit) in found.items() if t > limit]
     return [units(table, axes, heard, known), *x_over_diameter(table)]
+
+
+def checks_of_signs(table: CutTable, known: KnownOfCuts | None = None) -> list[DataCheck]:
+    """Return whether forces, torque and power of a table have the signs that every cut gives them.
+
+    But of channels whose sign its side file, or that of what it was gathered from, states.
+    """
+    stated = {name for name, spec in table.side.channels.items() if spec.sign == 1}
+    return [signs(table, stated | (known.signs if known else set()))]

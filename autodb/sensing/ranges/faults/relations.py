@@ -13,8 +13,8 @@ from autodb.cutting.turning import speed_m_min, torque_N_m
 from autodb.files.machine import SPINDLE, MachineFile
 from autodb.files.units import RAW
 from autodb.records import CutTable
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal, moving
-from autodb.sensing.ranges.faults.check import torque_arm_mm
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal
+from autodb.sensing.ranges.feeding import moving, torque_arm_mm, turned_cuts
 from autodb.standard import CutProtocol, rows_of_cut
 
 Array = NDArray[np.float64]
@@ -40,15 +40,18 @@ OVERSPEED = 1.2
 REFERENCE_RATIO = (0.6, 1.6)
 """Measured over reference force of a standard cut: lathes differ by some per cent, lots of a
 material by more; the factor between lbf and daN, 2.25, is distinguished."""
-_TURNING = ("turn", "face", "taper", "contour")
 
 
 @dataclass(frozen=True)
 class KnownOfCuts:
-    """What else is known of a table's cuts: the protocol they follow, the machine they ran on."""
+    """What else is known of a table's cuts: the protocol they follow, the machine they ran on.
+
+    ``signs``: channels of which a side file states that their sign is right.
+    """
 
     protocol: CutProtocol | None = None
     machine: MachineFile | None = None
+    signs: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -147,13 +150,6 @@ def _constant(ratios: Array) -> float:
     return middle if known.size and np.mean(alike) >= 0.9 else np.nan
 
 
-def _turned(table: CutTable) -> NDArray[np.bool_]:
-    """Return which cuts turn, by what is said of them, shape (n,)."""
-    milled = "cutting.width" in table
-    operations = table.texts.get("operation", [""] * len(table))
-    return np.array([o in _TURNING or (not o and not milled) for o in operations])
-
-
 def _conditions(table: CutTable) -> list[Relation]:
     """Return what the conditions of the cuts state together."""
     found = []
@@ -173,7 +169,7 @@ def _conditions(table: CutTable) -> list[Relation]:
         found.append(Relation("cutting.speed", "m/min", _median(stated), *SPEED_M_MIN))
     both = channels_stated(table, "cutting.depth", "cutting.feed")
     if both is not None:
-        ratio = _median((both[0] / both[1])[_turned(table)])
+        ratio = _median((both[0] / both[1])[turned_cuts(table)])
         found.append(
             Relation("cutting.depth / cutting.feed", "", ratio, *DEPTH_A_FEED, USUAL_DEPTH)
         )
@@ -182,7 +178,7 @@ def _conditions(table: CutTable) -> list[Relation]:
 
 def _forces(table: CutTable) -> list[Relation]:
     """Return the specific cutting force, and the force's components to each other."""
-    found, turned = [], _turned(table)
+    found, turned = [], turned_cuts(table)
     chip = channels_stated(table, "force.y", "cutting.feed", "cutting.depth")
     if chip is not None:
         specific = _median((chip[0] / (chip[1] * chip[2]))[turned])
@@ -216,7 +212,7 @@ def _drives(table: CutTable, axes: Sequence[str]) -> list[Relation]:
 
 def _per_ampere(table: CutTable, axis: str, force: Array, rise: Array) -> Relation:
     """Return the force, or the torque where the arm is known, per ampere of rise."""
-    rows = moving(table, axis) & _turned(table) & (rise != 0)
+    rows = moving(table, axis) & turned_cuts(table) & (rise != 0)
     arm = torque_arm_mm(table) if axis == SPINDLE else None
     name = f"force.{COMPONENT_OF_AXIS[axis]} / {axis}.current"
     if arm is None:

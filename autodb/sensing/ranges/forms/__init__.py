@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from autodb.sensing.ranges.forms.both_ways import GainEach, OneGain, of_one_way
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
 from autodb.sensing.ranges.forms.fuzzy import (
     FEED_SETS,
@@ -16,6 +17,7 @@ from autodb.sensing.ranges.forms.power import Power, PowerOfSpeed
 from autodb.sensing.ranges.forms.warmed import Warmed
 
 __all__ = [
+    "BOTH_WAYS_FORMS",
     "FEED_FORMS",
     "FEED_SETS",
     "LAWS",
@@ -37,6 +39,7 @@ __all__ = [
     "Fuzzy",
     "MeasuredCuts",
     "Warmed",
+    "of_one_way",
     "stored_form",
 ]  # fmt: skip
 
@@ -46,6 +49,10 @@ WARMED_LINE = Warmed(LINE)
 WARMED_POWER = Warmed(POWER)
 WARMED_POWER_OF_SPEED = Warmed(POWER_OF_SPEED)
 FEED_FORMS: tuple[CurrentForm, ...] = (LINE, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED)
+BOTH_WAYS_FORMS: tuple[CurrentForm, ...] = (
+    OneGain(LINE), OneGain(LINE_OF_SPEED), GainEach(LINE), GainEach(LINE_OF_SPEED),
+)  # fmt: skip
+"""Forms of a feed axis that was calibrated in both directions."""
 SPINDLE_FORMS: tuple[CurrentForm, ...] = (
     LINE, WARMED_LINE, POWER, WARMED_POWER, POWER_OF_SPEED, WARMED_POWER_OF_SPEED, OF_CURRENT_SPEED,
 )  # fmt: skip

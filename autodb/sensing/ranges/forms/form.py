@@ -17,6 +17,8 @@ class MeasuredCuts:
     """What an axis sensed in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed,
     mm a revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
     ``stated_sd``: standard error of the current, A (NaN: not known of that cut; None: of none).
+    ``other_way``: 1 in cuts of the feed axis' other direction, mirrored, else 0; None: there are
+    none.
     """
 
     current: Array
@@ -26,6 +28,7 @@ class MeasuredCuts:
     depth_mm: Array
     temperature_C: Array
     stated_sd: Array | None = None
+    other_way: Array | None = None
 
     @property
     def current_sd(self) -> Array:
@@ -34,6 +37,13 @@ class MeasuredCuts:
             return np.zeros_like(self.current)
         usual = np.sqrt(np.nanmean(self.stated_sd**2))
         return np.where(np.isfinite(self.stated_sd), self.stated_sd, usual)
+
+    @property
+    def one_way(self) -> NDArray[np.bool_]:
+        """Which cuts (n,) are of the axis' own direction."""
+        if self.other_way is None:
+            return np.ones(len(self.current), dtype=np.bool_)
+        return np.asarray(self.other_way == 0.0)
 
     def moved(self, step: Array) -> "MeasuredCuts":
         """Return the cuts with currents larger by ``step`` (n,)."""
