@@ -125,10 +125,13 @@ def separation(
 def account_distances(
     reading: AxisReading, accounts: tuple[AxisAccount, AxisAccount]
 ) -> list[Separation]:
-    """Return how far two accounts differ on every move that the axis can run."""
+    """Return how far two accounts differ on every move that the axis can run, but those of so few
+    rows that none is left when they are made white.
+    """
+    fewest = len(reading.inquiry.whitener.coefficients)
     warm = any(c.candidate.term == "warmup" for of in accounts for c in of.choices)
     made = possible_runs(reading.signals, reading.bench.factor, history=warm)
-    return [accounts_apart(reading, accounts, run) for run in made]
+    return [accounts_apart(reading, accounts, run) for run in made if run.rows > fewest]
 
 
 def accounts_apart(

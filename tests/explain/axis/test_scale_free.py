@@ -103,9 +103,9 @@ def _synthetic() -> Pair:
 
 
 @cache
-def _real() -> Pair:
-    recording, simulation = (records.read(REAL / f"{n}.csv") for n in ("recording", "simulation"))
-    truth = json.loads((REAL / "truth.json").read_text())
+def _real(folder: Path = REAL) -> Pair:
+    recording, simulation = (records.read(folder / f"{n}.csv") for n in ("recording", "simulation"))
+    truth = json.loads((folder / "truth.json").read_text())
     return Pair(dict(recording.channels), dict(simulation.channels), tuple(truth["includes"]))
 
 
@@ -153,6 +153,21 @@ def test_a_part_left_out_is_named_at_another_rate(rate: str) -> None:
 def test_a_real_recording_is_the_same_in_any_unit(change: str) -> None:
     pair = ALIKE[change](_real())
     _alike(_answer(pair), _plain(_real), pair.effort)
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="no real recordings: set AUTODB_SHARED")
+@pytest.mark.parametrize("of", ["tx40-j4-no_coulomb-kept", "laas-map-no_cogging-kept"])
+def test_a_part_left_out_of_a_real_axis_is_named_at_half_the_rate(of: str) -> None:
+    """The second is logged at 2.5 Hz: at half of that a test move has few rows for the filter."""
+    folder = REAL.parent / of
+    term = json.loads((folder / "truth.json").read_text())["concealed"]
+    pair = _real(folder)
+    sizes = [
+        [c.parameters["size"].value for c in _answer(one).missing if c.term == term]
+        for one in (pair, RATES["half"](pair))
+    ]
+    assert_allclose(sizes[1], sizes[0], rtol=0.1)
+    assert len(sizes[0]) == 1
 
 
 def _signals(pair: Pair) -> AxisSignals:
