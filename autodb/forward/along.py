@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.forward.prediction import COLUMNS, Interval, Peaks, PredictedCut, ToolOf, intervals
+from autodb.forward.prediction import (
+    COLUMNS,
+    Interval,
+    Peaks,
+    PredictedCut,
+    ToolOf,
+    intervals,
+    not_read,
+)
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast, Shares, expected_means, forecast
 from autodb.pairs.observed import PairCuts
@@ -64,13 +72,13 @@ def predict_lines(
         some = [line for line in lines if line.operation == name]
         means, peaks = _expected(posterior, tool, some, source)
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
-        largest = intervals(peaks, passive=passive)
-        for at, (line, mean) in enumerate(
-            zip(some, intervals(means, passive=passive), strict=True)
-        ):
+        known = posterior.passive.get(name)
+        largest = intervals(peaks, passive=passive, known=known)
+        whole = intervals(means, passive=passive, known=known)
+        for at, (line, mean) in enumerate(zip(some, whole, strict=True)):
             first = QUANTITIES * at
             peak = _peaks(line, largest[first : first + QUANTITIES])
-            found[line.number] = _predicted(line, mean, peak)
+            found[line.number] = _predicted(posterior, line, mean, peak)
     return tuple(found[line.number] for line in lines)
 
 
@@ -121,7 +129,9 @@ def _peaks(line: ProgramLine, at_peak: Sequence[Sequence[Interval]]) -> Peaks:
     return Peaks(x, y, z, torque, speed_rpm=line.fastest_rpm)
 
 
-def _predicted(line: ProgramLine, means: Sequence[Interval], peaks: Peaks) -> PredictedCut:
+def _predicted(
+    posterior: PairPosterior, line: ProgramLine, means: Sequence[Interval], peaks: Peaks
+) -> PredictedCut:
     return PredictedCut(
         name=line.name,
         operation=line.operation,
@@ -133,7 +143,7 @@ def _predicted(line: ProgramLine, means: Sequence[Interval], peaks: Peaks) -> Pr
         torque_N_m=means[3],
         power_W=means[4],
         peaks=peaks,
-        passive=PASSIVE_AXIS.get(line.operation),
+        passive=not_read(posterior, line.operation),
     )
 
 

@@ -14,7 +14,7 @@ from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BANDS, BY_NAME, CUTTING_TIME, Conditions, Stated, stated_milling
 from autodb.pairs.forecast import Forecast, forecast
 from autodb.pairs.observed import PairCuts, Variant
-from autodb.pairs.posterior import PairPosterior
+from autodb.pairs.posterior import PairPosterior, PassiveKnown
 
 Array = NDArray[np.float64]
 
@@ -61,8 +61,8 @@ class PredictedCut:
 
     Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
     forces, torque and power are means in time along it, speeds those at its largest diameter, and
-    ``peaks`` the largest. ``passive``: the component that no drive of the machine senses, known
-    from the law alone. ``state``: the process state that it is predicted in; None: the pair's usual
+    ``peaks`` the largest. ``passive``: the component that no drive senses and nobody measured,
+    known from the law alone. ``state``: the process state that it is predicted in; None: the pair's usual
     one.
     """
 
@@ -108,7 +108,7 @@ def predict(
         rows = [cut.conditions(tool.diameter_mm) for cut in some.values()]
         expected = forecast(posterior, BY_NAME[name].cuts(tool.numbers, rows, called=tool.name))
         passive = COLUMNS.get(PASSIVE_AXIS.get(name, ""))
-        means = intervals(expected, passive=passive)
+        means = intervals(expected, passive=passive, known=posterior.passive.get(name))
         for at, (k, cut) in enumerate(some.items()):
             found[k] = _predicted(posterior, tool, cut, rows[at], means[at])
     return tuple(found[k] for k in range(len(cuts)))
@@ -133,7 +133,7 @@ def _predicted(
         torque_N_m=means[3],
         power_W=means[4],
         peaks=_peaks(posterior, tool, cut.operation, conditions) if mills else None,
-        passive=PASSIVE_AXIS.get(cut.operation),
+        passive=not_read(posterior, cut.operation),
     )
 
 
@@ -158,17 +158,38 @@ def _peaks(posterior: PairPosterior, tool: ToolOf, operation: str, conditions: C
     return Peaks(x, y, z, torque)
 
 
-def intervals(expected: Forecast, *, passive: int | None = None) -> list[list[Interval]]:
+def not_read(posterior: PairPosterior, operation: str) -> str | None:
+    """Return the passive component of an operation, where it is known from the law alone."""
+    return None if operation in posterior.passive else PASSIVE_AXIS.get(operation)
+
+
+def _open_rad(expected: Forecast, passive: int, known: PassiveKnown | None) -> Array:
+    """Return by how much the thrust's direction is open (n,), rad: less after forces were read.
+
+    Each reading determines it by its variance and that of its cut.
+    """
+    if known is None:
+        return np.full(len(expected.mean), PASSIVE_RAD)
+    each = known.variance_N2 + expected.own[:, passive]
+    information = known.count * expected.turned[:, passive] ** 2 / each
+    return np.asarray(1.0 / np.sqrt(1.0 / PASSIVE_RAD**2 + information))
+
+
+def intervals(
+    expected: Forecast, *, passive: int | None = None, known: PassiveKnown | None = None
+) -> list[list[Interval]]:
     """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
-    ``passive``: the force that is not sensed, wider by what is not known of the thrust's direction.
+    ``passive``: the force that no drive senses, wider by what is not known of the thrust's
+    direction; ``known``: what was read of it.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
     mean, sd = expected.mean, expected.sd
     if passive is not None:
         sd = sd.copy()
-        sd[:, passive] = np.hypot(sd[:, passive], PASSIVE_RAD * expected.turned[:, passive])
+        open_rad = _open_rad(expected, passive, known)
+        sd[:, passive] = np.hypot(sd[:, passive], open_rad * expected.turned[:, passive])
     half = NORMAL_95 * sd
     one_sign = np.ones(mean.shape, dtype=np.bool_)
     one_sign[:, :3] = expected.along >= ALL

@@ -23,11 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri, dtrtrs
 
+from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
+from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import FAR, OWN, PairPosterior, Scatter, Shared
+from autodb.pairs.posterior import FAR, OWN, PairPosterior, PassiveKnown, Scatter, Shared
 
 Array = NDArray[np.float64]
 
@@ -66,8 +68,23 @@ def posterior_of_readings(
             f"{cuts} cuts do not determine the pair ({error}); leave out those that stand out"
         ) from error
     return replace(
-        prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
+        prior,
+        state=state,
+        scatter=scatter,
+        cuts=prior.cuts + len(np.unique(observed.cut)),
+        passive=_passive_known(prior, observed),
     )
+
+
+def _passive_known(prior: PairPosterior, observed: Observed) -> dict[str, PassiveKnown]:
+    """Return what is known of passive forces, with those among readings."""
+    known = dict(prior.passive)
+    for operation, axis in PASSIVE_AXIS.items():
+        read = observed.within(operation) & (observed.quantity == COMPONENTS.index(axis))
+        if read.any():
+            before = known.get(operation, PassiveKnown(0, 0.0))
+            known[operation] = before.also(observed.sd[read])
+    return known
 
 
 def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:

@@ -30,7 +30,7 @@ from autodb.agent.rows.posteriors import latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span, basis_of, last_mark, next_span
 from autodb.agent.sense.due import calibrations_due
 from autodb.agent.sense.over_time import feel_over_time
-from autodb.agent.sense.ranging import sense_cuts, sensed_otherwise
+from autodb.agent.sense.ranging import known_otherwise, sense_cuts
 from autodb.agent.sense.sensed import Calibrations, forces_of_pair
 from autodb.store import Store, models, retried
 
@@ -90,9 +90,10 @@ class _Pass:
         """Sense, learn and explain; keep that it was done where there was anything to do."""
         done, session, owner = self._done, self._session, self._owner
         sensed = sense_cuts(session, owner, self.span, self._progress)
-        if not sensed and not sensed_otherwise(session, owner.id):
+        if not sensed and not known_otherwise(session, owner.id):
             done.set_aside.append(
-                "no calibration is usable, so no force can be sensed; run 'autodb calibrate' first"
+                "no force was measured and no calibration is usable, so no force is known; import "
+                "cuts with force.*, or run 'autodb calibrate'"
             )
         outliers: list[int] = []
         for pair_id in self._pairs():

@@ -31,6 +31,7 @@ class CalibrationVersion(Base):
     shares are relative and common to all cuts, as is by how much a new tool, material or day
     differs, ``group_covariance`` (2, 2) of an offset and a share of gain; NULL: all of it is in
     scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
+    ``reference_errors``: what moves all forces that it was made on, as in SensedForce.errors.
     """
 
     __tablename__ = "calibration"
@@ -76,6 +77,7 @@ class CalibrationVersion(Base):
     reference_share: Mapped[float | None]
     current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
+    reference_errors: Mapped[list[Any] | None]
     undone_at: Mapped[str | None]
     recordings: Mapped[list[StoredRecording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
@@ -137,6 +139,8 @@ class Estimator(Base):
 class SensedForce(Base):
     """One force component of one cut as one estimator sensed it, or why it did not.
 
+    One that was measured has its errors in ``errors``, a row each (``autodb.sensing.dynamometer``).
+
     ``common`` is the derivative by the calibration's coefficients, and by an offset where it has
     ``group_covariance``: the error shared by all cuts. Of another estimator: the relative standard
     deviation of a gain that all that it sensed share.
@@ -161,6 +165,7 @@ class SensedForce(Base):
     value_N: Mapped[float | None]
     sd_N: Mapped[float | None]
     common: Mapped[list[Any] | None]
+    errors: Mapped[list[Any] | None]
     reason: Mapped[str | None]
     cut: Mapped[Cut] = relationship()
     calibration: Mapped[CalibrationVersion | None] = relationship()
