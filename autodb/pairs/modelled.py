@@ -25,6 +25,8 @@ FORCE = 2
 class Seen:
     """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, 6), what
     each error behind the law changes ``shared`` (m, k), and what is expected.
+
+    The first two with what is assumed as it was found to be.
     """
 
     parts: Array
@@ -100,9 +102,12 @@ class Modelled:
         shared = self._gains * whole[0][:, None] + self._shifts
         for place, inside in self._laws:
             shared[:, place] = np.where(inside, worked.off[0], 0.0)
+        parts, off = worked.parts[0], worked.off[0]
         for k, place in enumerate(self._assumed, start=1):
             shared[:, place] = whole[k] - whole[0]
-        return Seen(worked.parts[0], worked.off[0], shared, whole[0] + shared @ state[OWN:])
+            parts = parts + state[OWN + place] * (worked.parts[k] - worked.parts[0])
+            off = off + state[OWN + place] * (worked.off[k] - worked.off[0])
+        return Seen(parts, off, shared, whole[0] + shared @ state[OWN:])
 
     def _off(self, state: Array) -> list[Array]:
         """Return what the law is off by in each part of each batch's forces, with variants (n, 3).

@@ -42,6 +42,9 @@ TINY = 1e-12
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
+APART = 1.5
+"""Standard deviations of the difference of two posteriors from which on their mean lies where
+neither is: forces are not linear so far. Chosen."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -105,10 +108,14 @@ def learn_averaging(
 
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
-    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where learning
+    a law that is near does not come to rest, it is not near: the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
-    held = posterior_of_readings(posterior, observed, near=near)
+    try:
+        held = posterior_of_readings(posterior, observed, near=near)
+    except UnusableInput:
+        return posterior_of_readings(far, observed, near=near)
     let_go = posterior_of_readings(far, observed, near=near or held)
     odds = (
         log_evidence(far, let_go, observed)
@@ -119,9 +126,15 @@ def learn_averaging(
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
-    """Return the normal posterior of a mixture's mean and covariance, ``weight`` of the other."""
+    """Return the normal posterior of a mixture's mean and covariance, ``weight`` of the other.
+
+    Where the two are APART in any number, no normal posterior holds both: the likelier one.
+    """
     shares = np.array([1.0 - weight, weight])
     off = other.state.mean - one.state.mean
+    spread = np.sqrt(np.diag(one.state.covariance) + np.diag(other.state.covariance))
+    if np.any(np.abs(off) > APART * spread):
+        return other if weight > 0.5 else one
     covariance = shares[0] * one.state.covariance + shares[1] * other.state.covariance
     squares = shares @ np.array([one.scatter.share**2, other.scatter.share**2])
     law = one.off_law.averaged(other.off_law, weight)

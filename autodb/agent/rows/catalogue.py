@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.files.insert_names import geometry_of_designation
 from autodb.store import lock_catalogue, models
 
 Named = TypeVar("Named", models.Material, models.Tool)
@@ -58,9 +59,10 @@ def pair_id(session: Session, material: str, tool: str, stated: Mapping[str, Any
 
 
 def numbers_of(tool: models.Tool) -> dict[str, float]:
-    """Return what is known of a tool's geometry, by name."""
+    """Return what is known of a tool's geometry, by name: stated, else of its designation."""
     known = {name: getattr(tool, name) for name in GEOMETRY}
-    return {name: value for name, value in known.items() if value is not None}
+    stated = {name: value for name, value in known.items() if value is not None}
+    return {**geometry_of_designation(tool.name), **stated}
 
 
 def _called(session: Session, table: type[Named], name: str) -> Named | None:
