@@ -17,7 +17,8 @@ come in. A cut costs the same however many came before. Source: physics referenc
 and Cathey 1993 for the iterated filter as Gauss-Newton.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,6 +187,31 @@ def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Ar
     own = model.noise(seen, known.scatter)
     covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
     return seen.expected, covariance
+
+
+@dataclass(frozen=True)
+class ReadingErrors:
+    """Standard deviations (m,) of what makes readings differ from the law: ``own`` of each reading,
+    ``process`` of its cut, ``shared`` with other readings, by key.
+    """
+
+    own: Array
+    process: Array
+    shared: Mapping[str, Array]
+
+
+def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingErrors:
+    """Return the errors with which readings enter a posterior, where it expects them to be."""
+    known, model = _met(posterior, observed)
+    seen = model.seen(known.state.mean)
+    whole = model.noise(seen, known.scatter)
+    shared = {}
+    for one in observed.shared:
+        place = known.columns(one.key)
+        moves = seen.shared[:, place.start - OWN : place.stop - OWN]
+        shared[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", moves, one.covariance, moves))
+    process = np.sqrt(np.maximum(whole**2 - observed.sd**2, 0.0))
+    return ReadingErrors(observed.sd, process, shared)
 
 
 def _met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:

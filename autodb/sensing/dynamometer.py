@@ -115,7 +115,11 @@ class ForceStatement:
     ) -> Iterator[ForceError]:
         percent = stated.certificate_percent and stated.certificate_percent.of(component)
         share = DEFAULT_SHARE if percent is None else 0.01 * percent / stated.certificate_k
-        said = f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}" if percent is not None else f"not stated; {100.0 * share:g} % of the force is taken in its place"
+        said = (
+            f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}"
+            if percent is not None
+            else f"not stated; {100.0 * share:g} % of the force is taken in its place"
+        )
         yield self._shared(component, CERTIFICATE, share=share, source=said)
         percent = stated.mounting_percent and stated.mounting_percent.of(component)
         if percent is not None:
@@ -126,7 +130,7 @@ class ForceStatement:
         for other, force_N in forces_N.items():
             if percent is not None and other != component:
                 name, shift_N = f"{CROSSTALK} from force.{other}", 0.01 * percent * force_N
-                said = f"limit {percent:g} % of {force_N:.4g} N, rectangular"
+                said = f"limit {percent:g} % of force.{other}, rectangular"
                 moved_N = limits_as_standard(shift_N)
                 yield self._shared(component, name, shift_N=moved_N, source=said)
         limit_N = stated.drift_N and stated.drift_N.of(component)
@@ -176,6 +180,16 @@ class MeasuredForces:
         freedom = sum(len(some) - 1 for some in groups.values())
         squares = sum(float(np.var(some)) * len(some) for some in groups.values())
         return (float(np.sqrt(squares / freedom)) if freedom else 0.0), freedom
+
+
+def errors_of_table(
+    statement: ForceStatement, component: str, forces_N: Mapping[str, Array]
+) -> tuple[ForceError, ...]:
+    """Return what a fit to a component of a table's forces (n,), NaN where none, has of errors."""
+    rows = np.flatnonzero(np.isfinite(forces_N[component]))
+    each = [{c: float(one[k]) for c, one in forces_N.items() if np.isfinite(one[k])} for k in rows]
+    errors = [statement.errors(component, one) for one in each]
+    return tuple(mean_errors(errors, forces_N[component][rows]))
 
 
 def mean_errors(errors: Sequence[Sequence[ForceError]], forces_N: Array) -> list[ForceError]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.calibration import Calibration, Scores
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import stored_form
@@ -25,6 +26,8 @@ def keep_calibration(
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
         alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
         separated = last.cut_sd is not None
+        errors = tuple(ForceError(**one) for one in last.reference_errors or ())
+        alike &= errors == calibration.reference_errors
         close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
         if separated and close:
             return last.version, False
@@ -53,6 +56,7 @@ def keep_calibration(
             reference_share=calibration.errors.reference_share,
             current_sd=calibration.errors.current_sd,
             group_covariance=_listed(calibration.errors.group),
+            reference_errors=[asdict(one) for one in calibration.reference_errors] or None,
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -135,6 +139,7 @@ def as_calibration(row: models.CalibrationVersion) -> Calibration:
         current_low=row.current_low,
         current_high=row.current_high,
         holds=holds_for(row),
+        reference_errors=tuple(ForceError(**one) for one in row.reference_errors or ()),
     )
 
 

@@ -5,9 +5,8 @@ file, else from the machine's file (``autodb.sensing.dynamometer``). Where a mac
 state another dynamometer, its recordings' forces are kept anew; the newest counts.
 """
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 from sqlalchemy import select
@@ -99,14 +98,9 @@ def measured_row(
     )
 
 
-def as_error(kept: dict[str, Any]) -> ForceError:
-    """Return an error that a row keeps."""
-    return ForceError(**kept)
-
-
 def errors_of(row: models.SensedForce) -> list[ForceError]:
     """Return the errors of a measured force."""
-    return [as_error(one) for one in row.errors or ()]
+    return [ForceError(**one) for one in row.errors or ()]
 
 
 def _shared(row: models.SensedForce) -> list[ForceError]:
@@ -116,7 +110,9 @@ def _shared(row: models.SensedForce) -> list[ForceError]:
 
 def shared_key(error: ForceError, recording: int) -> str:
     """Return the key under which a pair's posterior keeps an error that forces share."""
-    return f"{DAY} of {error.of}, recording {recording}" if error.passing else f"{GAIN} of {error.of}"
+    return (
+        f"{DAY} of {error.of}, recording {recording}" if error.passing else f"{GAIN} of {error.of}"
+    )
 
 
 def _kept(
@@ -143,16 +139,16 @@ def _conditions(cut: models.Cut) -> Hashable:
 
 
 def reference_errors(
-    owner: models.Machine, cuts: Iterable[models.Cut], component: str
-) -> list[ForceError]:
+    owner: models.Machine, cuts: Sequence[models.Cut], component: str
+) -> tuple[ForceError, ...]:
     """Return the errors of the dynamometer that all forces of a calibration's cuts share."""
     statements: dict[int, ForceStatement] = {}
     errors, forces_N = [], []
     for cut in cuts:
-        measured: Mapping[str, float] = measured_in(cut)
+        measured = measured_in(cut)
         if component in measured:
             if cut.recording_id not in statements:
                 statements[cut.recording_id] = statement_of(owner, cut.recording)
             errors.append(statements[cut.recording_id].errors(component, measured))
             forces_N.append(measured[component])
-    return mean_errors(errors, np.array(forces_N))
+    return tuple(mean_errors(errors, np.array(forces_N)))

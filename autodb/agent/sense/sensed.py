@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.sense.measured import MEASURED, as_error, errors_of, shared_key
+from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
@@ -271,7 +271,7 @@ class Readings:
             error = Shared(f"{REFERENCES} {row.component}", np.eye(1))
             self._add(error, sensed, *((one @ references)[:, None] for one in (shift, share)))
 
-        for one in map(as_error, row.reference_errors or ()):
+        for one in calibration.reference_errors:
             by = one.share * scaling
             error = Shared(shared_key(one, 0), np.eye(1))
             self._add(error, sensed, *((each @ by)[:, None] for each in (shift, share)))

@@ -14,6 +14,7 @@ from autodb import fitting
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm, torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
+from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.choosing import (
     CONDITION,
     FOLDS,
@@ -68,7 +69,8 @@ class Calibration:
 
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
-    ``holds``: of which cuts it senses the force.
+    ``holds``: of which cuts it senses the force. ``reference_errors``: what the dynamometer of its
+    cuts moves all their forces by; none: they are those of a protocol.
     """
 
     form: CurrentForm
@@ -89,6 +91,7 @@ class Calibration:
     current_high: float
     close: tuple[str, ...] = ()
     holds: Holds = ANY
+    reference_errors: tuple[ForceError, ...] = ()
 
     @property
     def called(self) -> str:
