@@ -1,13 +1,12 @@
 """What a side file or a machine's file states of the dynamometer, or of where forces are from."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from autodb.files.toml import NotNegative, Positive, Section
 
-Component = Literal["x", "y", "z"]
-COMPONENTS: tuple[Component, ...] = ("x", "y", "z")
+COMPONENTS = ("x", "y", "z")
 
 
 class OfComponents(Section):
@@ -16,11 +15,6 @@ class OfComponents(Section):
     x: NotNegative | None = None
     y: NotNegative | None = None
     z: NotNegative | None = None
-
-    def of(self, component: str) -> float | None:
-        """Return the number of a component."""
-        found: float | None = getattr(self, component)
-        return found
 
 
 def _for_each(value: object) -> object:
@@ -32,6 +26,12 @@ Each = Annotated[
     OfComponents, BeforeValidator(_for_each, json_schema_input_type=OfComponents | float)
 ]
 """One number for all components, or a table of x, y, z."""
+
+
+def of_component(each: OfComponents | None, component: str) -> float | None:
+    """Return what is stated of a component; None: nothing."""
+    found: float | None = None if each is None else getattr(each, component)
+    return found
 
 
 class Whole(Section):

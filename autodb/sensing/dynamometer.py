@@ -15,14 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.files.dynamometer import DynamometerSection, SourceSection, Whole
+from autodb.files.dynamometer import DynamometerSection, SourceSection, Whole, of_component
 from autodb.fitting.uncertainty import Evaluation, limits_as_standard
 
 Array = NDArray[np.float64]
 
 DEFAULT_SHARE = 0.01
-"""Standard uncertainty of the gain where no certificate and no uncertainty is stated. Chosen: 2 % of
-the force with k = 2."""
+"""Standard uncertainty of the gain, of the force, where no certificate and no uncertainty is stated.
+Chosen: 2 % with k = 2."""
 DEFAULT_NOISE = 0.005
 """Noise of a force, of the largest one in its recording, unless it is stated or repeats say that it
 is less. Chosen."""
@@ -101,8 +101,8 @@ class ForceStatement:
 
     def _in_all(self, component: str, whole: Whole) -> Iterator[ForceError]:
         """Yield the uncertainty that is stated of the whole, taken as common to all its forces."""
-        percent = whole.uncertainty_percent and whole.uncertainty_percent.of(component)
-        beside_N = whole.uncertainty_N and whole.uncertainty_N.of(component)
+        percent = of_component(whole.uncertainty_percent, component)
+        beside_N = of_component(whole.uncertainty_N, component)
         if percent is not None:
             said, share = f"{percent:g} % of the force, k = 2: {self.words}", 0.01 * percent
             yield self._shared(component, WHOLE, share=share / K_OF_WHOLE, source=said)
@@ -113,27 +113,27 @@ class ForceStatement:
     def _parts(
         self, component: str, stated: DynamometerSection, forces_N: Mapping[str, float]
     ) -> Iterator[ForceError]:
-        percent = stated.certificate_percent and stated.certificate_percent.of(component)
-        share = DEFAULT_SHARE if percent is None else 0.01 * percent / stated.certificate_k
-        said = (
-            f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}"
-            if percent is not None
-            else f"not stated; {100.0 * share:g} % of the force is taken in its place"
-        )
+        percent = of_component(stated.certificate_percent, component)
+        if percent is None:
+            share = DEFAULT_SHARE
+            said = f"not stated; {100.0 * share:g} % of the force is taken in its place"
+        else:
+            share = 0.01 * percent / stated.certificate_k
+            said = f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}"
         yield self._shared(component, CERTIFICATE, share=share, source=said)
-        percent = stated.mounting_percent and stated.mounting_percent.of(component)
+        percent = of_component(stated.mounting_percent, component)
         if percent is not None:
             said = f"limit {percent:g} % of the force, rectangular"
             share = limits_as_standard(0.01 * percent)
             yield self._shared(component, MOUNTING, share=share, source=said)
-        percent = stated.crosstalk_percent and stated.crosstalk_percent.of(component)
+        percent = of_component(stated.crosstalk_percent, component)
         for other, force_N in forces_N.items():
             if percent is not None and other != component:
                 name, shift_N = f"{CROSSTALK} from force.{other}", 0.01 * percent * force_N
                 said = f"limit {percent:g} % of force.{other}, rectangular"
                 moved_N = limits_as_standard(shift_N)
                 yield self._shared(component, name, shift_N=moved_N, source=said)
-        limit_N = stated.drift_N and stated.drift_N.of(component)
+        limit_N = of_component(stated.drift_N, component)
         if limit_N is not None:
             said = f"limit {limit_N:g} N over a recording, rectangular"
             moved_N = limits_as_standard(limit_N)
@@ -142,8 +142,8 @@ class ForceStatement:
 
     def noise(self, component: str, measured: "MeasuredForces") -> ForceError:
         """Return a force's own error, of those of its recording that are ``measured``."""
-        stated = self.dynamometer and self.dynamometer.noise_N
-        noise_N = stated and stated.of(component)
+        stated = self.dynamometer
+        noise_N = None if stated is None else of_component(stated.noise_N, component)
         if noise_N is not None:
             said = "standard deviation of the mean of one cut, as stated"
             return ForceError(NOISE, 0.0, noise_N, "B", said)

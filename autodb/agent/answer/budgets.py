@@ -134,13 +134,13 @@ def _of_none(force: models.SensedForce, known: list[Contribution]) -> Iterator[C
     names = [one.name for one in known]
     for name in PARTS:
         if not any(one.startswith(name) for one in names):
-            yield Contribution(name, None, "B", _why_none(force, names))
+            yield Contribution(name, None, "B", _why_none(names))
     if force.errors is not None:
         for name in (TRANSFER, SENSING):
             yield Contribution(name, None, "B", "none: measured in the cut itself")
 
 
-def _why_none(force: models.SensedForce, names: list[str]) -> str:
+def _why_none(names: list[str]) -> str:
     if any(name.startswith(WHOLE) for name in names):
         return f"in the {WHOLE}"
     if TRANSFER in names:
