@@ -121,7 +121,8 @@ class MachineFile(Section):
     """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost.
 
     ``shares``: what other machines may know of it: None: its parameters, and no more.
-    ``dynamometer``: the one of recordings whose side files state none. ``setup``: what is clamped today; NC programs are made from it, the database does not keep it.
+    ``dynamometer``: the one of recordings whose side files state none. ``setup``: what is clamped
+    today; NC programs are made from it, the database does not keep it.
     """
 
     dialect: Dialect | None = None

@@ -62,8 +62,8 @@ class PredictedCut:
     Of turning, speeds, torque and power are those at the largest diameter. Of a program's line,
     forces, torque and power are means in time along it, speeds those at its largest diameter, and
     ``peaks`` the largest. ``passive``: the component that no drive senses and nobody measured,
-    known from the law alone. ``state``: the process state that it is predicted in; None: the pair's usual
-    one.
+    known from the law alone. ``state``: the process state that it is predicted in; None: the
+    pair's usual one.
     """
 
     name: str

@@ -109,8 +109,8 @@ def learn_averaging(
 
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
-    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where learning
-    a law that is near does not come to rest, it is not near: the other's posterior is returned.
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
+    learning a law that is near does not come to rest, the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
     try:

@@ -21,8 +21,8 @@ from autodb.fitting.uncertainty import Evaluation, limits_as_standard
 Array = NDArray[np.float64]
 
 DEFAULT_SHARE = 0.01
-"""Standard uncertainty of the gain, of the force, where no certificate and no uncertainty is stated.
-Chosen: 2 % with k = 2."""
+"""Standard uncertainty of the gain, of the force, where nothing is stated of it. Chosen: 2 % with
+k = 2."""
 DEFAULT_NOISE = 0.005
 """Noise of a force, of the largest one in its recording, unless it is stated or repeats say that it
 is less. Chosen."""

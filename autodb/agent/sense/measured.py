@@ -1,4 +1,4 @@
-"""Forces that were measured in cuts, beside those that are sensed: readings with errors of their own.
+"""Forces that were measured in cuts, beside those that are sensed: each with its own errors.
 
 A force channel of a cut is kept as a force once, with what is known of its errors: from the side
 file, else from the machine's file (``autodb.sensing.dynamometer``). Where a machine's file comes to
@@ -43,7 +43,7 @@ def measured_in(cut: models.Cut) -> dict[str, float]:
 
 
 def take_measured(session: Session, owner: models.Machine, span: Span) -> None:
-    """Keep the forces that were measured in the cuts of a span, where they are not kept as stated."""
+    """Keep the forces that were measured in the cuts of a span, unless they are kept as stated."""
     cuts = session.scalars(
         select(models.Cut)
         .where(
@@ -104,7 +104,7 @@ def errors_of(row: models.SensedForce) -> list[ForceError]:
 
 
 def _shared(row: models.SensedForce) -> list[ForceError]:
-    """Return what a force shares with others: noise alone, found again with more cuts, is no news."""
+    """Return what a force shares with others: noise that more cuts tell better is no news."""
     return [one for one in errors_of(row) if one.of is not None]
 
 

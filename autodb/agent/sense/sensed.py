@@ -66,9 +66,9 @@ def forces_of_pair(
 
     ``cuts``: of those alone with an id above the first, up to the second.
 
-    ``calibrations``: those of each axis. A sensed force counts where the one that sensed it is still
-    the one that holds for the cut: of a cut that did not state what, a later calibration may say
-    otherwise. Of several sensors of a force the surest counts, and a measured force before all.
+    ``calibrations``: those of each axis. A sensed force counts where the one that sensed it is
+    still the one that holds for the cut: of a cut that did not state what, a later calibration may
+    say otherwise. Of several sensors of a force the surest counts, and a measured force before all.
     """
     sensed = _sensed(machine_id, pair.id)
     if cuts is not None:

@@ -16,7 +16,8 @@ VERTICALS = ("up", "down")
 class Machine(Base):
     """One machine. ``version`` counts its changes, so that two writers notice each other.
 
-    ``dynamometer``: what its file states of it. ``retired_at``: since when nothing more comes in of it; what it told stays.
+    ``dynamometer``: what its file states of it. ``retired_at``: since when nothing more comes in of
+    the machine; what it told stays.
     """
 
     __tablename__ = "machine"

@@ -1,4 +1,4 @@
-"""What is known of the errors of measured forces: of the dynamometer, of each force, of references."""
+"""What is known of the errors of measured forces: of dynamometers, forces and calibrations."""
 
 import sqlalchemy as sa
 from alembic import op
