@@ -2,7 +2,7 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
+    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ + ε,  ε ~ N(0, sd² + Σ (share · part)²),  θ, δ, λ ~ prior
 
 δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
 the parts of F and F turned.

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from sqlalchemy import select
 
 from autodb import records
 from autodb.agent.ingest.importing import import_file
@@ -12,13 +13,12 @@ from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import add_machine, find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
+from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.machine import LATHE
 from autodb.forward.prediction import COLUMNS, intervals
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
-from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.store import create_store, models, open_store
-from sqlalchemy import select
 
 Array = NDArray[np.float64]
 MACHINE = "lathe"
@@ -32,17 +32,20 @@ def power_forces(feed_mm: Array, depth_mm: Array, speed_m_min: Array) -> Array:
     The passive force grows less than in proportion to the depth, as a nose makes it.
     """
     slower = (speed_m_min / 150.0) ** -0.08
-    return np.column_stack(
-        [
-            600.0 * feed_mm**0.55 * depth_mm**0.55,
-            1900.0 * feed_mm**0.75 * depth_mm,
-            750.0 * feed_mm**0.55 * depth_mm**1.05,
-        ]
-    ) * slower[:, None]
+    return (
+        np.column_stack(
+            [
+                600.0 * feed_mm**0.55 * depth_mm**0.55,
+                1900.0 * feed_mm**0.75 * depth_mm,
+                750.0 * feed_mm**0.55 * depth_mm**1.05,
+            ]
+        )
+        * slower[:, None]
+    )
 
 
 def drawn_cuts(seed: int, count: int) -> tuple[Array, Array, Array, Array]:
-    """Return feed, depth, speed (count,) and forces (count, 3) of drawn cuts, with their scatter."""
+    """Return feed, depth, speed (count,) and forces (count, 3) of drawn cuts that scatter."""
     rng = np.random.default_rng(seed)
     feed, depth = rng.uniform(0.1, 0.4, count), rng.uniform(1.0, 3.0, count)
     speed = rng.uniform(100.0, 250.0, count)
@@ -53,7 +56,7 @@ def drawn_cuts(seed: int, count: int) -> tuple[Array, Array, Array, Array]:
 def write_table(
     path: Path, seed: int, count: int, *, side: str = "", scale: float = 1.0, only: str = "xyz"
 ) -> Path:
-    """Write a table of drawn cuts with the components of ``only``, and a side file with ``side``."""
+    """Write a table of drawn cuts, with components ``only``, and a side file with ``side``."""
     feed, depth, speed, forces = drawn_cuts(seed, count)
     names = [f"force.{c}" for c in only]
     lines = [",".join(["cut,t,operation,cutting.feed,cutting.depth,cutting.speed", *names])]

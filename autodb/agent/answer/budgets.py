@@ -17,7 +17,7 @@ from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.sense.measured import errors_of, shared_key
 from autodb.agent.sense.sensed import Readings, as_observed
 from autodb.fitting.uncertainty import Contribution, UncertaintyBudget
-from autodb.pairs.posterior import CALIBRATION, DAY, GAIN, REFERENCES
+from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, REFERENCES
 from autodb.pairs.updating import ReadingErrors, reading_errors
 from autodb.sensing.dynamometer import PARTS, WHOLE, ForceError
 from autodb.store import models
@@ -123,10 +123,14 @@ def _gain(force: models.SensedForce, sd_N: float) -> Contribution:
     return Contribution(f"{SENSING}, gain", sd_N, "B", f"gain of sensor {force.estimator_id}")
 
 
+def _edge(_force: models.SensedForce, sd_N: float) -> Contribution:
+    return Contribution(f"{PROCESS}, wear of this edge", sd_N, "A", "edges differ so")
+
+
 _SENSED: dict[str, Callable[[models.SensedForce, float], Contribution]] = {
-    CALIBRATION: _coefficients, REFERENCES: _references, DAY: _day, GAIN: _gain,
+    CALIBRATION: _coefficients, REFERENCES: _references, DAY: _day, GAIN: _gain, EDGE: _edge,
 }  # fmt: skip
-"""What a key of an error that sensed forces share begins with, and its contribution."""
+"""What a key of an error that forces share begins with, and its contribution."""
 
 
 def _of_none(force: models.SensedForce, known: list[Contribution]) -> Iterator[Contribution]:

@@ -55,7 +55,7 @@ def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownP
     Raises UnusableInput where the pair was learnt under an earlier law only.
     """
     its_tool = session.scalar(select(models.Tool).where(models.Tool.name == tool))
-    called = ToolOf(tool, numbers_of(its_tool or models.Tool(name=tool)))
+    called = ToolOf(tool, numbers_of(its_tool) if its_tool is not None else {})
     pair = _pair(session, material, tool)
     row = latest(session, owner.id, pair.id) if pair is not None else None
     if row is not None:

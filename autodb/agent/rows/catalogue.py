@@ -6,7 +6,6 @@ from typing import Any, TypeVar
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.files.insert_names import geometry_of_designation
 from autodb.store import lock_catalogue, models
 
 Named = TypeVar("Named", models.Material, models.Tool)
@@ -59,10 +58,9 @@ def pair_id(session: Session, material: str, tool: str, stated: Mapping[str, Any
 
 
 def numbers_of(tool: models.Tool) -> dict[str, float]:
-    """Return what is known of a tool's geometry, by name: stated, else of its designation."""
+    """Return what is known of a tool's geometry, by name."""
     known = {name: getattr(tool, name) for name in GEOMETRY}
-    stated = {name: value for name, value in known.items() if value is not None}
-    return {**geometry_of_designation(tool.name), **stated}
+    return {name: value for name, value in known.items() if value is not None}
 
 
 def _called(session: Session, table: type[Named], name: str) -> Named | None:

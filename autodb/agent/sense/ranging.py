@@ -44,7 +44,9 @@ def known_otherwise(session: Session, machine_id: int) -> bool:
     """Say whether a force of the machine's cuts was measured, or sensed by no calibrated range."""
     own = select(models.Estimator.id).where(models.Estimator.machine_id == machine_id)
     measured = models.SensedForce.estimator == MEASURED
-    measured &= models.SensedForce.cut.has(models.Cut.recording.has(machine_id=machine_id))
+    measured &= models.SensedForce.cut.has(
+        models.Cut.recording.has(machine_id=machine_id) & models.Cut.superseded_at.is_(None)
+    )
     query = select(models.SensedForce.id).where(
         models.SensedForce.estimator_id.in_(own) | measured, models.SensedForce.value_N.is_not(None)
     )
