@@ -34,7 +34,7 @@ def of_component(each: OfComponents | None, component: str) -> float | None:
     return found
 
 
-class Whole(Section):
+class StatedUncertainty(Section):
     """Expanded uncertainty (k = 2) of a force as its source states it, in all.
 
     ``uncertainty_percent`` of the force, ``uncertainty_N`` beside it; both are added in quadrature.
@@ -49,7 +49,7 @@ class Whole(Section):
         return self.uncertainty_percent is not None or self.uncertainty_N is not None
 
 
-class DynamometerSection(Whole):
+class DynamometerSection(StatedUncertainty):
     """A dynamometer: what its certificate and its maker state, and what is known of its mounting.
 
     ``certificate_percent``: expanded uncertainty of the force with ``certificate_k``;
@@ -80,7 +80,7 @@ class DynamometerSection(Whole):
         return self
 
 
-class SourceSection(Whole):
+class PublicationSection(StatedUncertainty):
     """A publication that forces were taken from: a handbook, a thesis, an article."""
 
     title: str

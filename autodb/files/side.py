@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import is_channel
-from autodb.files.dynamometer import DynamometerSection, SourceSection
+from autodb.files.dynamometer import DynamometerSection, PublicationSection
 from autodb.files.toml import Finite, Positive, Section, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
 
@@ -102,7 +102,7 @@ class SideFile(Section):
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()
     dynamometer: DynamometerSection | None = None
-    source: SourceSection | None = None
+    source: PublicationSection | None = None
 
     @model_validator(mode="after")
     def _channels(self) -> "SideFile":

@@ -19,8 +19,8 @@ Evaluation = Literal["A", "B"]
 
 
 @dataclass(frozen=True)
-class Contribution:
-    """A contribution to an uncertainty: its standard uncertainty, in the quantity's unit.
+class BudgetEntry:
+    """A contribution to an uncertainty, by name: its standard uncertainty, in the quantity's unit.
 
     ``standard`` None: nobody stated it, and ``source`` says so. ``freedom``: degrees of freedom;
     None: so many that they do not count.
@@ -49,7 +49,7 @@ class UncertaintyBudget:
     quantity: str
     value: float
     unit: str
-    contributions: tuple[Contribution, ...]
+    contributions: tuple[BudgetEntry, ...]
 
     @property
     def combined(self) -> float:
@@ -81,7 +81,7 @@ class UncertaintyBudget:
         """Return the contributions in words, a line each."""
         return [self._line(one) for one in self.contributions]
 
-    def _line(self, one: Contribution) -> str:
+    def _line(self, one: BudgetEntry) -> str:
         if one.standard is None:
             return f"{one.name}: {one.source}"
         few = "" if one.freedom is None else f", {one.freedom:.0f} degrees of freedom"

@@ -15,7 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.files.dynamometer import DynamometerSection, SourceSection, Whole, of_component
+from autodb.files.dynamometer import (
+    DynamometerSection,
+    PublicationSection,
+    StatedUncertainty,
+    of_component,
+)
 from autodb.fitting.uncertainty import Evaluation, limits_as_standard
 
 Array = NDArray[np.float64]
@@ -65,7 +70,7 @@ class ForceStatement:
     """Where the forces of a recording are from: a dynamometer, a publication, or nobody said."""
 
     dynamometer: DynamometerSection | None = None
-    source: SourceSection | None = None
+    source: PublicationSection | None = None
 
     @property
     def called(self) -> str:
@@ -87,7 +92,7 @@ class ForceStatement:
 
     def errors(self, component: str, forces_N: Mapping[str, float]) -> list[ForceError]:
         """Return the errors that a component of one cut's ``forces_N`` shares with other forces."""
-        whole: Whole | None = self.source or self.dynamometer
+        whole: StatedUncertainty | None = self.source or self.dynamometer
         if whole is not None and whole.stated:
             return list(self._in_all(component, whole))
         parts = self.dynamometer or DynamometerSection()
@@ -99,7 +104,7 @@ class ForceStatement:
         of = f"{self.called}, {name}, force.{component}"
         return ForceError(name, share, shift_N, "B", source, of)
 
-    def _in_all(self, component: str, whole: Whole) -> Iterator[ForceError]:
+    def _in_all(self, component: str, whole: StatedUncertainty) -> Iterator[ForceError]:
         """Yield the uncertainty that is stated of the whole, taken as common to all its forces."""
         percent = of_component(whole.uncertainty_percent, component)
         beside_N = of_component(whole.uncertainty_N, component)

@@ -16,7 +16,7 @@ from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.sense.measured import errors_of, shared_key
 from autodb.agent.sense.sensed import Readings, as_observed
-from autodb.fitting.uncertainty import Contribution, UncertaintyBudget
+from autodb.fitting.uncertainty import BudgetEntry, UncertaintyBudget
 from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, REFERENCES
 from autodb.pairs.updating import ReadingErrors, reading_errors
 from autodb.sensing.dynamometer import PARTS, WHOLE, ForceError
@@ -63,32 +63,32 @@ def _errors(force: models.SensedForce, version: models.CuttingParameters | None)
     return ReadingErrors(readings.sd_N, np.full(1, np.nan), shared)
 
 
-def _own(force: models.SensedForce, sd_N: float) -> Iterator[Contribution]:
+def _own(force: models.SensedForce, sd_N: float) -> Iterator[BudgetEntry]:
     """Yield what is a force's own: of a measured one its noise, of a sensed one its sensing."""
     own = [one for one in errors_of(force) if one.of is None]
     for one in own:
         whole = float(force.value_N or 0.0)
-        yield Contribution(one.name, one.standard_N(whole), one.evaluation, one.source, one.freedom)
+        yield BudgetEntry(one.name, one.standard_N(whole), one.evaluation, one.source, one.freedom)
     if not own:
         said = "scatter of one cut's own, with the noise of its current"
         if force.calibration is None:
-            yield Contribution(f"{SENSING}, this cut alone", sd_N, "B", force.estimator)
+            yield BudgetEntry(f"{SENSING}, this cut alone", sd_N, "B", force.estimator)
             return
         freedom = _freedom(force.calibration)
-        yield Contribution(f"{SENSING}, this cut alone", sd_N, "A", said, freedom)
+        yield BudgetEntry(f"{SENSING}, this cut alone", sd_N, "A", said, freedom)
 
 
 def _freedom(row: models.CalibrationVersion) -> float:
     return float(max(1, int(row.scores["n"]) - len(row.coefficients)))
 
 
-def _shared(force: models.SensedForce, found: ReadingErrors) -> Iterator[Contribution]:
+def _shared(force: models.SensedForce, found: ReadingErrors) -> Iterator[BudgetEntry]:
     """Yield what a force shares with others, by what it is the error of."""
     stated = _stated(force)
     for key, sd_N in found.shared.items():
         of = stated.get(key)
         if of is not None:
-            yield Contribution(of.name, float(sd_N[0]), of.evaluation, of.source, of.freedom)
+            yield BudgetEntry(of.name, float(sd_N[0]), of.evaluation, of.source, of.freedom)
         else:
             begins = next(one for one in _SENSED if key.startswith(one))
             yield _SENSED[begins](force, float(sd_N[0]))
@@ -103,45 +103,45 @@ def _stated(force: models.SensedForce) -> Mapping[str, ForceError]:
     return {shared_key(one, recording): one for one in found}
 
 
-def _coefficients(force: models.SensedForce, sd_N: float) -> Contribution:
+def _coefficients(force: models.SensedForce, sd_N: float) -> BudgetEntry:
     assert force.calibration is not None
     said = f"coefficients of calibration {force.calibration.id}"
-    return Contribution(f"{SENSING}, calibration", sd_N, "A", said, _freedom(force.calibration))
+    return BudgetEntry(f"{SENSING}, calibration", sd_N, "A", said, _freedom(force.calibration))
 
 
-def _references(force: models.SensedForce, sd_N: float) -> Contribution:
+def _references(force: models.SensedForce, sd_N: float) -> BudgetEntry:
     assert force.calibration is not None
     said = f"reference forces that calibration {force.calibration.id} was made with"
-    return Contribution(TRANSFER, sd_N, "B", said)
+    return BudgetEntry(TRANSFER, sd_N, "B", said)
 
 
-def _day(_force: models.SensedForce, sd_N: float) -> Contribution:
-    return Contribution(f"{SENSING}, drift from day to day", sd_N, "A", "groups of cuts differ so")
+def _day(_force: models.SensedForce, sd_N: float) -> BudgetEntry:
+    return BudgetEntry(f"{SENSING}, drift from day to day", sd_N, "A", "groups of cuts differ so")
 
 
-def _gain(force: models.SensedForce, sd_N: float) -> Contribution:
-    return Contribution(f"{SENSING}, gain", sd_N, "B", f"gain of sensor {force.estimator_id}")
+def _gain(force: models.SensedForce, sd_N: float) -> BudgetEntry:
+    return BudgetEntry(f"{SENSING}, gain", sd_N, "B", f"gain of sensor {force.estimator_id}")
 
 
-def _edge(_force: models.SensedForce, sd_N: float) -> Contribution:
-    return Contribution(f"{PROCESS}, wear of this edge", sd_N, "A", "edges differ so")
+def _edge(_force: models.SensedForce, sd_N: float) -> BudgetEntry:
+    return BudgetEntry(f"{PROCESS}, wear of this edge", sd_N, "A", "edges differ so")
 
 
-_SENSED: dict[str, Callable[[models.SensedForce, float], Contribution]] = {
+_SENSED: dict[str, Callable[[models.SensedForce, float], BudgetEntry]] = {
     CALIBRATION: _coefficients, REFERENCES: _references, DAY: _day, GAIN: _gain, EDGE: _edge,
 }  # fmt: skip
 """What a key of an error that forces share begins with, and its contribution."""
 
 
-def _of_none(force: models.SensedForce, known: list[Contribution]) -> Iterator[Contribution]:
+def _of_none(force: models.SensedForce, known: list[BudgetEntry]) -> Iterator[BudgetEntry]:
     """Yield what a budget names in any case and this one has not, and why it has not."""
     names = [one.name for one in known]
     for name in PARTS:
         if not any(one.startswith(name) for one in names):
-            yield Contribution(name, None, "B", _why_none(names))
+            yield BudgetEntry(name, None, "B", _why_none(names))
     if force.errors is not None:
         for name in (TRANSFER, SENSING):
-            yield Contribution(name, None, "B", "none: measured in the cut itself")
+            yield BudgetEntry(name, None, "B", "none: measured in the cut itself")
 
 
 def _why_none(names: list[str]) -> str:
@@ -152,9 +152,9 @@ def _why_none(names: list[str]) -> str:
     return "not stated"
 
 
-def _process(found: ReadingErrors, version: models.CuttingParameters | None) -> Contribution:
+def _process(found: ReadingErrors, version: models.CuttingParameters | None) -> BudgetEntry:
     if version is None:
-        return Contribution(PROCESS, None, "A", "not known: no version of the pair learnt it")
+        return BudgetEntry(PROCESS, None, "A", "not known: no version of the pair learnt it")
     freedom = float(np.mean(as_posterior(version).scatter.weight))
     said = f"scatter of the pair's cuts, parameters {version.id}"
-    return Contribution(PROCESS, float(found.process[0]), "A", said, freedom)
+    return BudgetEntry(PROCESS, float(found.process[0]), "A", said, freedom)

@@ -29,7 +29,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span, basis_of, last_mark, next_span
 from autodb.agent.sense.due import calibrations_due
-from autodb.agent.sense.measured_over_time import measure_over_time
+from autodb.agent.sense.measured import measure_over_time
 from autodb.agent.sense.over_time import feel_over_time
 from autodb.agent.sense.ranging import known_otherwise, sense_cuts
 from autodb.agent.sense.sensed import Calibrations, forces_of_pair
