@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from autodb.errors import near
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
+from autodb.files.dynamometer import DynamometerSection
 from autodb.files.toml import Finite, NotNegative, Positive, ReferenceValue, Section, read_toml
 from autodb.files.workholding import Clamping
 
@@ -120,7 +121,8 @@ class MachineFile(Section):
     """A machine. ``rotary_order``: the rotary axes from the one on the bed to the outermost.
 
     ``shares``: what other machines may know of it: None: its parameters, and no more.
-    ``setup``: what is clamped today; NC programs are made from it, the database does not keep it.
+    ``dynamometer``: the one of recordings whose side files state none. ``setup``: what is clamped
+    today; NC programs are made from it, the database does not keep it.
     """
 
     dialect: Dialect | None = None
@@ -130,6 +132,7 @@ class MachineFile(Section):
     shares: Shares | None = None
     spindle: SpindleFile = SpindleFile()
     retention: Retention = Retention()
+    dynamometer: DynamometerSection | None = None
     setup: Clamping | None = None
     axes: dict[str, AxisFile] = Field(json_schema_extra={"minProperties": 1})
 

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import is_channel
+from autodb.files.dynamometer import DynamometerSection, PublicationSection
 from autodb.files.toml import Finite, Positive, Section, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
 
@@ -92,12 +93,17 @@ class CutSection(Section):
 
 
 class SideFile(Section):
-    """A whole side file; every part is optional."""
+    """A whole side file; every part is optional.
+
+    ``source``: where forces were taken from that nobody measured here.
+    """
 
     channels: dict[str, Named] = Field(default_factory=dict)
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()
+    dynamometer: DynamometerSection | None = None
+    source: PublicationSection | None = None
 
     @model_validator(mode="after")
     def _channels(self) -> "SideFile":
@@ -105,6 +111,15 @@ class SideFile(Section):
             fault = _fault(name, spec)
             if fault:
                 raise ValueError(f"[channels] '{name}' {fault}")
+        return self
+
+    @model_validator(mode="after")
+    def _one_statement_of_forces(self) -> "SideFile":
+        if self.source is not None and self.dynamometer is not None:
+            raise ValueError(
+                "[source] and [dynamometer] both say where the forces are from; state [source] for "
+                "a publication's forces, [dynamometer] for your own"
+            )
         return self
 
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.forward.course import OverTime, over_time
-from autodb.forward.prediction import PredictedCut, ToolOf
+from autodb.forward.prediction import PredictedCut, ToolOf, not_read
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import PairPosterior
@@ -66,7 +65,7 @@ def predict_lines(
             return _cuts(tool, some, rows, source)
 
         for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-            found[line.number] = _predicted(line, its)
+            found[line.number] = _predicted(posterior, line, its)
     return tuple(found[line.number] for line in lines)
 
 
@@ -92,7 +91,7 @@ def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
     return lines[-1].number
 
 
-def _predicted(line: ProgramLine, its: OverTime) -> PredictedCut:
+def _predicted(posterior: PairPosterior, line: ProgramLine, its: OverTime) -> PredictedCut:
     x, y, z, torque, power = its.mean
     return PredictedCut(
         name=line.name,
@@ -105,7 +104,7 @@ def _predicted(line: ProgramLine, its: OverTime) -> PredictedCut:
         torque_N_m=torque,
         power_W=power,
         peaks=replace(its.peaks, speed_rpm=line.fastest_rpm),
-        passive=PASSIVE_AXIS.get(line.operation),
+        passive=not_read(posterior, line.operation),
         start=its.start,
         end=its.end,
     )

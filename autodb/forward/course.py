@@ -68,7 +68,7 @@ def over_time(
     ends = engaged([row for one in some for row in one.ends])
     largest = engaged(_largest(posterior, some, engaged))
     means, at_ends, peaks = (
-        intervals(expected, operation=steps.operation)
+        intervals(expected, operation=steps.operation, known=posterior.passive.get(steps.operation))
         for expected in (
             forecast(posterior, steps, Shares(begins[:-1], share)),
             forecast(posterior, ends),

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from autodb.cutting import endmill, tools
 from autodb.cutting.elements import Elements
-from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import JobCut
 from autodb.forward.course import over_time
-from autodb.forward.prediction import Interval, Peaks, PredictedCut, ToolOf, intervals
+from autodb.forward.prediction import Interval, Peaks, PredictedCut, ToolOf, intervals, not_read
 from autodb.pairs.engaged import (
     BANDS,
     BY_NAME,
@@ -64,15 +63,21 @@ def _steady(
     """Yield what cuts of one operation take that stay the same over their time."""
     rows = [cut.conditions(tool.diameter_mm) for cut in cuts]
     expected = forecast(posterior, operation.cuts(tool.numbers, rows, called=tool.name))
-    means = intervals(expected, operation=operation.name)
+    known = posterior.passive.get(operation.name)
+    means = intervals(expected, operation=operation.name, known=known)
     for cut, row, mean in zip(cuts, rows, means, strict=True):
         mills = cut.operation in BANDS
         peaks = _peaks(posterior, tool, cut.operation, row) if mills else None
-        yield _predicted(cut, row, mean, peaks)
+        yield _predicted(posterior, cut, row, mean, peaks=peaks)
 
 
 def _predicted(
-    cut: JobCut, conditions: Conditions, mean: Sequence[Interval], peaks: Peaks | None
+    posterior: PairPosterior,
+    cut: JobCut,
+    conditions: Conditions,
+    mean: Sequence[Interval],
+    *,
+    peaks: Peaks | None,
 ) -> PredictedCut:
     return PredictedCut(
         name=cut.name,
@@ -85,7 +90,7 @@ def _predicted(
         torque_N_m=mean[3],
         power_W=mean[4],
         peaks=peaks,
-        passive=PASSIVE_AXIS.get(cut.operation),
+        passive=not_read(posterior, cut.operation),
     )
 
 
@@ -121,7 +126,8 @@ def _changing(
         return operation.cuts(tool.numbers, rows, called=tool.name)
 
     for cut, its in zip(cuts, over_time(posterior, some, engaged), strict=True):
-        whole = _predicted(cut, cut.conditions(tool.diameter_mm), its.mean, its.peaks)
+        row = cut.conditions(tool.diameter_mm)
+        whole = _predicted(posterior, cut, row, its.mean, peaks=its.peaks)
         yield replace(whole, start=its.start, end=its.end)
 
 

@@ -4,11 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
+from autodb.pairs.posterior import PairPosterior, PassiveKnown
+
+Array = NDArray[np.float64]
 
 _COLUMNS = {"x": 0, "y": 1, "z": 2}
 """Columns of a forecast that are forces, by component."""
@@ -77,9 +81,9 @@ class PredictedCut:
     Of a mill that is the mean over a turn, and ``peaks`` are the largest. Of a cut that goes from
     one diameter to another, and of a program's line, forces, torque and power are means in time
     along it, speeds those at its largest diameter, ``peaks`` the largest, and ``start`` and ``end``
-    what it begins and ends with. ``passive``: the component that no drive of the machine senses,
-    known from the law alone. ``state``: the process state that it is predicted in; None: the pair's
-    usual one.
+    what it begins and ends with. ``passive``: the component that no drive of the machine senses and
+    nobody measured, known from the law alone. ``state``: the process state that it is predicted in;
+    None: the pair's usual one.
     """
 
     name: str
@@ -131,11 +135,30 @@ class ToolOf:
         return self.numbers.get("diameter_mm")
 
 
-def intervals(expected: Forecast, *, operation: str | None = None) -> list[list[Interval]]:
+def not_read(posterior: PairPosterior, operation: str) -> str | None:
+    """Return the passive component of an operation, where it is known from the law alone."""
+    return None if operation in posterior.passive else PASSIVE_AXIS.get(operation)
+
+
+def _open_rad(expected: Forecast, passive: int, known: PassiveKnown | None) -> Array:
+    """Return by how much the thrust's direction is open (n,), rad: less after forces were read.
+
+    Each reading determines it by its variance and that of its cut.
+    """
+    if known is None:
+        return np.full(len(expected.mean), PASSIVE_RAD)
+    each = known.variance_N2 + expected.own[:, passive]
+    information = known.count * expected.turned[:, passive] ** 2 / each
+    return np.asarray(1.0 / np.sqrt(1.0 / PASSIVE_RAD**2 + information))
+
+
+def intervals(
+    expected: Forecast, *, operation: str | None = None, known: PassiveKnown | None = None
+) -> list[list[Interval]]:
     """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
     The force that is passive in the ``operation`` is wider by what is not known of the thrust's
-    direction; None: none is.
+    direction; None: none is. ``known``: what was read of that force.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
@@ -143,7 +166,8 @@ def intervals(expected: Forecast, *, operation: str | None = None) -> list[list[
     passive = _COLUMNS.get(PASSIVE_AXIS.get(operation or "", ""))
     if passive is not None:
         sd = sd.copy()
-        sd[:, passive] = np.hypot(sd[:, passive], PASSIVE_RAD * expected.turned[:, passive])
+        open_rad = _open_rad(expected, passive, known)
+        sd[:, passive] = np.hypot(sd[:, passive], open_rad * expected.turned[:, passive])
     half = NORMAL_95 * sd
     one_sign = np.ones(mean.shape, dtype=np.bool_)
     one_sign[:, :3] = expected.along >= ALL

@@ -18,7 +18,7 @@ from autodb.cutting.elements import (
     linearised_forces,
 )
 from autodb.pairs.modelled import own_variance
-from autodb.pairs.observed import PairCuts, with_growth
+from autodb.pairs.observed import PairCuts, edge_growth, with_growth
 from autodb.pairs.posterior import OWN, WEAR, PairPosterior
 
 Array = NDArray[np.float64]
@@ -114,22 +114,29 @@ def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
     return Worn(mean, apart, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
-def _linear(theta: Array, cuts: PairCuts, off: Array) -> tuple[Array, Array, Array, Array]:
+def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array, ...]:
     """Return forces (n, 5) of cuts whose assumed quantities are ``off`` (v,) by so many sds.
 
-    With them their parts as if they were not, the slopes by the law's coordinates (n, 5, p), and
-    what one standard deviation of each quantity changes (n, 5, v).
+    ``law`` (6,): what the law is off by.
+
+    With them their parts as if they were not and as they are, the slopes by the law's coordinates
+    (n, 5, p), and what one standard deviation of each quantity changes (n, 5, v).
     """
     several = [cuts.elements, *(one.elements for one in cuts.variants)]
-    whole, parts, by_law = (
+    joined, growth = joined_elements(several), edge_growth(cuts.elements)[:, None]
+    by_error = np.zeros((joined.count, 3))
+    by_error[: cuts.elements.count] = law[:3] + growth * law[3:]
+    whole, parts, slopes_of_both = (
         one.reshape(len(several), -1, *one.shape[1:])
-        for one in linearised_forces(theta, joined_elements(several))
+        for one in linearised_forces(theta, joined, by_error)
     )
-    mean, slopes = whole[0], by_law[0]
+    by_law, of_errors = slopes_of_both[..., :OWN], slopes_of_both[..., OWN:]
+    mean, found, slopes = whole[0], parts[0], by_law[0] + of_errors[0]
     for k, share in enumerate(off.tolist(), start=1):
         mean = mean + share * (whole[k] - whole[0])
+        found = found + share * (parts[k] - parts[0])
         slopes = slopes + share * (by_law[k] - by_law[0])
-    return mean, parts[0], slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
+    return mean, parts[0], found, slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
 
 
 def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = None) -> Forecast:
@@ -142,13 +149,15 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     place = known.columns(error.key)
     theta = known.state.mean[:OWN]
     at = [known.columns(one.key).start for one in cuts.variants]
-    mean, parts, by_law, by_assumed = _linear(theta, cuts, known.state.mean[at])
-    parts = with_growth(parts, cuts.elements)
+    mean, assumed, parts, by_law, by_assumed = _linear(
+        theta, cuts, known.state.mean[at], known.state.mean[place]
+    )
+    assumed = with_growth(assumed, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
     slopes[:, :, :OWN] = by_law
-    slopes[:, :, place] = parts
+    slopes[:, :, place] = assumed
     slopes[:, :, at] = by_assumed
-    mean = mean + parts @ known.state.mean[place]
+    mean = mean + assumed @ known.state.mean[place]
     wear = worn(known, cuts)
     mean = mean + wear.mean
     if posterior.wear is not None:

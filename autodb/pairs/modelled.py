@@ -1,9 +1,10 @@
 """Readings as functions of a posterior's state: what is expected of them, and how it changes.
 
-    y = F(θ) (1 + C δ) + L(θ) λ,   L(θ) λ of the law's errors and of what is assumed
+    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ,   L(θ) λ of the law's errors and of what is assumed
 
-θ coordinates of the law, δ errors of calibrations, λ errors of the law in an operation and of what
-is assumed of the cuts, each behind the other in the state.
+θ coordinates of the law, δ errors of calibrations and of dynamometers, λ errors of the law in an
+operation and of what is assumed of the cuts, each behind the other in the state: what senses a
+force errs by a share of the force that there is.
 """
 
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ FORCE = 2
 class Seen:
     """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, 6), what
     each error behind the law changes ``shared`` (m, k), and what is expected.
+
+    The first two with what is assumed as it was found to be.
     """
 
     parts: Array
@@ -85,10 +88,11 @@ class Modelled:
         assert worked.slopes is not None
         assert worked.off_slopes is not None
         seen, errors = self._seen(worked, state), state[OWN:]
-        slopes = worked.slopes[0] * (1.0 + self._gains @ errors)[:, None] + worked.off_slopes
+        slopes = worked.slopes[0] + worked.off_slopes
         for k, place in enumerate(self._assumed, start=1):
             slopes += errors[place] * (worked.slopes[k] - worked.slopes[0])
-        return seen, np.column_stack([slopes, seen.shared])
+        gain = 1.0 + self._gains @ errors
+        return seen, np.column_stack([gain[:, None] * slopes, seen.shared])
 
     def noise(self, seen: Seen, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
@@ -96,13 +100,18 @@ class Modelled:
         return np.asarray(np.sqrt(self.observed.sd**2 + own))
 
     def _seen(self, worked: _Worked, state: Array) -> Seen:
-        whole = worked.parts.sum(axis=2)
-        shared = self._gains * whole[0][:, None] + self._shifts
+        whole, errors = worked.parts.sum(axis=2), state[OWN:]
+        of_force = np.zeros_like(self._gains)
         for place, inside in self._laws:
-            shared[:, place] = np.where(inside, worked.off[0], 0.0)
+            of_force[:, place] = np.where(inside, worked.off[0], 0.0)
+        parts, off = worked.parts[0], worked.off[0]
         for k, place in enumerate(self._assumed, start=1):
-            shared[:, place] = whole[k] - whole[0]
-        return Seen(worked.parts[0], worked.off[0], shared, whole[0] + shared @ state[OWN:])
+            of_force[:, place] = whole[k] - whole[0]
+            parts = parts + errors[place] * (worked.parts[k] - worked.parts[0])
+            off = off + errors[place] * (worked.off[k] - worked.off[0])
+        force, gain = whole[0] + of_force @ errors, 1.0 + self._gains @ errors
+        shared = self._gains * force[:, None] + self._shifts + gain[:, None] * of_force
+        return Seen(parts, off, shared, force * gain + self._shifts @ errors)
 
     def _off(self, state: Array) -> list[Array]:
         """Return what the law is off by in each part of each batch's forces, with variants (n, 3).

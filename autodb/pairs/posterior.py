@@ -7,7 +7,8 @@ them as far known as they are: never taken for scatter, never averaged away (phy
 section 7). Its size does not grow with the number of cuts.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,10 +139,25 @@ edge."""
 
 
 @dataclass(frozen=True)
+class PassiveKnown:
+    """Passive forces that were learnt: how many, and the mean variance of their readings, N²."""
+
+    count: int
+    variance_N2: float
+
+    def also(self, sd_N: Array) -> "PassiveKnown":
+        """Return it with further readings (m,)."""
+        count = self.count + len(sd_N)
+        total = self.count * self.variance_N2 + float(np.sum(sd_N**2))
+        return PassiveKnown(count, total / max(count, 1))
+
+
+@dataclass(frozen=True)
 class PairPosterior:
     """``state``: the law's coordinates, then the errors of each of ``shared`` in their order.
 
-    ``wear``: how the edge's force grows with its cutting time; None: not fitted.
+    ``wear``: how the edge's force grows with its cutting time; None: not fitted. ``passive``: what
+    was learnt of passive forces, by operation; none: their direction is the law's alone.
     """
 
     state: Gaussian
@@ -150,6 +166,7 @@ class PairPosterior:
     cuts: int
     off_law: LawDiscrepancy = NEAR
     wear: Wear | None = None
+    passive: Mapping[str, PassiveKnown] = field(default_factory=dict)
 
     def law_error(self, operation: str) -> Shared:
         """Return how far the law may be off in an operation."""

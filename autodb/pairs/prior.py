@@ -14,7 +14,15 @@ from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
 from autodb.fitting import Gaussian
 from autodb.pairs.observed import Observed, PairCuts, X, Y
-from autodb.pairs.posterior import CALIBRATION, OWN, P1_SCATTER, REFERENCES, PairPosterior, Shared
+from autodb.pairs.posterior import (
+    CALIBRATION,
+    GAIN,
+    OWN,
+    P1_SCATTER,
+    REFERENCES,
+    PairPosterior,
+    Shared,
+)
 from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
@@ -91,9 +99,10 @@ def of_relative(posterior: PairPosterior) -> PairPosterior:
 
     What belongs to the material is known by RELATIVE more standard deviations of what any metal
     leaves open, what belongs to the tool's edge as of any metal. Errors of the machine's
-    calibrations stay tied to it: they are the same ones, whatever the tool.
+    calibrations and sensors stay tied to it: they are the same ones, whatever the tool.
     """
-    kept = tuple(one for one in posterior.shared if one.key.startswith((CALIBRATION, REFERENCES)))
+    sensing = (CALIBRATION, REFERENCES, GAIN)
+    kept = tuple(one for one in posterior.shared if one.key.startswith(sensing))
     rows = np.concatenate([np.arange(OWN), *(np.r_[posterior.columns(one.key)] for one in kept)])
     mean, wider = posterior.state.mean[rows], posterior.state.covariance[np.ix_(rows, rows)]
     any_ = any_metal().law
@@ -114,7 +123,7 @@ def of_state(posterior: PairPosterior) -> PairPosterior:
     """
     wider = posterior.state.covariance.copy()
     wider[:OWN, :OWN] += RELATIVE**2 * any_metal().law.covariance
-    return replace(posterior, state=Gaussian(posterior.state.mean, wider), cuts=0)
+    return replace(posterior, state=Gaussian(posterior.state.mean, wider), cuts=0, passive={})
 
 
 def _as_readings(card: CardForces) -> Observed:

@@ -2,7 +2,7 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = F(θ) (1 + C δ) + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part of F)²),  θ, δ, λ ~ prior
+    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ + ε,  ε ~ N(0, sd² + Σ (share · part)²),  θ, δ, λ ~ prior
 
 δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
 the parts of F and F turned.
@@ -17,17 +17,27 @@ come in. A cut costs the same however many came before. Source: physics referenc
 and Cathey 1993 for the iterated filter as Gauss-Newton.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri, dtrtrs
 
+from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
+from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import FAR, OWN, PairPosterior, Scatter, Shared
+from autodb.pairs.posterior import (
+    FAR,
+    OWN,
+    PairPosterior,
+    PassiveKnown,
+    Scatter,
+    Shared,
+)
 
 Array = NDArray[np.float64]
 
@@ -40,6 +50,9 @@ TINY = 1e-12
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
+BENT = 2.0
+"""Factor by which readings may be less sure by a normal posterior than by the mixture that it
+stands for: beyond, forces are not linear between its two. Chosen."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -66,8 +79,23 @@ def posterior_of_readings(
             f"{cuts} cuts do not determine the pair ({error}); leave out those that stand out"
         ) from error
     return replace(
-        prior, state=state, scatter=scatter, cuts=prior.cuts + len(np.unique(observed.cut))
+        prior,
+        state=state,
+        scatter=scatter,
+        cuts=prior.cuts + len(np.unique(observed.cut)),
+        passive=_passive_known(prior, observed),
     )
+
+
+def _passive_known(prior: PairPosterior, observed: Observed) -> dict[str, PassiveKnown]:
+    """Return what is known of passive forces, with those among readings."""
+    known = dict(prior.passive)
+    for operation, axis in PASSIVE_AXIS.items():
+        read = observed.within(operation) & (observed.quantity == COMPONENTS.index(axis))
+        if read.any():
+            before = known.get(operation, PassiveKnown(0, 0.0))
+            known[operation] = before.also(observed.sd[read])
+    return known
 
 
 def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
@@ -88,17 +116,48 @@ def learn_averaging(
 
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
-    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn.
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
+    learning a law that is near does not come to rest, the other's posterior is returned, and the
+    likelier one where no normal posterior holds both.
     """
     far = replace(posterior, off_law=FAR)
-    held = posterior_of_readings(posterior, observed, near=near)
+    try:
+        held = posterior_of_readings(posterior, observed, near=near)
+    except UnusableInput:
+        return posterior_of_readings(far, observed, near=near)
     let_go = posterior_of_readings(far, observed, near=near or held)
     odds = (
         log_evidence(far, let_go, observed)
         - log_evidence(posterior, held, observed)
         + np.log(FAR_ODDS)
     )
-    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
+    weight = float(0.5 * (1.0 + np.tanh(0.5 * odds)))
+    both = _averaged(held, let_go, weight)
+    if _holds_both(both, (held, let_go), (1.0 - weight, weight), observed):
+        return both
+    return let_go if weight > 0.5 else held
+
+
+def _holds_both(
+    both: PairPosterior,
+    each: tuple[PairPosterior, PairPosterior],
+    weights: tuple[float, float],
+    observed: Observed,
+) -> bool:
+    """Say whether a normal posterior expects readings about as its mixture does."""
+    means, variances = zip(*(_known_of(one, observed) for one in (both, *each)), strict=True)
+    shares = np.array(weights)[:, None]
+    mean = np.sum(shares * means[1:], axis=0)
+    mixture = np.sum(shares * (np.array(variances[1:]) + (np.array(means[1:]) - mean) ** 2), axis=0)
+    found = variances[0] + (means[0] - mean) ** 2
+    return bool(np.all(found <= BENT**2 * mixture))
+
+
+def _known_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
+    """Return what is expected of readings (m,), and its variance without what is a cut's own."""
+    known, model = _met(posterior, observed)
+    seen, design = model.steep(known.state.mean)
+    return seen.expected, np.vecdot(design @ known.state.covariance, design)
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
@@ -156,6 +215,31 @@ def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Ar
     own = model.noise(seen, known.scatter)
     covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
     return seen.expected, covariance
+
+
+@dataclass(frozen=True)
+class ReadingErrors:
+    """Standard deviations (m,) of what makes readings differ from the law: ``own`` of each reading,
+    ``process`` of its cut, ``shared`` with other readings, by key.
+    """
+
+    own: Array
+    process: Array
+    shared: Mapping[str, Array]
+
+
+def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingErrors:
+    """Return the errors with which readings enter a posterior, where it expects them to be."""
+    known, model = _met(posterior, observed)
+    seen = model.seen(known.state.mean)
+    whole = model.noise(seen, known.scatter)
+    shared = {}
+    for one in observed.shared:
+        place = known.columns(one.key)
+        moves = seen.shared[:, place.start - OWN : place.stop - OWN]
+        shared[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", moves, one.covariance, moves))
+    process = np.sqrt(np.maximum(whole**2 - observed.sd**2, 0.0))
+    return ReadingErrors(observed.sd, process, shared)
 
 
 def _met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:

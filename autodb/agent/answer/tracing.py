@@ -1,6 +1,6 @@
 """Trace: from a stored answer down to the recordings it came from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,13 +9,16 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.budgets import budget_of_force
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
+from autodb.agent.sense.measured import statement_of
 from autodb.cutting import shear
 from autodb.errors import NotThere, near
+from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import NORMAL_95
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.sensed_force import left_domain
@@ -71,8 +74,14 @@ def _calibration(session: Session, row: models.CalibrationVersion) -> Node:
 
 def _sensed(session: Session, row: models.SensedForce) -> Node:
     what = f"{row.value_N:.1f} ± {row.sd_N:.1f} N" if row.value_N is not None else str(row.reason)
-    text = f"sensed force {row.id}: force.{row.component} of cut {row.cut.number:g}: {what}"
+    known = "sensed" if row.errors is None else "measured"
+    text = f"{known} force {row.id}: force.{row.component} of cut {row.cut.number:g}: {what}"
     sources = [_recording(session, row.cut.recording)]
+    if row.errors is not None:
+        sources.append(Node(_origin(session, row)))
+    if row.value_N is not None:
+        budget = budget_of_force(session, row)
+        sources.append(Node(budget.total(), [Node(line) for line in budget.lines()]))
     if row.calibration is not None:
         sources.append(_calibration(session, row.calibration))
         text += _beyond(row, row.calibration)
@@ -88,6 +97,31 @@ def _beyond(row: models.SensedForce, by: models.CalibrationVersion) -> str:
     table = cuts_as_table([row.cut], path=Path(row.cut.recording.path))
     _, said = left_domain(table, as_calibration(by))
     return f", and ± {row.common[-1]:.1f} N {said}"
+
+
+def _origin(session: Session, row: models.SensedForce) -> str:
+    """Return where a measured force is from."""
+    recording = row.cut.recording
+    owner = session.get_one(models.Machine, recording.machine_id)
+    return f"measured by or taken from: {statement_of(owner, recording).words}"
+
+
+def _budgets(session: Session, forces: list[models.SensedForce]) -> Iterator[Node]:
+    """Yield the uncertainty of each component's median force, and where these forces are from."""
+    for component in COMPONENTS:
+        some = [force for force in forces if force.component == component]
+        some.sort(key=lambda force: abs(force.value_N or 0.0))
+        if some:
+            middle = some[len(some) // 2]
+            budget = budget_of_force(session, middle)
+            yield Node(
+                f"force.{component}: {budget.value:.1f} N, the median: {budget.total()}; 'autodb "
+                f"trace force {middle.id}' lists the contributions"
+            )
+    measured = [force for force in forces if force.errors is not None]
+    of_recording = {force.cut.recording_id: force for force in measured}
+    for text in dict.fromkeys(_origin(session, one) for one in of_recording.values()):
+        yield Node(text)
 
 
 def _sensor(session: Session, row: models.Estimator) -> Node:
@@ -118,6 +152,7 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         cuts = ", ".join(dict.fromkeys(f"{force.cut.number:g}" for force in some))
         source.sources.append(Node(f"cuts {cuts}"))
         node.sources.append(source)
+    node.sources += _budgets(session, forces)
     sensed_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
     node.sources += [_calibration(session, calibration) for calibration in sensed_by.values()]
     sensors = {force.sensor.id: force.sensor for force in forces if force.sensor}

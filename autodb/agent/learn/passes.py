@@ -39,7 +39,7 @@ class RefreshReport:
     are due.
 
     ``waiting``: how many of the machine's mismatches nobody has decided on; ``retained``: what
-    became of old recordings afterwards.
+    became of old recordings afterwards. ``measured``: forces that a dynamometer measured.
     """
 
     came_in: list[CameIn] = field(default_factory=list)
@@ -52,15 +52,19 @@ class RefreshReport:
     due: list[str] = field(default_factory=list)
     waiting: int = 0
     retained: list[str] = field(default_factory=list)
+    measured: int = 0
 
     @property
     def anything(self) -> bool:
         """Whether anything was new."""
-        return bool(self.came_in or self.sensed or self.not_sensed or self.versions)
+        return bool(
+            self.came_in or self.measured or self.sensed or self.not_sensed or self.versions
+        )
 
     def also(self, other: "RefreshReport") -> None:
         """Add what a later pass did."""
         self.came_in += other.came_in
+        self.measured += other.measured
         self.sensed += other.sensed
         self.not_sensed += other.not_sensed
         self.versions += other.versions
@@ -74,7 +78,9 @@ class RefreshReport:
         """Return it in words, a line each."""
         said = [_of_file(one) for one in self.came_in]
         if self.anything:
-            said.append(f"{self.sensed} forces sensed, {self.not_sensed} not sensed")
+            measured = f"{self.measured} forces measured, " if self.measured else ""
+            of_what = "" if self.measured else " forces"
+            said.append(f"{measured}{self.sensed}{of_what} sensed, {self.not_sensed} not sensed")
         else:
             said.append("nothing new: every cut is sensed and every pair is up to date")
         said += [f"{pair}: version {version} from {n} cuts" for pair, version, n in self.versions]

@@ -193,7 +193,8 @@ def sources(session: Session, _progress: Progress) -> CheckOutcome:
             force.id,
             force.value_N.is_not(None)
             & force.calibration_id.is_(None)
-            & force.estimator_id.is_(None),
+            & force.estimator_id.is_(None)
+            & force.errors.is_(None),
         ),
         ("cutting_parameters", parameters.id, ~parameters.forces.any()),
         (

@@ -29,8 +29,9 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span, basis_of, last_mark, next_span
 from autodb.agent.sense.due import calibrations_due
+from autodb.agent.sense.measured import measure_over_time
 from autodb.agent.sense.over_time import feel_over_time
-from autodb.agent.sense.ranging import sense_cuts, sensed_otherwise
+from autodb.agent.sense.ranging import known_otherwise, sense_cuts
 from autodb.agent.sense.sensed import Calibrations, forces_of_pair
 from autodb.store import Store, models, retried
 
@@ -54,6 +55,7 @@ def refresh(
     done = RefreshReport()
     if inbox is not None:
         done.set_aside += retried(lambda: inbox.take_in(store, machine, tell), tell)
+    done.set_aside += retried(lambda: measure_over_time(store, machine, progress=tell), tell)
     over_time = retried(lambda: feel_over_time(store, machine, progress=tell), tell)
     done.set_aside += over_time.notes
     examined = -1
@@ -90,15 +92,16 @@ class _Pass:
         """Sense, learn and explain; keep that it was done where there was anything to do."""
         done, session, owner = self._done, self._session, self._owner
         sensed = sense_cuts(session, owner, self.span, self._progress)
-        if not sensed and not sensed_otherwise(session, owner.id):
+        if not sensed and not known_otherwise(session, owner.id):
             done.set_aside.append(
-                "no calibration is usable, so no force can be sensed; run 'autodb calibrate' first"
+                "no force was measured and no calibration is usable, so no force is known; import "
+                "cuts with force.*, or run 'autodb calibrate'"
             )
         outliers: list[int] = []
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
         done.mismatches += open_mismatches(session, owner, outliers, progress=self._progress)
-        done.sensed, done.not_sensed = self._counted()
+        done.measured, done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
             keep_pass(session, owner.id, PassRecord(done, self.span, self._basis, self._files))
@@ -170,16 +173,20 @@ class _Pass:
         )
         return {number for number in self._session.scalars(pairs) if number is not None}
 
-    def _counted(self) -> tuple[int, int]:
-        """Return how many forces were sensed, and not, since the last pass."""
+    def _counted(self) -> tuple[int, int, int]:
+        """Return how many forces were measured, sensed, and not sensed since the last pass."""
         own = models.Cut.recording.has(machine_id=self._owner.id)
-        query = select(func.count(models.SensedForce.value_N), func.count()).where(
+        query = select(
+            func.count(models.SensedForce.errors),
+            func.count(models.SensedForce.value_N),
+            func.count(),
+        ).where(
             models.SensedForce.id > self.span.force,
             models.SensedForce.cut_id <= self.span.upto,
             models.SensedForce.cut.has(own),
         )
-        sensed, every = self._session.execute(query).one()
-        return sensed, every - sensed
+        measured, known, every = self._session.execute(query).one()
+        return measured, known - measured, every - known
 
 
 def learn_confirmed(

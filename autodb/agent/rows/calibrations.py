@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.calibration import Calibration, Scores
 from autodb.sensing.ranges.domain import Domain, NearForm
 from autodb.sensing.ranges.error_kinds import ErrorKinds
@@ -27,6 +28,8 @@ def keep_calibration(
     if last is not None and sorted(r.id for r in last.recordings) == recordings:
         alike = (last.kind, last.channel) == (calibration.form.kind, calibration.channel)
         separated = last.cut_sd is not None and last.domain is not None
+        errors = tuple(ForceError(**one) for one in last.reference_errors or ())
+        alike &= errors == calibration.reference_errors
         close = alike and np.allclose(last.coefficients, coefficients, rtol=1e-9, atol=0.0)
         if separated and close:
             return last.version, False
@@ -56,6 +59,7 @@ def keep_calibration(
             current_sd=calibration.errors.current_sd,
             group_covariance=_listed(calibration.errors.group),
             domain=_kept_domain(calibration.domain),
+            reference_errors=[asdict(one) for one in calibration.reference_errors] or None,
             scores=asdict(calibration.scores),
             scores_with_transients=asdict(calibration.scores_with_transients),
             transients=list(calibration.transients),
@@ -139,6 +143,7 @@ def as_calibration(row: models.CalibrationVersion) -> Calibration:
         current_high=row.current_high,
         holds=holds_for(row),
         domain=_domain(row.domain),
+        reference_errors=tuple(ForceError(**one) for one in row.reference_errors or ()),
     )
 
 

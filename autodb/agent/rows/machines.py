@@ -141,6 +141,8 @@ def _write(machine: models.Machine, file: MachineFile) -> None:
     """Set every column of a machine, its axes and gears from a file."""
     for name in _MACHINE:
         setattr(machine, name, getattr(file, name))
+    stated = file.dynamometer
+    machine.dynamometer = None if stated is None else stated.model_dump(exclude_none=True)
     machine.rotary_order = None if file.rotary_order is None else list(file.rotary_order)
     for name in _RETENTION:
         setattr(machine, name, getattr(file.retention, name))
@@ -177,6 +179,7 @@ def as_file(machine: models.Machine) -> MachineFile:
         {
             **{name: getattr(machine, name) for name in _MACHINE},
             "rotary_order": machine.rotary_order,
+            "dynamometer": machine.dynamometer,
             "retention": {name: getattr(machine, name) for name in _RETENTION},
             "spindle": SpindleFile(
                 base_speed_rpm=machine.base_speed_rpm,

@@ -17,6 +17,7 @@ from autodb.pairs.posterior import (
     WEAR,
     LawDiscrepancy,
     PairPosterior,
+    PassiveKnown,
     Scatter,
     Shared,
     Wear,
@@ -57,6 +58,7 @@ def posterior_of(
         cuts=cuts,
         off_law=LawDiscrepancy(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
         wear=_wear(terms[WEAR]) if terms and WEAR in terms else None,
+        passive={k: PassiveKnown(**one) for k, one in scatter.get("passive", {}).items()},
     )
 
 
@@ -80,6 +82,7 @@ def posterior_columns(posterior: PairPosterior) -> dict[str, Any]:
             "share": posterior.scatter.share.tolist(),
             "weight": posterior.scatter.weight.tolist(),
             "off_law": asdict(posterior.off_law),
+            "passive": {name: asdict(one) for name, one in posterior.passive.items()},
         },
         "terms": None if posterior.wear is None else {WEAR: asdict(posterior.wear)},
         "n_cuts": posterior.cuts,

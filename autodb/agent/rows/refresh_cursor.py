@@ -20,8 +20,8 @@ CUTS_A_PASS = 2000
 SENSED_OVER_TIME = ("drive", "table", FUSION)
 """Kinds of estimators that sense cuts which were recorded over time, the surest last."""
 
-CALIBRATIONS, ESTIMATORS = SENSORS = ("calibrations", "estimators")
-"""Of a basis, what forces are sensed with."""
+CALIBRATIONS, ESTIMATORS, DYNAMOMETER = SENSORS = ("calibrations", "estimators", "dynamometer")
+"""Of a basis, what forces are sensed with, or measured."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,7 @@ def basis_of(session: Session, owner: models.Machine) -> dict[str, Any]:
     return {
         CALIBRATIONS: ranges,
         ESTIMATORS: others,
+        DYNAMOMETER: owner.dynamometer or {},
         "decided": _decided(session, owner.id),
         "superseded": _superseded(session, owner.id),
         "undone": _undone(session, owner.id),

@@ -13,9 +13,11 @@ from autodb import standard
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import keep_calibration
 from autodb.agent.rows.machines import as_file, find_machine
+from autodb.agent.sense.measured import reference_errors
 from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined
 from autodb.records import CutTable
+from autodb.sensing.dynamometer import ForceStatement, errors_of_table
 from autodb.sensing.ranges import calibration, faults
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.feeding import moving
@@ -176,6 +178,13 @@ def _calibrate(
     )
 
 
+def with_errors_of_dynamometer(one: Calibration, table: CutTable) -> Calibration:
+    """Return a calibration on a table's measured forces with what its side file states of them."""
+    statement = ForceStatement(table.side.dynamometer, table.side.source)
+    forces = known_forces(table, None)
+    return replace(one, reference_errors=errors_of_table(statement, one.component, forces))
+
+
 def calibrate_machine(
     store: Store,
     machine: str,
@@ -208,10 +217,15 @@ def calibrate_machine(
         known = faults.KnownOfCuts(protocol, as_file(owner), _signs_stated(cuts))
         names = _names(cuts)
         _refuse_faulty(cuts, axes, known)
+        errors = {
+            c: () if protocol is not None else reference_errors(owner, cuts, c)
+            for c in FORCE_COMPONENTS
+        }
         machine_id = owner.id
     if progress:
         progress("fitting and scoring on held-out groups")
     done, left_out = calibrate_table(table, axes=axes, protocol=protocol, known=known, names=names)
+    done = [replace(one, reference_errors=errors[one.component]) for one in done]
     of = [_recordings(table, one, recordings_of_cuts) for one in done]
     with store.writing(machine) as session:
         kept = [keep_calibration(session, machine_id, of[i], one) for i, one in enumerate(done)]

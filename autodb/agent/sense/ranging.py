@@ -1,4 +1,4 @@
-"""Forces of cuts by calibrated current ranges, each cut once a calibration."""
+"""Forces of cuts, measured and by calibrated current ranges, each cut once a calibration."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.refresh_cursor import Span
+from autodb.agent.sense.measured import MEASURED, take_measured
 from autodb.agent.sense.sensed import Calibrations
 from autodb.sensing.ranges.chosen import sense_each
 from autodb.store import models
@@ -20,10 +21,11 @@ NO_ESTIMATOR = "none"
 def sense_cuts(
     session: Session, owner: models.Machine, span: Span, progress: Callable[[str], None]
 ) -> list[Calibrations]:
-    """Sense the cuts of a span that were not sensed yet, or note why they are not.
+    """Take what was measured in the cuts of a span; sense what they lack, or note why it is not.
 
     Return the calibrations of each axis that feels force.
     """
+    take_measured(session, owner, span)
     sensed: dict[str, Calibrations] = {}
     cuts = _cuts(owner.id, span)
     for axis in owner.axes:
@@ -38,11 +40,15 @@ def sense_cuts(
     return list(sensed.values())
 
 
-def sensed_otherwise(session: Session, machine_id: int) -> bool:
-    """Say whether something beside calibrated ranges has sensed a force of the machine's cuts."""
+def known_otherwise(session: Session, machine_id: int) -> bool:
+    """Say whether a force of the machine's cuts was measured, or sensed by no calibrated range."""
     own = select(models.Estimator.id).where(models.Estimator.machine_id == machine_id)
+    measured = models.SensedForce.estimator == MEASURED
+    measured &= models.SensedForce.cut.has(
+        models.Cut.recording.has(machine_id=machine_id) & models.Cut.superseded_at.is_(None)
+    )
     query = select(models.SensedForce.id).where(
-        models.SensedForce.estimator_id.in_(own), models.SensedForce.value_N.is_not(None)
+        models.SensedForce.estimator_id.in_(own) | measured, models.SensedForce.value_N.is_not(None)
     )
     return session.scalar(query.limit(1)) is not None
 

@@ -1,4 +1,10 @@
-"""Stored cuts and their sensed forces as readings that a pair's posterior learns from."""
+"""Stored cuts and their measured and sensed forces as readings that a pair's posterior learns from.
+
+A force of a cut counts once: where it was measured, what is sensed of it does not count. A
+calibration on measured forces has the errors of their dynamometer too, under the same keys, so that
+cuts measured and cuts sensed never average what they share. What a cut that it was calibrated on
+has for itself (noise) is not tied to the calibration's coefficients: over their cuts it averages.
+"""
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass
@@ -12,6 +18,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
@@ -51,23 +58,23 @@ def forces_of_pair(
     session: Session,
     machine_id: int,
     pair: models.Pair,
-    measured: Sequence[Calibrations],
+    calibrations: Sequence[Calibrations],
     *,
     cuts: tuple[int, int] | None = None,
 ) -> PairForces:
-    """Return the forces that axes and other sensors sensed on a pair.
+    """Return the forces that were measured on a pair, or sensed by axes and other sensors.
 
     ``cuts``: of those alone with an id above the first, up to the second.
 
-    ``sensed``: the calibrations of each axis. A force counts where the one that sensed it is still
-    the one that holds for the cut: of a cut that did not state what, a later calibration may say
-    otherwise. Of several sensors of a force the surest counts.
+    ``calibrations``: those of each axis. A sensed force counts where the one that sensed it is
+    still the one that holds for the cut: of a cut that did not state what, a later calibration may
+    say otherwise. Of several sensors of a force the surest counts, and a measured force before all.
     """
     sensed = _sensed(machine_id, pair.id)
     if cuts is not None:
         sensed = sensed.where(models.Cut.id > cuts[0], models.Cut.id <= cuts[1])
-    forces = [f for current in measured for f in _of_axis(session, sensed, current)]
-    forces = _surest([*forces, *_of_others(session, sensed)])
+    forces = [f for current in calibrations for f in _of_axis(session, sensed, current)]
+    forces = _surest([*forces, *_of_others(session, sensed)], _measured(session, sensed))
     reasons = {force.cut_id: _unusable(force.cut) for force in forces}
     left_out: dict[str, int] = {}
     for reason in reasons.values():
@@ -117,11 +124,22 @@ def _of_others(session: Session, sensed: Select[models.SensedForce]) -> list[mod
     return list({(f.cut_id, f.component, f.estimator): f for f in session.scalars(query)}.values())
 
 
-def _surest(forces: Sequence[models.SensedForce]) -> list[models.SensedForce]:
-    """Return one force of each component of a cut: that of the least standard deviation."""
-    found: dict[tuple[int, str], models.SensedForce] = {}
+def _measured(session: Session, sensed: Select[models.SensedForce]) -> list[models.SensedForce]:
+    """Return the forces that were measured, of each the newest row."""
+    query = sensed.where(models.SensedForce.estimator == MEASURED).order_by(models.SensedForce.id)
+    return list({(f.cut_id, f.component): f for f in session.scalars(query)}.values())
+
+
+def _surest(
+    forces: Sequence[models.SensedForce], measured: Sequence[models.SensedForce]
+) -> list[models.SensedForce]:
+    """Return one force of each component of a cut: measured, else of the least sd."""
+    found = {(force.cut_id, force.component): force for force in measured}
+    known = set(found)
     for force in forces:
         key = force.cut_id, force.component
+        if key in known:
+            continue
         if key not in found or _whole_sd_N(force) < _whole_sd_N(found[key]):
             found[key] = force
     return list(found.values())
@@ -163,7 +181,7 @@ def as_observed(
     wear: Wear | None = None,
     known: Container[int] = (),
 ) -> Observed:
-    """Return forces of one pair's cuts, sensed by calibrations, as readings of it.
+    """Return forces of one pair's cuts, measured or sensed, as readings of it.
 
     With the chips that were measured of the cuts, but of those ``known`` before, by id; ``wear``:
     how the pair's edges wear. Raises UnusableInput where the pair's tool cannot make the cuts.
@@ -203,11 +221,11 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
 
 
 class Readings:
-    """Forces (m,) sensed by calibrations and other sensors, and how the errors of these move them.
+    """Forces (m,) measured, or sensed by calibrations and others, and how their errors move them.
 
     What the reference forces have in a calibration is an error of its own, which all calibrations
     of a component on them share; and what is a day's, each recording has for itself. Any other
-    sensor has a gain, which all that it sensed share.
+    sensor has a gain, which all that it sensed share; a dynamometer has what is stated of it.
     """
 
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
@@ -225,9 +243,24 @@ class Readings:
             share = np.array([[gain_share(f)] for f in forces if f.estimator_id == number])
             error = Shared(f"{GAIN} of sensor {number}", np.eye(1))
             self._add(error, sensed, np.zeros_like(share), share)
+        self._add_measured(forces)
         self.shared = tuple(one for one, _, _ in self._moved.values())
-        self.shift = np.column_stack([shift for _, shift, _ in self._moved.values()])
-        self.share = np.column_stack([share for _, _, share in self._moved.values()])
+        none = np.zeros((len(forces), 0))
+        self.shift = np.column_stack([none, *(shift for _, shift, _ in self._moved.values())])
+        self.share = np.column_stack([none, *(share for _, _, share in self._moved.values())])
+
+    def _add_measured(self, forces: Sequence[models.SensedForce]) -> None:
+        """Add the errors that measured forces share with others."""
+        found: dict[str, dict[int, tuple[float, float]]] = {}
+        for at, force in enumerate(forces):
+            for one in errors_of(force):
+                if one.of is not None:
+                    key = shared_key(one, int(self._recordings[at]))
+                    found.setdefault(key, {})[at] = (one.shift_N, one.share)
+        for key, moved in found.items():
+            there = np.isin(np.arange(len(forces)), list(moved))
+            shift, share = np.array([moved[at] for at in sorted(moved)]).T[:, :, None]
+            self._add(Shared(key, np.eye(1)), there, shift, share)
 
     def _add_calibration(
         self, row: models.CalibrationVersion, sensed: NDArray[np.bool_], common: Array
@@ -247,6 +280,10 @@ class Readings:
         if calibration.domain is not None and common[:, -1].any():
             error = Shared(f"{CALIBRATION} {row.id} beyond its range", np.eye(1))
             self._add(error, sensed, common[:, -1:], np.zeros((len(common), 1)))
+        for one in calibration.reference_errors:
+            by = one.share * scaling
+            error = Shared(shared_key(one, 0), np.eye(1))
+            self._add(error, sensed, *((each @ by)[:, None] for each in (shift, share)))
 
         # A day's offset and gain: the offset moves what was read by the derivative kept with it
         known = kinds.group is not None

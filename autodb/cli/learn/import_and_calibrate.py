@@ -218,7 +218,11 @@ def _calibrate_files(
     files: list[Path], columns: Path | None, protocol: "CutProtocol | None"
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import cuts_of_files
-    from autodb.agent.sense.calibrating import Calibrated, calibrate_table
+    from autodb.agent.sense.calibrating import (
+        Calibrated,
+        calibrate_table,
+        with_errors_of_dynamometer,
+    )
     from autodb.files.checksums import checksum
     from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
 
@@ -226,6 +230,8 @@ def _calibrate_files(
     with working(f"calibrating on {', '.join(file.name for file in files)}"):
         cuts = cuts_of_files(files, columns=columns, tell=say)
         done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
+        if protocol is None:
+            done = [with_errors_of_dynamometer(one, cuts) for one in done]
     sources = [(file.name, checksum(file)) for file in files]
     return Calibrated(cuts, axes, done, left_out, sources)
 

@@ -236,9 +236,15 @@ def at_middle(calibration: Calibration, sensed: MeasuredCuts) -> OneCut:
         ),
         coefficients=float(np.sqrt(slopes @ calibration.covariance @ slopes)),
         gain=by_share * kinds.gain_share,
-        references=by_share * kinds.reference_share,
+        references=by_share * _of_references(calibration),
         group=_of_group(kinds, whole),
     )
+
+
+def _of_references(calibration: Calibration) -> float:
+    """Return the share that references err by together: a protocol's, or a dynamometer's."""
+    shares = [one.share for one in calibration.reference_errors]
+    return float(np.linalg.norm([calibration.errors.reference_share, *shares]))
 
 
 def _of_group(kinds: ErrorKinds, whole: float) -> float:

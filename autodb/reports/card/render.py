@@ -7,6 +7,7 @@ from autodb.fitting import NORMAL_95
 from autodb.reports import figures
 from autodb.reports.card import plots
 from autodb.reports.card.axis_figures import AxisCard, OneCut
+from autodb.reports.card.budget import budget_of_axis
 from autodb.reports.card.conditions import FEWEST
 from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
@@ -56,6 +57,7 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "range": figures.span(c.current_low, c.current_high, c.current_unit),
         "trueness": _trueness(axis),
         "parts": _parts(axis.middle, c.unit),
+        "budget": budget_of_axis(axis),
         "scatter_plot": plots.reference_over_estimate(axis, id_=id_),
         "residual_plots": residuals,
         "still": still,

@@ -14,6 +14,7 @@ from autodb import fitting
 from autodb.cutting.turning import torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
+from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.choosing import (
     CONDITION,
     FOLDS,
@@ -74,7 +75,8 @@ class Calibration:
     ``trials``: root mean square error on groups left out of each form tried (NaN: not held).
     ``close``: labels of forms that would do as well; known where it is fitted, and not kept.
     ``holds``: of which cuts it senses the force; ``domain``: what its cuts were; None: a
-    calibration of before, which did not keep it.
+    calibration of before, which did not keep it. ``reference_errors``: what the dynamometer of its
+    cuts moves all their forces by; none: they are those of a protocol.
     """
 
     form: CurrentForm
@@ -96,6 +98,7 @@ class Calibration:
     close: tuple[str, ...] = ()
     holds: Holds = ANY
     domain: Domain | None = None
+    reference_errors: tuple[ForceError, ...] = ()
 
     @property
     def law(self) -> FittedForm:

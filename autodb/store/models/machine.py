@@ -16,7 +16,8 @@ VERTICALS = ("up", "down")
 class Machine(Base):
     """One machine. ``version`` counts its changes, so that two writers notice each other.
 
-    ``retired_at``: since when nothing more comes in of it; what it told stays.
+    ``dynamometer``: what its file states of it. ``retired_at``: since when nothing more comes in of
+    the machine; what it told stays.
     """
 
     __tablename__ = "machine"
@@ -38,6 +39,7 @@ class Machine(Base):
     compress_after_days: Mapped[float | None]
     drop_after_days: Mapped[float | None]
     retired_at: Mapped[str | None]
+    dynamometer: Mapped[dict[str, Any] | None]
     axes: Mapped[list["Axis"]] = relationship(
         back_populates="machine", order_by="Axis.id", cascade="all, delete-orphan"
     )

@@ -32,6 +32,7 @@ class CalibrationVersion(Base):
     differs, ``group_covariance`` (2, 2) of an offset and a share of gain; NULL: all of it is in
     scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
     ``domain``: what its cuts were, and laws nearly as good; NULL: not kept before.
+    ``reference_errors``: what moves all forces that it was made on, as in SensedForce.errors.
     """
 
     __tablename__ = "calibration"
@@ -78,6 +79,7 @@ class CalibrationVersion(Base):
     current_sd: Mapped[float | None]
     group_covariance: Mapped[list[Any] | None]
     domain: Mapped[dict[str, Any] | None]
+    reference_errors: Mapped[list[Any] | None]
     undone_at: Mapped[str | None]
     recordings: Mapped[list[StoredRecording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)
@@ -139,6 +141,8 @@ class Estimator(Base):
 class SensedForce(Base):
     """One force component of one cut as one estimator sensed it, or why it did not.
 
+    One that was measured has its errors in ``errors``, a row each (``autodb.sensing.dynamometer``).
+
     ``common`` is the derivative by the calibration's coefficients, and by an offset where it has
     ``group_covariance``: the error shared by all cuts. Of another estimator: the relative standard
     deviation of a gain that all that it sensed share.
@@ -163,6 +167,7 @@ class SensedForce(Base):
     value_N: Mapped[float | None]
     sd_N: Mapped[float | None]
     common: Mapped[list[Any] | None]
+    errors: Mapped[list[Any] | None]
     reason: Mapped[str | None]
     cut: Mapped[Cut] = relationship()
     calibration: Mapped[CalibrationVersion | None] = relationship()

@@ -85,6 +85,7 @@ def test_errors_of_a_calibration_move_readings_as_sensing_them_anew_does(learnt:
     forces = list(
         learnt.scalars(
             select(models.SensedForce)
+            .where(models.SensedForce.calibration_id.is_not(None))
             .where(models.SensedForce.value_N.is_not(None), models.SensedForce.component == "y")
             .order_by(models.SensedForce.cut_id)
         )

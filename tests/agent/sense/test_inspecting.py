@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from autodb.sensing.ranges.inspection import RoundBar, held_in_a_chuck
@@ -41,7 +42,8 @@ def learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
         cli("init")
         cli("machine", "add", "lathe-1")
         for name in ("standard-cuts.csv", "shop-week-1.csv"):
-            Path(name).write_bytes((recordings / name).read_bytes())
+            table = pd.read_csv(recordings / name)
+            table.drop(columns="force.x", errors="ignore").to_csv(name, index=False)
             assert cli("import", name, "--machine", "lathe-1").code == 0
         assert cli("calibrate", "--machine", "lathe-1").code == 0
         assert cli("refresh", "--machine", "lathe-1").code == 0
@@ -76,7 +78,7 @@ def test_a_stiff_part_tells_nothing_and_says_why(cli: Cli) -> None:
 
 def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path) -> None:
     of = ("--machine", "lathe-1", "--recording", "shop-week-1.csv", "--cut", str(CUT))
-    part = _part(Path("part.toml"))
+    part = _part(Path("part.toml"), force_N=130.0)
     assert "nothing new" in learnt("refresh", "--machine", "lathe-1").out
     alone, half_alone = _passive_N(learnt, sample_jobs)
     kept = learnt("inspect", part, *of)
@@ -93,7 +95,7 @@ def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path)
     assert "finished part" in listed.out
     assert "version 2" in after.out
     told, half = _passive_N(learnt, sample_jobs)
-    assert told == pytest.approx(1.5 * alone, rel=0.2)
+    assert told == pytest.approx(1.2 * alone, rel=0.2)
     assert half / told < 0.7 * half_alone / alone
     traced = learnt("trace", "parameters", "2")
     assert "inspection of force.x, version 1" in traced.out
