@@ -14,7 +14,7 @@ from autodb.pairs.posterior import PairPosterior, PassiveKnown
 
 Array = NDArray[np.float64]
 
-_COLUMNS = {"x": 0, "y": 1, "z": 2}
+COLUMNS = {"x": 0, "y": 1, "z": 2}
 """Columns of a forecast that are forces, by component."""
 PASSIVE_RAD = 0.2
 """Standard deviation of the thrust's direction, which no sensed force determines where one of its
@@ -163,7 +163,7 @@ def intervals(
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
     mean, sd = expected.mean, expected.sd
-    passive = _COLUMNS.get(PASSIVE_AXIS.get(operation or "", ""))
+    passive = COLUMNS.get(PASSIVE_AXIS.get(operation or "", ""))
     if passive is not None:
         sd = sd.copy()
         open_rad = _open_rad(expected, passive, known)

@@ -13,7 +13,6 @@ from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import add_machine, find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
-from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.machine import LATHE
 from autodb.forward.prediction import COLUMNS, intervals
 from autodb.pairs.engaged import BY_NAME
@@ -123,9 +122,8 @@ def held_out(table: Path, folder: Path, *, side: str, fold: int, folds: int) -> 
             operation = found.texts["operation"][k]
             stated = {name: float(one[k]) for name, one in found.channels.items()}
             cut = BY_NAME[operation].cuts(numbers_of(tool), [stated], called=tool.name)
-            passive = COLUMNS.get(PASSIVE_AXIS.get(operation, ""))
             known = posterior.passive.get(operation)
-            means = intervals(forecast(posterior, cut), passive=passive, known=known)[0]
+            means = intervals(forecast(posterior, cut), operation=operation, known=known)[0]
             for c, at in COLUMNS.items():
                 if f"force.{c}" in found:
                     one = means[at]
