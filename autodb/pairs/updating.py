@@ -13,8 +13,8 @@ A step that overshoots is shortened, one that does not raise the posterior halve
 cuts scatter by is learnt along with it: expectation and maximisation, every round one step of both,
 Anderson's mixing over the last rounds (``fitting.stationary``). Learning ends where a round moves
 nothing by 1e-9 of its own standard deviation, so that the same cuts give one answer, whatever unit,
-order or processor they come in. A cut costs the same however many came before. Source: physics
-reference, section 7; Bell and Cathey 1993 for the iterated filter as Gauss-Newton.
+order or processor they come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
+and Cathey 1993 for the iterated filter as Gauss-Newton.
 """
 
 from collections.abc import Mapping
