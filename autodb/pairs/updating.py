@@ -9,11 +9,11 @@ the parts of F and F turned.
 What is assumed of cuts (an entering angle nobody stated) is one more such error: its column is what
 one standard deviation of it changes.
 
-A step that overshoots is shortened, one that does not raise the posterior halved. The share that
-cuts scatter by is learnt along with it: expectation and maximisation, every round one step of both,
-Anderson's mixing over the last rounds (``fitting.stationary``). Learning ends where a round moves
-nothing by 1e-9 of its own standard deviation, so that the same cuts give one answer, whatever unit,
-order or processor they come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
+A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
+with it: expectation and maximisation, every round one step of both, Anderson's mixing over the last
+rounds (``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own
+standard deviation, so that the same cuts give one answer, whatever unit, order or processor they
+come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
 and Cathey 1993 for the iterated filter as Gauss-Newton.
 """
 
@@ -45,9 +45,6 @@ STEPS, CLOSE = 20, 0.3
 """Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
 be enough. Chosen."""
 HALVINGS = 8
-TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
-"""Share of the misfit that a step must promise for its bend to be told from rounding, length of a
-step from which on it is left as it is, and the shortest. Chosen."""
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
 FAR_ODDS = 1.0 / 20.0
@@ -56,9 +53,6 @@ FAR_ODDS = 1.0 / 20.0
 BENT = 2.0
 """Factor by which readings may be less sure by a normal posterior than by the mixture that it
 stands for: beyond, forces are not linear between its two. Chosen."""
-ENOUGH = 1e-3
-"""Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
-answer shows."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -265,7 +259,6 @@ class _Rounds:
     def __init__(self, prior: PairPosterior, model: Modelled) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
-        self._length = 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -282,8 +275,7 @@ class _Rounds:
 
         off = begun.state.mean - self._prior.state.mean
         z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
-        begin = np.concatenate([z, 2.0 * np.log(begun.scatter.share)])
-        place = stationary(moved, begin, enough=ENOUGH)
+        place = stationary(moved, np.concatenate([z, 2.0 * np.log(begun.scatter.share)]))
         spread = self._root @ dtrtri(triangle)[0]
         state = Gaussian(self._mean(place[:-FORCE]), spread @ spread.T)
         return state, Scatter(np.exp(0.5 * place[-FORCE:]), weight)
@@ -301,8 +293,7 @@ class _Rounds:
         noise = self._model.noise(seen, scatter)
         for _ in range(STEPS):
             triangle, columns, step = self._step(z, seen, design, noise)
-            promised = float(np.sum((triangle @ step) ** 2))
-            z, seen = self._halved(z, seen, step, noise, promised=promised)
+            z, seen = self._halved(z, seen, step, noise)
             if np.max(np.abs(step) / np.linalg.norm(dtrtri(triangle)[0], axis=1)) < CLOSE:
                 break
             seen, design = self._model.steep(self._mean(z))
@@ -320,15 +311,8 @@ class _Rounds:
         triangle = whole[: len(z), : len(z)]
         return triangle, columns, dtrtrs(triangle, whole[: len(z), len(z)])[0]
 
-    def _halved(
-        self, z: Array, seen: Seen, step: Array, noise: Array, *, promised: float
-    ) -> tuple[Array, Seen]:
-        """Return z after a step, halved until it leads down, and the readings there.
-
-        ``promised``: by how much the misfit falls, were readings linear. Where it falls less, the
-        step is shortened to the lowest point of the parabola through both; so are the next, that
-        promise too little to tell from rounding.
-        """
+    def _halved(self, z: Array, seen: Seen, step: Array, noise: Array) -> tuple[Array, Seen]:
+        """Return z after a step, halved until it leads down, and the readings there."""
         value = self._model.observed.value
 
         def misfit(there: Seen, z: Array) -> float:
@@ -336,11 +320,6 @@ class _Rounds:
             return float(left @ left + z @ z)
 
         best = misfit(seen, z)
-        if promised > TOLD * best:
-            bend = misfit(self._model.seen(self._mean(z + step)), z + step) - best + 2.0 * promised
-            length = promised / bend if bend > 0.0 else 1.0
-            self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)
-        step = self._length * step
         for _ in range(HALVINGS):
             there = self._model.seen(self._mean(z + step))
             if misfit(there, z + step) <= best * (1.0 + 1e-9):
