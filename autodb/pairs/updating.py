@@ -50,9 +50,6 @@ TINY = 1e-12
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
-BENT = 2.0
-"""Factor by which readings may be less sure by a normal posterior than by the mixture that it
-stands for: beyond, forces are not linear between its two. Chosen."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -117,47 +114,24 @@ def learn_averaging(
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
     covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
-    learning a law that is near does not come to rest, the other's posterior is returned, and the
-    likelier one where no normal posterior holds both.
+    learning one of them does not come to rest, the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
     try:
         held = posterior_of_readings(posterior, observed, near=near)
     except UnusableInput:
         return posterior_of_readings(far, observed, near=near)
-    let_go = posterior_of_readings(far, observed, near=near or held)
+    try:
+        let_go = posterior_of_readings(far, observed, near=held)
+    except UnusableInput:
+        return held
     odds = (
         log_evidence(far, let_go, observed)
         - log_evidence(posterior, held, observed)
         + np.log(FAR_ODDS)
     )
     weight = float(0.5 * (1.0 + np.tanh(0.5 * odds)))
-    both = _averaged(held, let_go, weight)
-    if _holds_both(both, (held, let_go), (1.0 - weight, weight), observed):
-        return both
-    return let_go if weight > 0.5 else held
-
-
-def _holds_both(
-    both: PairPosterior,
-    each: tuple[PairPosterior, PairPosterior],
-    weights: tuple[float, float],
-    observed: Observed,
-) -> bool:
-    """Say whether a normal posterior expects readings about as its mixture does."""
-    means, variances = zip(*(_known_of(one, observed) for one in (both, *each)), strict=True)
-    shares = np.array(weights)[:, None]
-    mean = np.sum(shares * means[1:], axis=0)
-    mixture = np.sum(shares * (np.array(variances[1:]) + (np.array(means[1:]) - mean) ** 2), axis=0)
-    found = variances[0] + (means[0] - mean) ** 2
-    return bool(np.all(found <= BENT**2 * mixture))
-
-
-def _known_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
-    """Return what is expected of readings (m,), and its variance without what is a cut's own."""
-    known, model = _met(posterior, observed)
-    seen, design = model.steep(known.state.mean)
-    return seen.expected, np.vecdot(design @ known.state.covariance, design)
+    return _averaged(held, let_go, weight)
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:

@@ -122,7 +122,7 @@ def test_outward_faces_are_learnt_and_predicted_outward_and_no_calibration_is_du
     assert cli("import", path, "--machine", "lathe-1").code == 0
     assert cli("calibrate", "--machine", "lathe-1").code == 0
     done = cli("refresh", "--machine", "lathe-1")
-    assert "24 forces sensed" in done.out
+    assert "24 sensed" in done.out
     assert "calibration due" not in done.out
     found = {}
     for ends in ("60, 40", "40, 60"):
