@@ -104,7 +104,7 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     return found
 
 
-def merged(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
+def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """Return the choices with one law in the place of two wherever it does as well as both: a
     static one within NEEDED, one that soaks up any misfit if it does better.
     """
@@ -214,7 +214,7 @@ def _continued(
         candidates = _anew(bench, named, found, field, number)
         rows = PlainRows(bench.loosened(found), candidates)
         before = {c.candidate.key for c in found}
-        found = merged(rows, completed(rows, found))
+        found = merged_laws(rows, completed(rows, found))
         if {c.candidate.key for c in found} == before:
             break
         found = [c if c.candidate.key in before else _tuned(bench, found, c) for c in found]

@@ -13,7 +13,7 @@ from autodb.explain.axis.signals import axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, Choice
 from autodb.explain.engine.confidence import UNSURE, Standing, of_plain
-from autodb.explain.engine.laws import merged
+from autodb.explain.engine.laws import merged_laws
 from autodb.explain.engine.plain import PlainRows
 from autodb.records import Recording
 
@@ -165,9 +165,9 @@ def test_one_law_takes_the_place_of_two_that_are_its_halves() -> None:
     one = _candidate("whole", whole, static=True)
     both = [Choice(half, 0) for half in halves]
     rows = _rows(0.3 * whole + noise, [*halves, one])
-    assert [c.candidate.key for c in merged(rows, both)] == ["whole"]
+    assert [c.candidate.key for c in merged_laws(rows, both)] == ["whole"]
     rows = _rows(0.3 * early - 0.2 * late + noise, [*halves, one])
-    assert merged(rows, both) == both
+    assert merged_laws(rows, both) == both
 
 
 def test_one_law_that_soaks_up_misfit_takes_the_place_of_two_only_if_it_does_better() -> None:
@@ -180,4 +180,4 @@ def test_one_law_that_soaks_up_misfit_takes_the_place_of_two_only_if_it_does_bet
     both = [Choice(half, 0) for half in halves]
     for static, kept in ((True, ["whole"]), (False, ["early", "late"])):
         rows = _rows(0.3 * whole + noise, [*halves, _candidate("whole", off, static=static)])
-        assert [c.candidate.key for c in merged(rows, both)] == kept
+        assert [c.candidate.key for c in merged_laws(rows, both)] == kept
