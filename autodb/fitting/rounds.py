@@ -77,7 +77,7 @@ def stationary(
         points, changes = [*points, here][-MEMORY:], [*changes, change][-MEMORY:]
         plain = PLAIN if far > NEAR else max(plain - 1, 0)
         here = there if plain else _mixed(points, changes, size)
-    if far <= enough:
+    if far < enough:
         return there
     raise NotSettled(f"not at rest after {most} rounds: the last moved {far:.2g} sd")
 

@@ -2,19 +2,19 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ + ε,  ε ~ N(0, sd² + Σ (share · part)²),  θ, δ, λ ~ prior
+    y = (F(θ) + A(θ) α) (1 + C δ) + S δ + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part)²)
 
-δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
-the parts of F and F turned.
-What is assumed of cuts (an entering angle nobody stated) is one more such error: its column is what
-one standard deviation of it changes.
+δ errors of calibrations and dynamometers, λ the shares and the direction by which the law is off in
+an operation, L the parts of F and F turned. α is what is assumed of cuts (an entering angle nobody
+stated), A what one standard deviation of it changes.
 
-A step that overshoots is shortened, one that does not raise the posterior halved. The share that
-cuts scatter by is learnt along with it: expectation and maximisation, every round one step of both,
-Anderson's mixing over the last rounds (``fitting.stationary``). Learning ends where a round moves
-nothing by 1e-9 of its own standard deviation, so that the same cuts give one answer, whatever unit,
-order or processor they come in. A cut costs the same however many came before. Source: physics
-reference, section 7; Bell and Cathey 1993 for the iterated filter as Gauss-Newton.
+A step that does not raise the posterior is halved; where rounds do not come to rest, one that
+overshoots is shortened. The share that cuts scatter by is learnt along with it: expectation and
+maximisation, every round one step of both, Anderson's mixing over the last rounds
+(``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own standard
+deviation, so that the same cuts give one answer, whatever unit, order or processor they come in. A
+cut costs the same however many came before. Source: physics reference, section 7; Bell and Cathey
+1993 for the iterated filter as Gauss-Newton.
 """
 
 from collections.abc import Mapping
@@ -28,6 +28,7 @@ from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
+from autodb.fitting.rounds import MIXED_ROUNDS
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import (
@@ -53,9 +54,6 @@ TINY = 1e-12
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
-BENT = 2.0
-"""Factor by which readings may be less sure by a normal posterior than by the mixture that it
-stands for: beyond, forces are not linear between its two. Chosen."""
 ENOUGH = 1e-3
 """Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
 answer shows."""
@@ -123,8 +121,7 @@ def learn_averaging(
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
     covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
-    learning a law that is near does not come to rest, the other's posterior is returned, and the
-    likelier one where no normal posterior holds both.
+    learning a law that is near does not come to rest, the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
     try:
@@ -137,33 +134,7 @@ def learn_averaging(
         - log_evidence(posterior, held, observed)
         + np.log(FAR_ODDS)
     )
-    weight = float(0.5 * (1.0 + np.tanh(0.5 * odds)))
-    both = _averaged(held, let_go, weight)
-    if _holds_both(both, (held, let_go), (1.0 - weight, weight), observed):
-        return both
-    return let_go if weight > 0.5 else held
-
-
-def _holds_both(
-    both: PairPosterior,
-    each: tuple[PairPosterior, PairPosterior],
-    weights: tuple[float, float],
-    observed: Observed,
-) -> bool:
-    """Say whether a normal posterior expects readings about as its mixture does."""
-    means, variances = zip(*(_known_of(one, observed) for one in (both, *each)), strict=True)
-    shares = np.array(weights)[:, None]
-    mean = np.sum(shares * means[1:], axis=0)
-    mixture = np.sum(shares * (np.array(variances[1:]) + (np.array(means[1:]) - mean) ** 2), axis=0)
-    found = variances[0] + (means[0] - mean) ** 2
-    return bool(np.all(found <= BENT**2 * mixture))
-
-
-def _known_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
-    """Return what is expected of readings (m,), and its variance without what is a cut's own."""
-    known, model = _met(posterior, observed)
-    seen, design = model.steep(known.state.mean)
-    return seen.expected, np.vecdot(design @ known.state.covariance, design)
+    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
@@ -265,7 +236,7 @@ class _Rounds:
     def __init__(self, prior: PairPosterior, model: Modelled) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
-        self._length = 1.0
+        self._rounds, self._length = 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -297,6 +268,7 @@ class _Rounds:
         One step, but as many as lead near the maximum where that is far: a noise that follows every
         step of a long way would never let it end.
         """
+        self._rounds += 1
         seen, design = self._model.steep(self._mean(z))
         noise = self._model.noise(seen, scatter)
         for _ in range(STEPS):
@@ -325,9 +297,9 @@ class _Rounds:
     ) -> tuple[Array, Seen]:
         """Return z after a step, halved until it leads down, and the readings there.
 
-        ``promised``: by how much the misfit falls, were readings linear. Where it falls less, the
-        step is shortened to the lowest point of the parabola through both; so are the next, that
-        promise too little to tell from rounding.
+        ``promised``: by how much the misfit falls, were readings linear. Where rounds do not come
+        to rest, a step that overshoots is shortened to the lowest point of the parabola through
+        both; so are the next, that promise too little to tell from rounding.
         """
         value = self._model.observed.value
 
@@ -336,7 +308,7 @@ class _Rounds:
             return float(left @ left + z @ z)
 
         best = misfit(seen, z)
-        if promised > TOLD * best:
+        if self._rounds > MIXED_ROUNDS and promised > TOLD * best:
             bend = misfit(self._model.seen(self._mean(z + step)), z + step) - best + 2.0 * promised
             length = promised / bend if bend > 0.0 else 1.0
             self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)
