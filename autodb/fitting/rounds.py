@@ -45,19 +45,21 @@ def stationary(
     *,
     settled: float = SETTLED,
     most: int = MOST_ROUNDS,
+    enough: float = 0.0,
 ) -> Array:
     """Return the point (p,) that a round leaves where it is.
 
     ``moved``: G(x) (p,) of a point, and the size (p,) in which a change of each number counts, its
     standard deviation.
 
-    Raises NotSettled after ``most`` rounds.
+    Raises NotSettled after ``most`` rounds, but where the last moved nothing by more than
+    ``enough``: rounds that bend may go to and fro about their point, too near for it to count.
     """
     here, plain = start, PLAIN
     points: list[Array] = []
     changes: list[Array] = []
     least, best = np.inf, start
-    far = np.inf
+    far, there = np.inf, start
     for number in range(most):
         there, size = moved(here)
         change = there - here
@@ -75,6 +77,8 @@ def stationary(
         points, changes = [*points, here][-MEMORY:], [*changes, change][-MEMORY:]
         plain = PLAIN if far > NEAR else max(plain - 1, 0)
         here = there if plain else _mixed(points, changes, size)
+    if far < enough:
+        return there
     raise NotSettled(f"not at rest after {most} rounds: the last moved {far:.2g} sd")
 
 

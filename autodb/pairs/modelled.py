@@ -1,10 +1,10 @@
 """Readings as functions of a posterior's state: what is expected of them, and how it changes.
 
-    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ,   L(θ) λ of the law's errors and of what is assumed
+    y = (F(θ) + A(θ) α) (1 + C δ) + S δ + L(θ) λ
 
-θ coordinates of the law, δ errors of calibrations and of dynamometers, λ errors of the law in an
-operation and of what is assumed of the cuts, each behind the other in the state: what senses a
-force errs by a share of the force that there is.
+θ coordinates of the law, δ errors of calibrations and of dynamometers, α of what is assumed of the
+cuts, λ of the law in an operation, each behind the other in the state. A gain is of the force at
+what was found of a cut, not at what was assumed, which may be far from it.
 """
 
 from dataclasses import dataclass
@@ -88,11 +88,11 @@ class Modelled:
         assert worked.slopes is not None
         assert worked.off_slopes is not None
         seen, errors = self._seen(worked, state), state[OWN:]
-        slopes = worked.slopes[0] + worked.off_slopes
+        slopes = worked.slopes[0].copy()
         for k, place in enumerate(self._assumed, start=1):
             slopes += errors[place] * (worked.slopes[k] - worked.slopes[0])
-        gain = 1.0 + self._gains @ errors
-        return seen, np.column_stack([gain[:, None] * slopes, seen.shared])
+        slopes *= (1.0 + self._gains @ errors)[:, None]
+        return seen, np.column_stack([slopes + worked.off_slopes, seen.shared])
 
     def noise(self, seen: Seen, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
@@ -101,17 +101,18 @@ class Modelled:
 
     def _seen(self, worked: _Worked, state: Array) -> Seen:
         whole, errors = worked.parts.sum(axis=2), state[OWN:]
-        of_force = np.zeros_like(self._gains)
+        of_law, of_force = np.zeros_like(self._gains), np.zeros_like(self._gains)
         for place, inside in self._laws:
-            of_force[:, place] = np.where(inside, worked.off[0], 0.0)
+            of_law[:, place] = np.where(inside, worked.off[0], 0.0)
         parts, off = worked.parts[0], worked.off[0]
         for k, place in enumerate(self._assumed, start=1):
             of_force[:, place] = whole[k] - whole[0]
             parts = parts + errors[place] * (worked.parts[k] - worked.parts[0])
             off = off + errors[place] * (worked.off[k] - worked.off[0])
         force, gain = whole[0] + of_force @ errors, 1.0 + self._gains @ errors
-        shared = self._gains * force[:, None] + self._shifts + gain[:, None] * of_force
-        return Seen(parts, off, shared, force * gain + self._shifts @ errors)
+        beside = self._shifts + of_law
+        shared = self._gains * force[:, None] + gain[:, None] * of_force + beside
+        return Seen(parts, off, shared, force * gain + beside @ errors)
 
     def _off(self, state: Array) -> list[Array]:
         """Return what the law is off by in each part of each batch's forces, with variants (n, 3).

@@ -2,19 +2,19 @@
 
 Maximum of the posterior of law and shared errors, readings linearised anew at every step:
 
-    y = (F(θ) + L(θ) λ) (1 + C δ) + S δ + ε,  ε ~ N(0, sd² + Σ (share · part)²),  θ, δ, λ ~ prior
+    y = (F(θ) + A(θ) α) (1 + C δ) + S δ + L(θ) λ + ε,  ε ~ N(0, sd² + Σ (share · part)²)
 
-δ errors of calibrations, λ the shares and the direction by which the law is off in an operation, L
-the parts of F and F turned.
-What is assumed of cuts (an entering angle nobody stated) is one more such error: its column is what
-one standard deviation of it changes.
+δ errors of calibrations and dynamometers, λ the shares and the direction by which the law is off in
+an operation, L the parts of F and F turned. α is what is assumed of cuts (an entering angle nobody
+stated), A what one standard deviation of it changes.
 
-A step that does not raise the posterior is halved. The share that cuts scatter by is learnt along
-with it: expectation and maximisation, every round one step of both, Anderson's mixing over the last
-rounds (``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own
-standard deviation, so that the same cuts give one answer, whatever unit, order or processor they
-come in. A cut costs the same however many came before. Source: physics reference, section 7; Bell
-and Cathey 1993 for the iterated filter as Gauss-Newton.
+A step that does not raise the posterior is halved; where rounds do not come to rest, one that
+overshoots is shortened. The share that cuts scatter by is learnt along with it: expectation and
+maximisation, every round one step of both, Anderson's mixing over the last rounds
+(``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own standard
+deviation, so that the same cuts give one answer, whatever unit, order or processor they come in. A
+cut costs the same however many came before. Source: physics reference, section 7; Bell and Cathey
+1993 for the iterated filter as Gauss-Newton.
 """
 
 from collections.abc import Mapping
@@ -28,6 +28,7 @@ from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
+from autodb.fitting.rounds import MIXED_ROUNDS
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import (
@@ -45,11 +46,17 @@ STEPS, CLOSE = 20, 0.3
 """Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
 be enough. Chosen."""
 HALVINGS = 8
+TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
+"""Share of the misfit that a step must promise for its bend to be told from rounding, length of a
+step from which on it is left as it is, and the shortest. Chosen."""
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
+ENOUGH = 1e-3
+"""Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
+answer shows."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -114,24 +121,20 @@ def learn_averaging(
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
     covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
-    learning one of them does not come to rest, the other's posterior is returned.
+    learning a law that is near does not come to rest, the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
     try:
         held = posterior_of_readings(posterior, observed, near=near)
     except UnusableInput:
         return posterior_of_readings(far, observed, near=near)
-    try:
-        let_go = posterior_of_readings(far, observed, near=held)
-    except UnusableInput:
-        return held
+    let_go = posterior_of_readings(far, observed, near=near or held)
     odds = (
         log_evidence(far, let_go, observed)
         - log_evidence(posterior, held, observed)
         + np.log(FAR_ODDS)
     )
-    weight = float(0.5 * (1.0 + np.tanh(0.5 * odds)))
-    return _averaged(held, let_go, weight)
+    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
 
 
 def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
@@ -233,6 +236,7 @@ class _Rounds:
     def __init__(self, prior: PairPosterior, model: Modelled) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
+        self._rounds, self._length = 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -249,7 +253,8 @@ class _Rounds:
 
         off = begun.state.mean - self._prior.state.mean
         z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
-        place = stationary(moved, np.concatenate([z, 2.0 * np.log(begun.scatter.share)]))
+        begin = np.concatenate([z, 2.0 * np.log(begun.scatter.share)])
+        place = stationary(moved, begin, enough=ENOUGH)
         spread = self._root @ dtrtri(triangle)[0]
         state = Gaussian(self._mean(place[:-FORCE]), spread @ spread.T)
         return state, Scatter(np.exp(0.5 * place[-FORCE:]), weight)
@@ -263,11 +268,13 @@ class _Rounds:
         One step, but as many as lead near the maximum where that is far: a noise that follows every
         step of a long way would never let it end.
         """
+        self._rounds += 1
         seen, design = self._model.steep(self._mean(z))
         noise = self._model.noise(seen, scatter)
         for _ in range(STEPS):
             triangle, columns, step = self._step(z, seen, design, noise)
-            z, seen = self._halved(z, seen, step, noise)
+            promised = float(np.sum((triangle @ step) ** 2))
+            z, seen = self._halved(z, seen, step, noise, promised=promised)
             if np.max(np.abs(step) / np.linalg.norm(dtrtri(triangle)[0], axis=1)) < CLOSE:
                 break
             seen, design = self._model.steep(self._mean(z))
@@ -285,8 +292,15 @@ class _Rounds:
         triangle = whole[: len(z), : len(z)]
         return triangle, columns, dtrtrs(triangle, whole[: len(z), len(z)])[0]
 
-    def _halved(self, z: Array, seen: Seen, step: Array, noise: Array) -> tuple[Array, Seen]:
-        """Return z after a step, halved until it leads down, and the readings there."""
+    def _halved(
+        self, z: Array, seen: Seen, step: Array, noise: Array, *, promised: float
+    ) -> tuple[Array, Seen]:
+        """Return z after a step, halved until it leads down, and the readings there.
+
+        ``promised``: by how much the misfit falls, were readings linear. Where rounds do not come
+        to rest, a step that overshoots is shortened to the lowest point of the parabola through
+        both; so are the next, that promise too little to tell from rounding.
+        """
         value = self._model.observed.value
 
         def misfit(there: Seen, z: Array) -> float:
@@ -294,6 +308,11 @@ class _Rounds:
             return float(left @ left + z @ z)
 
         best = misfit(seen, z)
+        if self._rounds > MIXED_ROUNDS and promised > TOLD * best:
+            bend = misfit(self._model.seen(self._mean(z + step)), z + step) - best + 2.0 * promised
+            length = promised / bend if bend > 0.0 else 1.0
+            self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)
+        step = self._length * step
         for _ in range(HALVINGS):
             there = self._model.seen(self._mean(z + step))
             if misfit(there, z + step) <= best * (1.0 + 1e-9):

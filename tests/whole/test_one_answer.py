@@ -124,3 +124,5 @@ def test_rounds_end_where_they_come_to_rest() -> None:
 def test_rounds_that_never_rest_are_said_so() -> None:
     with pytest.raises(NotSettled, match="after 1000 rounds"):
         stationary(lambda x: (-x + 1e3, np.ones(1)), np.array([7.0]), settled=-1.0)
+    found = stationary(lambda x: (-x + 1e3, np.ones(1)), np.array([7.0]), settled=-1.0, enough=1e-3)
+    np.testing.assert_allclose(found, 500.0, atol=1e-3)

@@ -17,7 +17,7 @@ from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.sense.measured import errors_of, shared_key
 from autodb.agent.sense.sensed import Readings, as_observed
 from autodb.fitting.uncertainty import BudgetEntry, UncertaintyBudget
-from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, REFERENCES
+from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, REFERENCES, WEAR
 from autodb.pairs.updating import ReadingErrors, reading_errors
 from autodb.sensing.dynamometer import PARTS, WHOLE, ForceError
 from autodb.store import models
@@ -89,7 +89,7 @@ def _shared(force: models.SensedForce, found: ReadingErrors) -> Iterator[BudgetE
         of = stated.get(key)
         if of is not None:
             yield BudgetEntry(of.name, float(sd_N[0]), of.evaluation, of.source, of.freedom)
-        else:
+        elif not key.startswith(WEAR):  # of the law, not of what read the force
             begins = next(one for one in _SENSED if key.startswith(one))
             yield _SENSED[begins](force, float(sd_N[0]))
 
