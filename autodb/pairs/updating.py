@@ -120,15 +120,19 @@ def learn_averaging(
 
     Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
     Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
-    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. Where
-    learning a law that is near does not come to rest, the other's posterior is returned.
+    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. The
+    far one is learnt first, as its posterior is nearer to one hill, and the near one from there;
+    where learning one of them does not come to rest, the other's posterior is returned.
     """
     far = replace(posterior, off_law=FAR)
     try:
-        held = posterior_of_readings(posterior, observed, near=near)
+        let_go = posterior_of_readings(far, observed, near=near)
     except UnusableInput:
-        return posterior_of_readings(far, observed, near=near)
-    let_go = posterior_of_readings(far, observed, near=near or held)
+        return posterior_of_readings(posterior, observed, near=near)
+    try:
+        held = posterior_of_readings(posterior, observed, near=near or let_go)
+    except UnusableInput:
+        return let_go
     odds = (
         log_evidence(far, let_go, observed)
         - log_evidence(posterior, held, observed)
