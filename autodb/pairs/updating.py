@@ -31,14 +31,7 @@ from autodb.fitting import Gaussian, NotSettled, root_of, stationary
 from autodb.fitting.rounds import MIXED_ROUNDS
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import (
-    FAR,
-    OWN,
-    PairPosterior,
-    PassiveKnown,
-    Scatter,
-    Shared,
-)
+from autodb.pairs.posterior import OWN, PairPosterior, PassiveKnown, Scatter
 
 Array = NDArray[np.float64]
 
@@ -51,32 +44,31 @@ TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
 step from which on it is left as it is, and the shortest. Chosen."""
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
-FAR_ODDS = 1.0 / 20.0
-"""Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
-"""
 ENOUGH = 1e-3
 """Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
 answer shows."""
-SHUT = 1e-13
-"""Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
 
 def posterior_of_readings(
-    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+    posterior: PairPosterior,
+    observed: Observed,
+    *,
+    near: PairPosterior | None = None,
+    most: int | None = None,
 ) -> PairPosterior:
     """Return the posterior after readings.
 
     ``near``: one that is close to it, from which the maximum is searched for; it has no other
-    effect.
+    effect where there is one maximum.
 
-    Raises UnusableInput where learning does not come to rest.
+    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps.
     """
-    prior, model = _met(posterior, observed)
+    prior, model = met(posterior, observed)
     begun = (
         prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
     )
     try:
-        state, scatter = _Rounds(prior, model).settled(begun)
+        state, scatter = _Rounds(prior, model, most).settled(begun)
     except NotSettled as error:
         cuts = len(np.unique(observed.cut))
         raise UnusableInput(
@@ -113,85 +105,9 @@ def _begun(prior: PairPosterior, near: PairPosterior) -> Gaussian:
     return Gaussian(mean, prior.state.covariance)
 
 
-def learn_averaging(
-    posterior: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
-) -> PairPosterior:
-    """Return the posterior after a pair's first readings, over laws that are near and FAR off.
-
-    Each law is learnt, and their posteriors are averaged by their posterior odds (Hoeting, Madigan,
-    Raftery, Volinsky 1999, Statistical Science 14:382): the normal posterior with the mean and
-    covariance of the mixture. FAR_ODDS are the odds beforehand. ``near`` as in learn. The
-    far one is learnt first, as its posterior is nearer to one hill, and the near one from there;
-    where learning one of them does not come to rest, the other's posterior is returned.
-    """
-    far = replace(posterior, off_law=FAR)
-    try:
-        let_go = posterior_of_readings(far, observed, near=near)
-    except UnusableInput:
-        return posterior_of_readings(posterior, observed, near=near)
-    try:
-        held = posterior_of_readings(posterior, observed, near=near or let_go)
-    except UnusableInput:
-        return let_go
-    odds = (
-        log_evidence(far, let_go, observed)
-        - log_evidence(posterior, held, observed)
-        + np.log(FAR_ODDS)
-    )
-    return _averaged(held, let_go, float(0.5 * (1.0 + np.tanh(0.5 * odds))))
-
-
-def _averaged(one: PairPosterior, other: PairPosterior, weight: float) -> PairPosterior:
-    """Return the normal posterior of a mixture's mean and covariance, ``weight`` of the other."""
-    shares = np.array([1.0 - weight, weight])
-    off = other.state.mean - one.state.mean
-    covariance = shares[0] * one.state.covariance + shares[1] * other.state.covariance
-    squares = shares @ np.array([one.scatter.share**2, other.scatter.share**2])
-    law = one.off_law.averaged(other.off_law, weight)
-    return replace(
-        one,
-        state=Gaussian(
-            one.state.mean + weight * off, covariance + shares.prod() * np.outer(off, off)
-        ),
-        shared=tuple(
-            Shared(a.key, shares[0] * a.covariance + shares[1] * b.covariance)
-            for a, b in zip(one.shared, other.shared, strict=True)
-        ),
-        scatter=Scatter(
-            np.sqrt(squares), shares @ np.array([one.scatter.weight, other.scatter.weight])
-        ),
-        off_law=law,
-    )
-
-
-def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:
-    """Return the logarithm of the probability of readings, but for a constant.
-
-    After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
-    """
-    prior, model = _met(before, observed)
-    open_ways = _open(prior.state.covariance)
-    wide, narrow = (open_ways.T @ one.state.covariance @ open_ways for one in (prior, after))
-    seen = model.seen(after.state.mean)
-    noise = model.noise(seen, after.scatter)
-    left = (observed.value - seen.expected) / noise
-    off = open_ways.T @ (after.state.mean - prior.state.mean)
-    misfit = left @ left + off @ np.linalg.solve(wide, off)
-    volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
-    return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
-
-
-def _open(covariance: Array) -> Array:
-    """Return the combinations (p, k) of numbers that a covariance (p, p) leaves open."""
-    sd = np.sqrt(np.diag(covariance))
-    size = np.where(sd > 0.0, sd, 1.0)
-    spread, ways = np.linalg.eigh(covariance / np.outer(size, size))
-    return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
-
-
 def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Array]:
     """Return what is expected of readings before they are learnt: (m,), covariance (m, m)."""
-    known, model = _met(posterior, observed)
+    known, model = met(posterior, observed)
     seen, design = model.steep(known.state.mean)
     own = model.noise(seen, known.scatter)
     covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
@@ -211,7 +127,7 @@ class ReadingErrors:
 
 def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingErrors:
     """Return the errors with which readings enter a posterior, where it expects them to be."""
-    known, model = _met(posterior, observed)
+    known, model = met(posterior, observed)
     seen = model.seen(known.state.mean)
     whole = model.noise(seen, known.scatter)
     shared = {}
@@ -223,7 +139,7 @@ def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingError
     return ReadingErrors(observed.sd, process, shared)
 
 
-def _met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
+def met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
     """Return a posterior that has met what readings share, and the readings as its functions."""
     laws = tuple(posterior.law_error(operation) for operation in observed.operations)
     known = posterior.also((*observed.shared, *laws, *observed.assumed))
@@ -237,10 +153,11 @@ class _Rounds:
     step is one least-squares problem, solved by QR: normal equations would know it to 1e-6 sd only.
     """
 
-    def __init__(self, prior: PairPosterior, model: Modelled) -> None:
+    def __init__(self, prior: PairPosterior, model: Modelled, most: int | None) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
-        self._rounds, self._length = 0, 1.0
+        self._most = most
+        self._rounds, self._steps, self._length = 0, 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -276,6 +193,9 @@ class _Rounds:
         seen, design = self._model.steep(self._mean(z))
         noise = self._model.noise(seen, scatter)
         for _ in range(STEPS):
+            self._steps += 1
+            if self._most is not None and self._steps > self._most:
+                raise NotSettled(f"not at rest after {self._most} steps")
             triangle, columns, step = self._step(z, seen, design, noise)
             promised = float(np.sum((triangle @ step) ** 2))
             z, seen = self._halved(z, seen, step, noise, promised=promised)

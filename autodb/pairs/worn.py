@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import edge_parts
+from autodb.pairs.averaging import log_evidence
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import EDGE, WEAR, WORN, PairPosterior, Shared, Wear
-from autodb.pairs.updating import log_evidence, posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
 

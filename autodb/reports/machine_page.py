@@ -22,10 +22,10 @@ from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
 from autodb.fitting import NORMAL_95
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
-from autodb.pairs.updating import learn_averaging
 from autodb.reports import figures
 from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
 from autodb.sensing.ranges import calibration

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
 from autodb.fitting import NotSettled, stationary
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared
-from autodb.pairs.updating import learn_averaging, posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.pairs.worn import learn_worn
 from tests.helpers.law_off import PRIOR, cuts_of, sensed
 from tests.helpers.turned_pairs import prior
@@ -47,7 +48,7 @@ def apart(one: PairPosterior, other: PairPosterior) -> float:
 
 
 @pytest.mark.parametrize("turned", [0.0, 0.12, 0.5])
-def test_order_of_rows_and_the_start_change_nothing(turned: float) -> None:
+def test_order_of_rows_changes_nothing(turned: float) -> None:
     observed = readings(turned)
     order = np.random.default_rng(4).permutation(len(observed.value))
     shuffled = replace(
@@ -56,14 +57,19 @@ def test_order_of_rows_and_the_start_change_nothing(turned: float) -> None:
     )
     found = learn_averaging(PRIOR, observed)
     assert apart(found, learn_averaging(PRIOR, shuffled)) < SAME
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.12])
+def test_a_start_nearby_changes_nothing(turned: float) -> None:
+    observed = readings(turned)
     some = observed.cut < 12
     half = replace(
         observed,
         **{k: getattr(observed, k)[some] for k in ("cut", "quantity", "value", "sd", "common")},
     )
-    before = posterior_of_readings(PRIOR, half)
+    before, found = (posterior_of_readings(PRIOR, one) for one in (half, observed))
     assert apart(found, before) > 0.1
-    assert apart(found, learn_averaging(PRIOR, observed, near=before)) < SAME
+    assert apart(found, posterior_of_readings(PRIOR, observed, near=before)) < SAME
 
 
 def test_more_rounds_move_nothing() -> None:

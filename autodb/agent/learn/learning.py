@@ -30,10 +30,11 @@ from autodb.agent.rows.posteriors import (
 )
 from autodb.agent.sense.sensed import PairForces, as_observed
 from autodb.errors import UnusableInput
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.pairs.prior import of_state
-from autodb.pairs.updating import learn_averaging, posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.pairs.worn import learn_worn
 from autodb.store import models
 
@@ -43,9 +44,6 @@ second finds those that only others, which it leaves out, had made so. Chosen.""
 AT_ONCE = 200
 """Cuts of a pair up to which all of them are learnt at once when there are new ones; beyond, the
 new ones change the posterior. Chosen: some seconds' work."""
-SETTLED = 50
-"""Cuts of a pair from which on a pass that goes on looks for its next posterior near the last,
-which takes fewer rounds. Chosen."""
 IN_TURN = 1000
 """Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
 
@@ -68,17 +66,16 @@ def learn_pair(
     found: PairForces,
     *,
     old: int | None = None,
-    goes_on: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> LearningOutcome:
     """Add versions where a pair has forces that its last ones have not seen, or a confirmed cause.
 
     A version builds on the last one where that one's forces all count still; one with a cause that
     the last had not stands alone. ``old``: the last cut, by id, that was examined before; None:
-    all were. ``goes_on``: nothing that the last version rests on has changed since.
+    all were.
     """
     pair = _Pair(session, machine_id, found, progress)
-    return pair.learnt(old, goes_on=goes_on)
+    return pair.learnt(old)
 
 
 class _Pair:
@@ -94,12 +91,11 @@ class _Pair:
         self._session, self._machine_id, self._found = session, machine_id, found
         self._name, self._progress = pair_name(found.pair), progress
         self._old: int | None = None
-        self._goes_on = False
         self._done = LearningOutcome()
 
-    def learnt(self, old: int | None, *, goes_on: bool) -> LearningOutcome:
+    def learnt(self, old: int | None) -> LearningOutcome:
         """Learn the usual state and those confirmed; say what is not used or an outlier."""
-        self._old, self._goes_on = old, goes_on
+        self._old = old
         said = self._done.not_used
         for reason, cuts in self._found.left_out.items():
             said.append(f"{self._name}: {cuts} cuts are not used: {reason}")
@@ -270,11 +266,7 @@ class _Pair:
             learnt = self._in_turn(start.posterior, every)
         else:
             observed = as_observed([*before, *fresh], wear=start.posterior.wear)
-            last = None if start.posterior.wear is None else base or self._latest(state)
-            if self._goes_on and len(known) >= SETTLED:
-                last = base
-            near = None if last is None else as_posterior(last)
-            learnt = learn_averaging(start.posterior, observed, near=near).past()
+            learnt = learn_averaging(start.posterior, observed).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
     def _in_turn(

@@ -15,10 +15,11 @@ from sqlalchemy.orm import Session
 from autodb.agent.rows.posteriors import latest
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import WEAR, PairPosterior
-from autodb.pairs.updating import learn_averaging, posterior_of_readings
+from autodb.pairs.updating import posterior_of_readings
 from autodb.store import models
 
 ENOUGH = 8

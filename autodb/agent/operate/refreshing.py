@@ -128,12 +128,7 @@ class _Pass:
         cuts = (after, span.upto)
         found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)
         outcome = learn_pair(
-            self._session,
-            self._owner.id,
-            found,
-            old=span.old,
-            goes_on=not span.anew,
-            progress=self._progress,
+            self._session, self._owner.id, found, old=span.old, progress=self._progress
         )
         self._done.versions += outcome.versions
         self._done.shifts += outcome.shifts

@@ -1,0 +1,156 @@
+"""Over laws that are near and far off: each is learnt, and their posteriors are averaged.
+
+Forces are not linear in the law's numbers, and quite other numbers may give nearly the same ones (a
+low shear angle and a low shear stress): a posterior has several hills. Each law is learnt from
+where the prior is and from where the other law was found, and all hills count, by their posterior
+odds (Hoeting, Madigan, Raftery, Volinsky 1999, Statistical Science 14:382). What is returned is
+the normal posterior with the mean and covariance of the mixture; the lower hills are first carried
+to the highest, to numbers there that expect the same readings.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.fitting import Gaussian, root_of
+from autodb.pairs.observed import Observed
+from autodb.pairs.posterior import FAR, PairPosterior, Scatter, Shared
+from autodb.pairs.updating import met, posterior_of_readings
+
+Array = NDArray[np.float64]
+
+FAR_ODDS = 1.0 / 20.0
+"""Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
+"""
+STEPS = 200
+"""Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear; on a ridge, or far from
+one, they may be thousands, for a hill that does not count."""
+ALIKE = 1e-3
+"""Standard deviations within which two hills are one. Chosen: they are known to 1e-9."""
+SHUT = 1e-13
+"""Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
+
+
+def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosterior:
+    """Return the posterior after a pair's first readings, over laws that are near and FAR off.
+
+    FAR_ODDS are the odds beforehand. Where no hill is found in STEPS, the near law is learnt in
+    as many as it takes.
+
+    Raises UnusableInput where learning does not come to rest.
+    """
+    laws = (posterior, replace(posterior, off_law=FAR))
+    first = [_found(law, observed) for law in laws]
+    second = [
+        None if other is None else _found(law, observed, near=other)
+        for law, other in zip(laws, first[::-1], strict=True)
+    ]
+    hills, logs = [], []
+    for law, odds, some in zip(laws, (1.0, FAR_ODDS), zip(first, second, strict=True), strict=True):
+        for hill in _distinct(some):
+            hills.append(hill)
+            logs.append(log_evidence(law, hill, observed) + np.log(odds))
+    if not hills:
+        return posterior_of_readings(posterior, observed)
+    shares = np.exp(np.array(logs) - max(logs))
+    return _averaged(hills, shares / shares.sum(), prior=laws[1], observed=observed)
+
+
+def _found(
+    law: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+) -> PairPosterior | None:
+    try:
+        return posterior_of_readings(law, observed, near=near, most=STEPS)
+    except UnusableInput:
+        return None
+
+
+def _distinct(some: Sequence[PairPosterior | None]) -> list[PairPosterior]:
+    """Return those that were found, those alike once."""
+    kept: list[PairPosterior] = []
+    for one in some:
+        if one is not None and not any(_alike(one, other) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _alike(one: PairPosterior, other: PairPosterior) -> bool:
+    sd = np.sqrt(np.diag(one.state.covariance))
+    return bool(np.all(np.abs(one.state.mean - other.state.mean) <= ALIKE * sd))
+
+
+def _averaged(
+    hills: Sequence[PairPosterior], shares: Array, *, prior: PairPosterior, observed: Observed
+) -> PairPosterior:
+    """Return one posterior in place of several, which have ``shares`` of the probability."""
+
+    def mean(values: Iterable[Array]) -> Array:
+        return np.tensordot(shares, np.array(list(values)), 1)
+
+    highest = hills[int(np.argmax(shares))]
+    states = [
+        one.state if one is highest else _carried(one, highest, prior, observed) for one in hills
+    ]
+    middle = mean(state.mean for state in states)
+    apart = [np.outer(state.mean - middle, state.mean - middle) for state in states]
+    far = shares @ [one.off_law == FAR for one in hills]
+    return replace(
+        highest,
+        state=Gaussian(middle, mean(s.covariance + a for s, a in zip(states, apart, strict=True))),
+        shared=tuple(
+            Shared(some[0].key, mean(one.covariance for one in some))
+            for some in zip(*(one.shared for one in hills), strict=True)
+        ),
+        scatter=Scatter(
+            np.sqrt(mean(one.scatter.share**2 for one in hills)),
+            mean(one.scatter.weight for one in hills),
+        ),
+        off_law=hills[0].off_law.averaged(FAR, float(far)),
+    )
+
+
+def _carried(
+    one: PairPosterior, other: PairPosterior, prior: PairPosterior, observed: Observed
+) -> Gaussian:
+    """Return the state of one posterior as numbers about the other's that expect the same readings.
+
+    What readings do not tell stays as it is: the least change, by the prior.
+    """
+    known, model = met(prior, observed)
+    (there, steep), (here, other_steep) = (model.steep(p.state.mean) for p in (one, other))
+    noise = model.noise(here, other.scatter)[:, None]
+    root = root_of(known.state.covariance)
+    columns = other_steep @ root / noise
+    least = root @ np.linalg.solve(columns.T @ columns + np.eye(root.shape[1]), columns.T) / noise.T
+    off = one.state.mean - other.state.mean
+    off = off + least @ (there.expected - here.expected - other_steep @ off)
+    ways = np.eye(len(off)) + least @ (steep - other_steep)
+    return Gaussian(other.state.mean + off, ways @ one.state.covariance @ ways.T)
+
+
+def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:
+    """Return the logarithm of the probability of readings, but for a constant.
+
+    After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
+    """
+    prior, model = met(before, observed)
+    open_ways = _open(prior.state.covariance)
+    wide, narrow = (open_ways.T @ one.state.covariance @ open_ways for one in (prior, after))
+    seen = model.seen(after.state.mean)
+    noise = model.noise(seen, after.scatter)
+    left = (observed.value - seen.expected) / noise
+    off = open_ways.T @ (after.state.mean - prior.state.mean)
+    misfit = left @ left + off @ np.linalg.solve(wide, off)
+    volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
+    return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
+
+
+def _open(covariance: Array) -> Array:
+    """Return the combinations (p, k) of numbers that a covariance (p, p) leaves open."""
+    sd = np.sqrt(np.diag(covariance))
+    size = np.where(sd > 0.0, sd, 1.0)
+    spread, ways = np.linalg.eigh(covariance / np.outer(size, size))
+    return np.asarray((ways / size[:, None])[:, spread > SHUT * spread[-1]])
