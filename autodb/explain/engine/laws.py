@@ -222,12 +222,18 @@ def _continued(
 
 
 def _alone(bench: WhiteRows, named: Sequence[Candidate], field: Proposals) -> list[Choice]:
-    """Return the law that predicts best alone, tuned, of any kind but those that come first anyway;
-    none where none is needed.
+    """Return the law that predicts best alone, of any kind but those that come first anyway, and
+    the static laws beside it; none where none is needed.
     """
-    candidates = [c for c in _anew(bench, named, [], field, ROUNDS) if not c.first]
-    best = grown(PlainRows(bench, candidates), [], candidates, most=1)
-    return [_tuned(bench, [], choice) for choice in best]
+    candidates = {c.key: c for c in _anew(bench, named, [], field, ROUNDS) if not c.first}
+    rows = PlainRows(bench, candidates.values())
+    found = [
+        c if c.candidate.static and not c.candidate.coarse else _tuned(bench, [], c)
+        for c in grown(rows, [], rows.candidates, most=1)
+    ]
+    candidates |= {c.candidate.key: c.candidate for c in found}
+    rows = PlainRows(bench, candidates.values())
+    return grown(rows, found, [c for c in rows.candidates if c.static])
 
 
 def _better_account(
@@ -241,14 +247,13 @@ def _better_account(
         return list(found)
     like = confined_one([*found, *rival])
     confined = [] if like is None else [like]
-    errors, prices = [], []
+    squares, prices = [], []
     for account in (found, rival):
         held = {c.key: c for c in (*confined, *(choice.candidate for choice in account))}
         rows = PlainRows(bench, held.values(), account)
-        errors.append(float(np.sqrt(rows.squares(account, like=like).sum())))
+        squares.append(rows.squares(account, like=like))
         prices.append(sum(NEEDED + rows.richness(choice) for choice in account))
-    fall = 1.0 - errors[1] / errors[0]
-    return list(rival if fall > prices[1] - prices[0] else found)
+    return list(rival if rms_fall(*squares) > prices[1] - prices[0] else found)
 
 
 def confined_one(choices: Sequence[Choice]) -> Candidate | None:
