@@ -223,17 +223,15 @@ def _continued(
 
 def _alone(bench: WhiteRows, named: Sequence[Candidate], field: Proposals) -> list[Choice]:
     """Return the law that predicts best alone, of any kind but those that come first anyway, and
-    the static laws beside it; none where none is needed.
+    the other static laws where it is one, so that they are complete before further kinds join;
+    none where none is needed.
     """
-    candidates = {c.key: c for c in _anew(bench, named, [], field, ROUNDS) if not c.first}
-    rows = PlainRows(bench, candidates.values())
-    found = [
-        c if c.candidate.static and not c.candidate.coarse else _tuned(bench, [], c)
-        for c in grown(rows, [], rows.candidates, most=1)
-    ]
-    candidates |= {c.candidate.key: c.candidate for c in found}
-    rows = PlainRows(bench, candidates.values())
-    return grown(rows, found, [c for c in rows.candidates if c.static])
+    candidates = [c for c in _anew(bench, named, [], field, ROUNDS) if not c.first]
+    rows = PlainRows(bench, candidates)
+    best = grown(rows, [], candidates, most=1)
+    if all(c.candidate.static and not c.candidate.coarse for c in best):
+        return grown(rows, best, [c for c in candidates if c.static])
+    return [_tuned(bench, [], choice) for choice in best]
 
 
 def _better_account(
