@@ -35,8 +35,23 @@ class Interval:
     high: float
 
 
+class _Quantities:
+    """Forces, torque and power of a cut, of whatever statistic."""
+
+    force_x_N: Interval
+    force_y_N: Interval
+    force_z_N: Interval
+    torque_N_m: Interval
+    power_W: Interval
+
+    @property
+    def quantities(self) -> tuple[Interval, ...]:
+        """Force x, y, z, torque and power."""
+        return self.force_x_N, self.force_y_N, self.force_z_N, self.torque_N_m, self.power_W
+
+
 @dataclass(frozen=True)
-class Peaks:
+class Peaks(_Quantities):
     """The largest forces, torque and power, by size, within a mill's turn or along a cut.
 
     ``speed_rpm``: the fastest along a program's line; None where the spindle turns at one speed.
@@ -49,14 +64,9 @@ class Peaks:
     power_W: Interval
     speed_rpm: float | None = None
 
-    @property
-    def quantities(self) -> tuple[Interval, ...]:
-        """Force x, y, z, torque and power."""
-        return self.force_x_N, self.force_y_N, self.force_z_N, self.torque_N_m, self.power_W
-
 
 @dataclass(frozen=True)
-class Moment:
+class Moment(_Quantities):
     """What a cut takes at one moment, and the diameter and speeds that it has then."""
 
     diameter_mm: float
@@ -67,11 +77,6 @@ class Moment:
     force_z_N: Interval
     torque_N_m: Interval
     power_W: Interval
-
-    @property
-    def quantities(self) -> tuple[Interval, ...]:
-        """Force x, y, z, torque and power."""
-        return self.force_x_N, self.force_y_N, self.force_z_N, self.torque_N_m, self.power_W
 
 
 @dataclass(frozen=True)

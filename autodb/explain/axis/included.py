@@ -23,8 +23,8 @@ RIPPLED = 0.9
 """Share of a simulation that its ripples and other terms give at least: motion may be known
 roughly. Chosen."""
 TAKEN = 0.02
-"""Share of what is left that one more ripple takes at least. Chosen: four times what the strongest
-of a thousand takes of white noise in 4000 rows."""
+"""Share of what is left that one more ripple takes at least. Chosen: six times 2 ln(1000) / 4000,
+what the strongest of a thousand takes of white noise in 4000 rows."""
 
 
 def included_parts(

@@ -222,11 +222,15 @@ def _continued(
 
 
 def _alone(bench: WhiteRows, named: Sequence[Candidate], field: Proposals) -> list[Choice]:
-    """Return the law that predicts best alone, tuned, of any kind but those that come first anyway;
+    """Return the law that predicts best alone, of any kind but those that come first anyway, and
+    the other static laws where it is one, so that they are complete before further kinds join;
     none where none is needed.
     """
     candidates = [c for c in _anew(bench, named, [], field, ROUNDS) if not c.first]
-    best = grown(PlainRows(bench, candidates), [], candidates, most=1)
+    rows = PlainRows(bench, candidates)
+    best = grown(rows, [], candidates, most=1)
+    if all(c.candidate.static and not c.candidate.coarse for c in best):
+        return grown(rows, best, [c for c in candidates if c.static])
     return [_tuned(bench, [], choice) for choice in best]
 
 
@@ -241,14 +245,13 @@ def _better_account(
         return list(found)
     like = confined_one([*found, *rival])
     confined = [] if like is None else [like]
-    errors, prices = [], []
+    squares, prices = [], []
     for account in (found, rival):
         held = {c.key: c for c in (*confined, *(choice.candidate for choice in account))}
         rows = PlainRows(bench, held.values(), account)
-        errors.append(float(np.sqrt(rows.squares(account, like=like).sum())))
+        squares.append(rows.squares(account, like=like))
         prices.append(sum(NEEDED + rows.richness(choice) for choice in account))
-    fall = 1.0 - errors[1] / errors[0]
-    return list(rival if fall > prices[1] - prices[0] else found)
+    return list(rival if rms_fall(*squares) > prices[1] - prices[0] else found)
 
 
 def confined_one(choices: Sequence[Choice]) -> Candidate | None:
