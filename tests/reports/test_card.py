@@ -96,6 +96,12 @@ def _is_stated(row: models.CalibrationVersion, said: str) -> None:
     low, high = row.current_low, row.current_high
     assert figures.span(low, high, row.current_unit).replace("\xa0", " ") in said
     assert f"axis {row.axis}, version {row.version}" in said
+    assert row.domain is not None
+    for ends in (*row.domain["ranges"].values(), row.domain["target"]):
+        scale = 60.0 if ends == row.domain["ranges"].get("feed_mm_s") else 1.0
+        assert f" {scale * ends[0]:.4g} to {scale * ends[1]:.4g} " in said
+    for near in row.domain["rivals"]:
+        assert f"(weight {100.0 * near['weight']:.0f} %)" in said
     for name, error in (row.trials or {}).items():
         stated = figures.quantity(error, row.unit).replace("\xa0", " ")
         assert f"{name} {stated}" in said

@@ -10,7 +10,7 @@ from autodb.reports.card.axis_figures import AxisCard, OneCut
 from autodb.reports.card.budget import budget_of_axis
 from autodb.reports.card.conditions import FEWEST
 from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED, Calibration
 from autodb.sensing.ranges.choosing import FOLDS
 from autodb.sensing.ranges.outliers import numbers, outlier_sentences
 from autodb.sensing.ranges.repeats import LEVEL
@@ -54,6 +54,8 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "folds": min(FOLDS, s.groups),
         "one_cut": _one_cut(axis.middle, c.unit),
         "percent": _percent(axis.middle),
+        "domain": "" if c.domain is None else c.domain.words(c.unit),
+        "rivals": _rivals(c),
         "range": figures.span(c.current_low, c.current_high, c.current_unit),
         "trueness": _trueness(axis),
         "parts": _parts(axis.middle, c.unit),
@@ -72,6 +74,13 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
 
 def _plain(score: float) -> str:
     return f"{score:.3f}".replace("-", "−")
+
+
+def _rivals(calibration: Calibration) -> str:
+    """Return what the form in use is compared with outside the range of its cuts."""
+    near = () if calibration.domain is None else calibration.domain.rivals
+    names = [f"{one.form.label} (weight {100.0 * one.weight:.0f}\u00a0%)" for one in near]
+    return " and ".join([*names, "itself, held at the end of the range"])
 
 
 def _one_cut(cut: OneCut, unit: str) -> str:
