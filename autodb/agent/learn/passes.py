@@ -61,6 +61,13 @@ class RefreshReport:
             self.came_in or self.measured or self.sensed or self.not_sensed or self.versions
         )
 
+    @property
+    def forces_words(self) -> str:
+        """How many forces were measured, sensed and not sensed."""
+        measured = f"{self.measured} forces measured, " if self.measured else ""
+        of_what = "" if self.measured else " forces"
+        return f"{measured}{self.sensed}{of_what} sensed, {self.not_sensed} not sensed"
+
     def also(self, other: "RefreshReport") -> None:
         """Add what a later pass did."""
         self.came_in += other.came_in
@@ -78,9 +85,7 @@ class RefreshReport:
         """Return it in words, a line each."""
         said = [_of_file(one) for one in self.came_in]
         if self.anything:
-            measured = f"{self.measured} forces measured, " if self.measured else ""
-            of_what = "" if self.measured else " forces"
-            said.append(f"{measured}{self.sensed}{of_what} sensed, {self.not_sensed} not sensed")
+            said.append(self.forces_words)
         else:
             said.append("nothing new: every cut is sensed and every pair is up to date")
         said += [f"{pair}: version {version} from {n} cuts" for pair, version, n in self.versions]

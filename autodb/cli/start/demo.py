@@ -93,7 +93,7 @@ def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], 
         f"({'usable' if c.offered else 'not usable'})"
         for c in calibrated.calibrations
     ]
-    lines.append(f"sensed:    {refreshed.sensed} forces, {refreshed.not_sensed} not sensed")
+    lines.append(f"forces:    {refreshed.forces_words}")
     return lines
 
 
