@@ -13,6 +13,7 @@ from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, 
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of
+from autodb.agent.answer.past_predictions import width_of_next
 from autodb.agent.answer.prediction_basis import (
     LookedUp,
     PredictionBasis,
@@ -73,7 +74,8 @@ class PairReader:
             return None
         number, *geometry = tuple[Any, ...](row)
         others = others_of(self._session, number)
-        return Stamp(number, others, _numbers(geometry), self._owner.limits)
+        width = width_of_next(self._session, self._owner.id, (material, tool), learnt=True)
+        return Stamp(number, others, _numbers(geometry), self._owner.limits, width)
 
     def known(self, material: str, tool: str) -> KnownPair:
         """Return what the database holds of the machine's pair, learnt or not.
