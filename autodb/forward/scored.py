@@ -1,25 +1,28 @@
 """How good past predictions were, and by what the next ones are wider for it.
 
-    z = (y - F) / sqrt(s_F² + s_y²)
+    z(f) = (y - F) / sqrt(f² s_F² + s_y²)
 
 F is the force that was predicted with the standard deviation s_F, y what was then measured or
-sensed with s_y. Of predictions that say rightly how sure they are z has a variance of 1. The factor
-f on the next standard deviation is the scale of a scaled inverse chi-squared posterior,
+sensed with s_y. Of predictions that say rightly how sure they are z(1) has a variance of 1. The
+factor f on the next standard deviation is the scale of a scaled inverse chi-squared posterior,
 
-    f² = (n_0 f_0² + sum_r n_r m_r) / (n_0 + sum_r n_r)
+    f² = (n_0 f_0² + sum_r n_r m_r f²) / (n_0 + sum_r n_r)
 
-(Gelman, Bayesian Data Analysis, 3rd ed., 2.6), which begins with f_0 = 1 at the weight of n_0 cuts.
-m_r is the mean of z² over the cuts of a recording r, with z² limited at (c f)² and made consistent
-for normal errors, so that one broken edge widens little (Huber 1964, proposal 2). The cuts of a
-recording share an error of its day: k of them count n_r = k / (1 + (k - 1) rho) (Kish 1965, 8.2).
+(Gelman et al., Bayesian Data Analysis, 3rd ed., 2.6), which begins with f_0 = 1 at the weight of
+n_0 cuts; of many cuts all z(f) have a variance of 1. m_r is the mean of z(f)² over the cuts of a
+recording r, limited at c² and made consistent for normal errors, so that one broken edge widens
+little (Huber 1964, proposal 2). The cuts of a recording share an error of its day: k of them count
+n_r = k / (1 + (k - 1) rho) (Kish 1965, 8.2).
 """
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import erfc, exp, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy import stats
+from scipy.special import betaincinv
 
 from autodb.fitting import NORMAL_95
 from autodb.forward.predictedfile import QUANTITIES
@@ -32,10 +35,16 @@ TOGETHER = 0.25
 correlate by 1/2, and the squares of normal errors by its square."""
 LIMIT = 2.5
 """c, in standard deviations. Chosen: 1.2 % of normal errors are beyond."""
+CONSISTENT = (
+    1.0 - LIMIT * sqrt(2.0 / pi) * exp(-0.5 * LIMIT**2) + (LIMIT**2 - 1.0) * erfc(LIMIT / sqrt(2.0))
+)
+"""Mean of z² limited at c² of a normal z."""
+TINY = 1e-9
+"""Share of a prediction, of one below 1 in its unit, that its standard deviation is at least."""
 LEAST = 1.05
 """A smaller factor is none: nobody sees it. Chosen."""
-ROUNDS = 50
-"""Of a fixed point that is within a thousandth after ten."""
+ROUNDS, SETTLED = 200, 1e-6
+"""Of a fixed point: rounds at the most, and the relative change that ends it."""
 
 
 @dataclass(frozen=True)
@@ -60,21 +69,26 @@ class Scored:
         return self.predicted.value / self.made - 1.0
 
     @property
-    def z(self) -> float:
-        """How many of the stated standard deviations what was made is off."""
-        return _z(self.predicted, self.made, self.sd)
+    def off(self) -> float:
+        """What was made, less what was predicted."""
+        return self.made - self.predicted.value
 
     @property
-    def z_of_posterior(self) -> float:
-        """The same of the posterior's own, which no past prediction widened."""
-        return _z(wider_interval(self.predicted, 1.0 / self.widened), self.made, self.sd)
+    def z(self) -> float:
+        """How many standard deviations what was made is off, of both as stated."""
+        return self.off / float(np.hypot(_sd(self.predicted, self.off), self.sd or 0.0))
+
+    @property
+    def sd_of_posterior(self) -> float:
+        """The prediction's standard deviation towards what was made, as no past had widened it."""
+        return _sd(wider_interval(self.predicted, 1.0 / self.widened), self.off)
 
 
-def _z(predicted: Interval, made: float, sd: float | None) -> float:
-    off = made - predicted.value
-    half = predicted.high - predicted.value if off > 0 else predicted.value - predicted.low
-    whole = float(np.hypot(half / NORMAL_95, sd or 0.0))
-    return off / whole if whole > 0.0 else float(np.sign(off)) * np.inf
+def _sd(predicted: Interval, off: float) -> float:
+    """Return the standard deviation of a prediction on the side where what was made is."""
+    high = predicted.high - predicted.value
+    half = high if off > 0.0 else predicted.value - predicted.low
+    return max(half / NORMAL_95, TINY * max(abs(predicted.value), 1.0))
 
 
 @dataclass(frozen=True)
@@ -101,15 +115,16 @@ class Score:
 def score_of(quantity: str, some: Sequence[Scored]) -> Score:
     """Return the score of one quantity of cuts, one at least."""
     z, error = (np.array([getattr(one, of) for one in some]) for of in ("z", "error"))
-    recordings = [one.recording for one in some]
+    recordings = Counter(one.recording for one in some)
     inside = float(np.mean(np.abs(z) <= NORMAL_95))
-    n = sum(counts_as(recordings.count(one)) for one in set(recordings))
-    low = stats.beta.ppf(0.025, inside * n, (1.0 - inside) * n + 1.0) if inside > 0.0 else 0.0
-    high = stats.beta.ppf(0.975, inside * n + 1.0, (1.0 - inside) * n) if inside < 1.0 else 1.0
+    n = sum(map(counts_as, recordings.values()))
+    held, missed = inside * n, (1.0 - inside) * n
+    low = betaincinv(held, missed + 1.0, 0.025) if inside > 0.0 else 0.0
+    high = betaincinv(held + 1.0, missed, 0.975) if inside < 1.0 else 1.0
     return Score(
         quantity=quantity,
         cuts=len(some),
-        recordings=len(set(recordings)),
+        recordings=len(recordings),
         error=float(np.median(np.abs(error))),
         bias=float(np.median(error)),
         inside=inside,
@@ -167,22 +182,29 @@ def width_of(pair: Sequence[Scored], others: Sequence[Scored], *, upto: int | No
 
 def _variance(some: Iterable[Scored], begun: float) -> tuple[float, int, int]:
     """Return f² after some predictions, ``begun`` before; their cuts and recordings."""
-    by_recording: dict[int, dict[int, list[float]]] = {}
-    for one in some:
-        if one.sd is not None and np.isfinite(one.z_of_posterior):
-            cuts = by_recording.setdefault(one.recording, {})
-            cuts.setdefault(one.cut, []).append(one.z_of_posterior**2)
-    every = [list(cuts.values()) for cuts in by_recording.values()]
-    counts = np.array([counts_as(len(cuts)) for cuts in every])
-    tail = 2.0 * float(stats.norm.sf(LIMIT))
-    consistent = 1.0 - 2.0 * LIMIT * float(stats.norm.pdf(LIMIT)) - tail + LIMIT**2 * tail
+    known = [one for one in some if one.sd is not None]
+    quantities = Counter((one.recording, one.cut) for one in known)
+    cuts = Counter(recording for recording, _ in quantities)
+    weight = np.array(
+        [
+            counts_as(cuts[one.recording])
+            / (cuts[one.recording] * quantities[one.recording, one.cut])
+            for one in known
+        ]
+    )
+    off, own, sensed = (
+        np.array([getattr(one, of) for one in known]) ** 2
+        for of in ("off", "sd_of_posterior", "sd")
+    )
     variance = begun
-    for _ in range(ROUNDS if every else 0):
-        limit = LIMIT**2 * variance
-        means = [np.mean([np.mean(np.minimum(cut, limit)) for cut in cuts]) for cuts in every]
-        total = PRIOR_CUTS * begun + float(counts @ np.array(means)) / consistent
-        variance = total / (PRIOR_CUTS + float(counts.sum()))
-    return variance, sum(map(len, every)), len(every)
+    for _ in range(ROUNDS if known else 0):
+        before = variance
+        z2 = np.minimum(off / (variance * own + sensed), LIMIT**2) / CONSISTENT
+        total = PRIOR_CUTS * begun + variance * float(weight @ z2)
+        variance = total / (PRIOR_CUTS + float(weight.sum()))
+        if abs(variance - before) < SETTLED * before:
+            break
+    return variance, len(quantities), len(cuts)
 
 
 def wider_interval(one: Interval, factor: float) -> Interval:
