@@ -114,7 +114,7 @@ def test_error_and_bias_are_relative_to_what_was_made() -> None:
         for k, value in enumerate((90.0, 110.0, 115.0))
     ]
     score = score_of("force.z", cuts)
-    assert (score.error, score.bias) == (pytest.approx(0.10), pytest.approx(0.10))
+    assert [score.error, score.bias] == pytest.approx([0.10, 0.10])
     assert score.inside == 1.0
     assert score.inside_high == 1.0
     assert score.inside_low == pytest.approx(0.025 ** (1 / 3))  # Clopper and Pearson, 3 of 3

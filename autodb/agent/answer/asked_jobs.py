@@ -1,5 +1,6 @@
 """Jobs that were predicted, as what was asked for, and a prediction at what was then made of it."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -47,7 +48,7 @@ class AskedJob:
             return False
         if program is None:
             return True
-        return _stem(program) in (self.program, self.name.casefold())
+        return _stem(program) in (self.program, _stem(self.name))
 
     @property
     def words(self) -> str:
@@ -56,7 +57,10 @@ class AskedJob:
 
 
 def _stem(file: str) -> str:
-    return PurePath(file).stem.casefold()
+    """Return what a program is called: without folder and ending; O0012 is 12."""
+    stem = PurePath(file.replace("\\", "/")).stem.casefold()
+    number = re.fullmatch(r"o?0*(\d+)", stem)
+    return stem if number is None else number[1]
 
 
 def asked_jobs(session: Session, machine_id: int) -> list[AskedJob]:

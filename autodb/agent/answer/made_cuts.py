@@ -131,7 +131,7 @@ class _Recording:
         shared = [k for k in shared if cuts[k].id not in self._linked]
         if shared:
             names = " or of ".join(one.job.words for one in left)
-            remedy = f"{self._remedy(None)}, or state job under [recording] in the side file"
+            remedy = f"{self._remedy('NUMBER')}, next time with job in the side file"
             found.asked.append(self._said(f"{_listed(cuts, shared)} may be of {names}: {remedy}"))
 
     def _candidates(
@@ -149,7 +149,7 @@ class _Recording:
             other = " / ".join(called[0].pair)
             return [], f"{called[0].words} is for {other}, not for {' / '.join(pair or ())}"
         what = f"job '{job}'" if job is not None else f"program '{program}'"
-        hint = near(job, {one.name for one in jobs}) if job is not None else ""
+        hint = near(job, dict.fromkeys(one.name for one in jobs)) if job is not None else ""
         return [], f"no prediction of {what} was made before it{hint}"
 
     def _link(self, one: "_Fitted", cuts: list[models.Cut], own: set[int], found: Matched) -> None:
@@ -163,9 +163,9 @@ class _Recording:
                 found.links.append(linked(self._session, one.asked, match.place, cuts[k], by=by))
         for places, some in _by_places(one.matches, free):
             names = " or ".join(f"'{one.asked.called(place)}'" for place in places)
-            remedy = f"{self._remedy(one.job.prediction)} --cut NUMBER=NAME"
+            remedy = self._remedy(f"{one.job.prediction} --cut NUMBER=NAME")
             text = f"{_listed(cuts, some)} may be {names} of {one.job.words}: {remedy}"
-            found.asked.append(self._said(f"{text}, or name them in a column job.cut"))
+            found.asked.append(self._said(f"{text}, next time in a column job.cut"))
         unknown = [k for k, cut in enumerate(cuts) if _names_none(cut, one.matches[k])]
         if unknown and (cuts[0].named or {}).get("job"):
             said = as_made(cuts[unknown[0]])
@@ -176,8 +176,7 @@ class _Recording:
     def _said(self, text: str) -> str:
         return f"recording {self._row.id}: {text}"
 
-    def _remedy(self, prediction: int | None) -> str:
-        which = "NUMBER" if prediction is None else prediction
+    def _remedy(self, which: str) -> str:
         return (
             f"say which with 'autodb predictions match --machine {self._owner.name} --recording "
             f"{self._row.id} --prediction {which}'"
