@@ -7,8 +7,8 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from autodb import __version__
-from autodb.agent.answer.past_predictions import PastCut
-from autodb.agent.answer.scoring import PredictionScores
+from autodb.agent.matching.past_predictions import PastCut
+from autodb.agent.matching.scoring import PredictionScores
 from autodb.fitting import NORMAL_95
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored

@@ -13,7 +13,6 @@ from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, 
 from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.answer.in_state import others_of
-from autodb.agent.answer.past_predictions import width_of_next
 from autodb.agent.answer.prediction_basis import (
     LookedUp,
     PredictionBasis,
@@ -21,6 +20,7 @@ from autodb.agent.answer.prediction_basis import (
     prediction_basis_of,
 )
 from autodb.agent.learn.known import Behind, KnownPair, known_of
+from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of

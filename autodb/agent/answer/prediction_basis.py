@@ -8,9 +8,9 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
-from autodb.agent.answer.past_predictions import width_of_next
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom, said_of_wear
+from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools

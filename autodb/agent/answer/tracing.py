@@ -10,10 +10,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
-from autodb.agent.answer.past_predictions import HISTORY, past_cuts
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
+from autodb.agent.matching.past_predictions import HISTORY, past_cuts
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.agent.sense.measured import statement_of

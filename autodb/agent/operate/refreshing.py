@@ -14,8 +14,6 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import open_mismatches
-from autodb.agent.answer.made_cuts import match_new
-from autodb.agent.answer.taken_by_cuts import take_new
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
@@ -26,6 +24,8 @@ from autodb.agent.learn.passes import (
     files_since,
     keep_pass,
 )
+from autodb.agent.matching.made_cuts import match_new
+from autodb.agent.matching.taken_by_cuts import take_new_forces
 from autodb.agent.operate.retaining import retain
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
@@ -115,7 +115,7 @@ class _Pass:
         session, owner, span = self._session, self._owner, self.span
         found = match_new(session, owner, after=span.old, upto=span.upto)
         self._done.predicted, self._done.asked = len(found.links), found.asked
-        take_new(session, owner, span, sensed)
+        take_new_forces(session, owner, span, sensed)
 
     def _waiting(self) -> int:
         """Return how many of the machine's mismatches nobody has decided on."""

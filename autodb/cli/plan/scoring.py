@@ -8,7 +8,7 @@ import typer
 from autodb.cli._common import Database, MachineName, opened_store, say, show, table
 
 if TYPE_CHECKING:
-    from autodb.agent.answer.scoring import PredictionScores
+    from autodb.agent.matching.scoring import PredictionScores
 
 predictions = typer.Typer(
     help="Predictions and the cuts that were then made: match them, score them.",
@@ -30,7 +30,7 @@ def score_command(
     db: Database = None,
 ) -> None:
     """Say how far off a machine's past predictions were, and how sure they were of it."""
-    from autodb.agent.answer.scoring import scores_of_machine
+    from autodb.agent.matching.scoring import scores_of_machine
     from autodb.files.targets import check_target, write_text
 
     if plot is not None:
@@ -44,7 +44,7 @@ def score_command(
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.answer.scoring import PredictionScores
+        from autodb.agent.matching.scoring import PredictionScores
 
         say(TypeAdapter(PredictionScores).dump_json(found, indent=1).decode())
         return
@@ -110,7 +110,7 @@ def match_command(
     db: Database = None,
 ) -> None:
     """Match cuts with what was predicted of them: all that are open, or as stated."""
-    from autodb.agent.answer.stated_matches import match_open, match_stated
+    from autodb.agent.matching.stated_matches import match_open, match_stated
     from autodb.errors import UnusableInput
 
     if (recording is None) != (prediction is None):

@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import Select, exists, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.asked_jobs import AskedCuts
+from autodb.agent.matching.asked_jobs import AskedCuts
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.sense.sensed import Calibrations, forces_of_cuts, sd_beside_N
@@ -18,7 +18,9 @@ Link = models.PredictedCutMade
 TORQUE, POWER = "torque.spindle", "spindle.power"
 
 
-def take(session: Session, links: Sequence[Link], calibrations: Sequence[Calibrations]) -> None:
+def take_forces(
+    session: Session, links: Sequence[Link], calibrations: Sequence[Calibrations]
+) -> None:
     """Keep what the cuts of some links took, as it is known now.
 
     A force's standard deviation is without the errors of sensing that the prediction's posterior
@@ -54,7 +56,7 @@ def _of_spindle(cut: models.Cut) -> dict[str, list[float | None]]:
     return found
 
 
-def take_new(
+def take_new_forces(
     session: Session, owner: models.Machine, span: Span, calibrations: Sequence[Calibrations]
 ) -> None:
     """Keep what cuts took of which a pass over a span has made forces, or other ones."""
@@ -66,7 +68,7 @@ def take_new(
         query = query.where((models.Cut.id > span.old) | anew)
     links = session.scalars(query).all()
     if links:
-        take(session, links, calibrations)
+        take_forces(session, links, calibrations)
 
 
 def _links(machine_id: int) -> Select[Link]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autodb.agent.answer.past_predictions import HISTORY, PastCut, past_cuts
+from autodb.agent.matching.past_predictions import HISTORY, PastCut, past_cuts
 from autodb.agent.rows.machines import find_machine
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.scored import Score, Width, score_of, width_of

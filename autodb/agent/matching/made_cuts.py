@@ -13,7 +13,7 @@ from itertools import groupby
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.asked_jobs import (
+from autodb.agent.matching.asked_jobs import (
     AskedCuts,
     AskedJob,
     as_made,

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.asked_jobs import AskedCuts, as_made
-from autodb.agent.answer.made_cuts import Link, Matched, linked, match_new
-from autodb.agent.answer.taken_by_cuts import offered_calibrations, take
+from autodb.agent.matching.asked_jobs import AskedCuts, as_made
+from autodb.agent.matching.made_cuts import Link, Matched, linked, match_new
+from autodb.agent.matching.taken_by_cuts import offered_calibrations, take_forces
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.forward.matching import matched
@@ -61,7 +61,7 @@ def match_open(store: Store, machine: str) -> MatchedCuts:
         newest = session.scalar(select(func.max(models.Cut.id))) or 0
         found = match_new(session, owner, after=0, upto=newest)
         if found.links:
-            take(session, found.links, offered_calibrations(session, owner))
+            take_forces(session, found.links, offered_calibrations(session, owner))
         return _shown(found)
 
 
@@ -93,7 +93,7 @@ def match_stated(
                 f"no cut of recording {recording} fits one of prediction {prediction}; say which "
                 f"they are with --cut NUMBER=NAME{_named(asked)}"
             )
-        take(session, found.links, offered_calibrations(session, owner))
+        take_forces(session, found.links, offered_calibrations(session, owner))
         also(session, recording)
         return _shown(found)
 
