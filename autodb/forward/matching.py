@@ -29,7 +29,7 @@ MOST = 500
 
 
 @dataclass(frozen=True)
-class PlannedCut:
+class CutOfJob:
     """A cut of a job that was predicted: what is known of it by channel; of a program's line, none.
 
     ``block``: the program's line; ``end_mm``: the diameter where it ends, if that is another.
@@ -73,7 +73,7 @@ class Match:
         return self.places[0] if len(self.places) == 1 else None
 
 
-def fits(asked: PlannedCut, made: MadeCut) -> bool:
+def fits(asked: CutOfJob, made: MadeCut) -> bool:
     """Say whether a made cut may be the one asked for, by its operation and conditions."""
     if asked.operation != made.operation:
         return False
@@ -82,7 +82,7 @@ def fits(asked: PlannedCut, made: MadeCut) -> bool:
     return alike and bool(same or FEED in made.conditions) and overridden_alike(asked, made)
 
 
-def overridden_alike(asked: PlannedCut, made: MadeCut) -> bool:
+def overridden_alike(asked: CutOfJob, made: MadeCut) -> bool:
     """Say whether feed and speed are those asked for, but for an override."""
     speed = RPM if RPM in made.conditions else SPEED
     low, high = OVERRIDE
@@ -93,7 +93,7 @@ def overridden_alike(asked: PlannedCut, made: MadeCut) -> bool:
     )
 
 
-def _same(name: str, value: float, asked: PlannedCut) -> bool:
+def _same(name: str, value: float, asked: CutOfJob) -> bool:
     """Say whether a value is what was asked for; of a diameter, or between it and its end."""
     share, least = SAME[name]
     ends = [asked.conditions[name]]
@@ -103,7 +103,7 @@ def _same(name: str, value: float, asked: PlannedCut) -> bool:
     return min(ends) - off <= value <= max(ends) + off
 
 
-def matched(asked: Sequence[PlannedCut], made: Sequence[MadeCut]) -> list[Match]:
+def matched(asked: Sequence[CutOfJob], made: Sequence[MadeCut]) -> list[Match]:
     """Return of each made cut, in their order, which cuts of the job it may be."""
     every = [_places(asked, one) for one in made]
     there = [k for k, places in enumerate(every) if places]
@@ -115,7 +115,7 @@ def matched(asked: Sequence[PlannedCut], made: Sequence[MadeCut]) -> list[Match]
     return found
 
 
-def _places(asked: Sequence[PlannedCut], made: MadeCut) -> tuple[int, ...]:
+def _places(asked: Sequence[CutOfJob], made: MadeCut) -> tuple[int, ...]:
     """Return the places of one cut: those of its name or block, else those that fit."""
     if not made.says:
         return tuple(k for k, one in enumerate(asked) if fits(one, made))

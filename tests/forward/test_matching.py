@@ -2,7 +2,7 @@
 
 import pytest
 
-from autodb.forward.matching import MadeCut, PlannedCut, matched
+from autodb.forward.matching import CutOfJob, MadeCut, matched
 
 
 def _conditions(diameter: float, depth: float, feed: float, rpm: float = 1200) -> dict[str, float]:
@@ -26,8 +26,8 @@ BETWEEN = {
 }  # fmt: skip
 
 
-def _asked(job: dict[str, dict[str, float]]) -> list[PlannedCut]:
-    return [PlannedCut(name, "turn", conditions) for name, conditions in job.items()]
+def _asked(job: dict[str, dict[str, float]]) -> list[CutOfJob]:
+    return [CutOfJob(name, "turn", conditions) for name, conditions in job.items()]
 
 
 def _found(job: dict[str, dict[str, float]], made: list[MadeCut]) -> list[str]:
@@ -104,7 +104,7 @@ def test_another_operation_or_nothing_stated_fits_none() -> None:
 
 
 def test_a_face_is_told_by_any_diameter_that_it_goes_through() -> None:
-    asked = PlannedCut("face", "face", _conditions(60, 1.0, 0.2), end_mm=20.0)
+    asked = CutOfJob("face", "face", _conditions(60, 1.0, 0.2), end_mm=20.0)
     made = [MadeCut("face", _conditions(mm, 1.0, 0.2)) for mm in (61.5, 60, 40, 20, 19)]
     assert [bool(one.places) for one in matched([asked], made)] == [False, True, True, True, False]
 
@@ -119,12 +119,12 @@ def test_a_name_counts_before_conditions() -> None:
 
 
 def test_cuts_of_one_name_are_told_by_their_order() -> None:
-    asked = [PlannedCut("groove", "turn", GROOVES["left"]) for _ in range(2)]
+    asked = [CutOfJob("groove", "turn", GROOVES["left"]) for _ in range(2)]
     named = [MadeCut("turn", GROOVES["left"], "groove") for _ in range(2)]
     assert [one.places for one in matched(asked, named)] == [(0,), (1,)]
 
 
 def test_lines_of_a_program_are_told_by_their_number_alone() -> None:
-    asked = [PlannedCut(f"line {n}: G1", "turn", {}, block=n) for n in (7, 9)]
+    asked = [CutOfJob(f"line {n}: G1", "turn", {}, block=n) for n in (7, 9)]
     made = [MadeCut("turn", {}, block=9.0), MadeCut("turn", SHAFT["rough 56"])]
     assert [one.places for one in matched(asked, made)] == [(1,), ()]

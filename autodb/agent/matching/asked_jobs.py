@@ -13,7 +13,7 @@ from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.posteriors import as_posterior, version_chain
 from autodb.agent.sense.sensed import operation_of
 from autodb.files.job import JobCut
-from autodb.forward.matching import OVERRIDE, MadeCut, PlannedCut, overridden_alike
+from autodb.forward.matching import OVERRIDE, CutOfJob, MadeCut, overridden_alike
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED, RPM, SPEED, WIDTH, Conditions
@@ -102,13 +102,13 @@ class AskedCuts:
         self._tool = ToolOf(tool, numbers_of(its) if its is not None else {})
         stated = [JobCut.model_validate(one) for one in self.row.job.get("cut", ())]
         self.cuts = [self._of_cut(cut) for cut in stated] or [
-            PlannedCut(one["name"], one["operation"], {}, block=_block(one["name"]))
+            CutOfJob(one["name"], one["operation"], {}, block=_block(one["name"]))
             for one in self.row.cuts
         ]
 
-    def _of_cut(self, cut: JobCut) -> PlannedCut:
+    def _of_cut(self, cut: JobCut) -> CutOfJob:
         conditions = cut.conditions(self._tool.diameter_mm)
-        return PlannedCut(cut.name, cut.operation, conditions, end_mm=cut.end_diameter_mm)
+        return CutOfJob(cut.name, cut.operation, conditions, end_mm=cut.end_diameter_mm)
 
     def called(self, place: int) -> str:
         """Return what a cut is called, its number where it has no name."""

@@ -26,6 +26,8 @@ from autodb.store import models
 from autodb.store.models.answers import BY_CONDITIONS, BY_NAME
 
 Link = models.PredictedCutMade
+NEWEST = 50
+"""Jobs of a pair that a cut may be of, the newest ones. Chosen: more than a machine has in work."""
 
 
 @dataclass
@@ -144,7 +146,7 @@ class _Recording:
         pair = cut.pair and (cut.pair.material.name, cut.pair.tool.name)
         of_pair = [one for one in called if pair in (None, one.pair)]
         if of_pair or (job is None and program is None) or not jobs:
-            return (of_pair if pair or job or program else []), None
+            return (of_pair[:NEWEST] if pair or job or program else []), None
         if called:
             other = " / ".join(called[0].pair)
             return [], f"{called[0].words} is for {other}, not for {' / '.join(pair or ())}"
