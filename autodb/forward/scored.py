@@ -18,7 +18,7 @@ n_r = k / (1 + (k - 1) rho) (Kish 1965, 8.2).
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import erfc, exp, pi, sqrt
+from math import erfc, exp, isclose, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
@@ -213,7 +213,7 @@ def wider_interval(one: Interval, factor: float) -> Interval:
     One that is as far from its value on both sides is normal, any other normal in its logarithm.
     """
     rise, fall = one.high - one.value, one.value - one.low
-    if np.isclose(rise, fall, rtol=1e-6) or one.low * one.high <= 0.0:
+    if isclose(rise, fall, rel_tol=1e-6) or one.low * one.high <= 0.0:
         return Interval(one.value, one.value - factor * fall, one.value + factor * rise)
     low, high = ((end / one.value) ** factor for end in (one.low, one.high))
     return Interval(one.value, one.value * low, one.value * high)

@@ -5,12 +5,13 @@ of the job or program that they name, else of the only job of their pair that th
 (``autodb.forward.matching``). What is not sure is left unlinked, in one line that says how to tell.
 """
 
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from itertools import groupby
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.matching.asked_jobs import (
@@ -28,6 +29,8 @@ from autodb.store.models.answers import BY_CONDITIONS, BY_NAME
 Link = models.PredictedCutMade
 NEWEST = 50
 """Jobs of a pair that a cut may be of, the newest ones. Chosen: more than a machine has in work."""
+AT_ONCE = 2000
+"""Cuts of a recording that are looked at, the newest ones. Chosen: as many as a pass takes."""
 
 
 @dataclass
@@ -45,9 +48,9 @@ def match_new(session: Session, owner: models.Machine, *, after: int, upto: int)
     if not jobs:
         return found
     for number in _recordings(session, owner.id, after, upto, since=jobs[-1].created_at):
-        one = _Recording(session, owner, number)
+        one = _Recording(session, owner, number, jobs)
         for cuts in one.groups():
-            one.match(cuts, jobs, found)
+            one.match(cuts, found)
     session.flush()
     return found
 
@@ -55,11 +58,10 @@ def match_new(session: Session, owner: models.Machine, *, after: int, upto: int)
 def _recordings(
     session: Session, machine_id: int, after: int, upto: int, *, since: str
 ) -> Sequence[int]:
-    """Return the recordings, by the id of the first of their file, with cuts to be linked."""
+    """Return the recordings, by id, with cuts to be linked."""
     row = models.StoredRecording
-    first = func.coalesce(row.continues_id, row.id)
     query = (
-        select(first)
+        select(row.id)
         .join(models.Cut, models.Cut.recording_id == row.id)
         .outerjoin(Link, Link.cut_id == models.Cut.id)
         .where(
@@ -71,55 +73,57 @@ def _recordings(
             Link.id.is_(None),
         )
     )
-    return session.scalars(query.distinct().order_by(first)).all()
+    return session.scalars(query.distinct().order_by(row.id)).all()
 
 
-def made_at(row: models.StoredRecording) -> str:
-    """Return when a recording was made: as its side file says, else at the latest as it came in.
+def made_at(cut: models.Cut) -> str:
+    """Return when a cut was made, by its recording's start and its `t`, or when it came in.
 
-    A moment without an offset is this computer's.
+    A start without an offset is this computer's.
     """
-    said = row.side.get("recording", {}).get("start")
+    came_in = cut.recording.imported_at
+    said = cut.recording.side.get("recording", {}).get("start")
     try:
         start = datetime.fromisoformat(said).astimezone(UTC) if said else None
-    except ValueError:
-        start = None
-    came_in = row.imported_at
-    return came_in if start is None else min(start.isoformat(timespec="seconds"), came_in)
+        at = start and start + timedelta(seconds=float(cut.conditions.get("t", 0.0)))
+    except (ValueError, OverflowError):
+        return came_in
+    return came_in if at is None else min(at.isoformat(timespec="seconds"), came_in)
 
 
 class _Recording:
-    """The cuts of one file that count, however often it came in."""
+    """The cuts of one recording that count, and the jobs that were predicted, the newest first."""
 
-    def __init__(self, session: Session, owner: models.Machine, number: int) -> None:
-        self._session, self._owner = session, owner
+    def __init__(
+        self, session: Session, owner: models.Machine, number: int, jobs: Sequence[AskedJob]
+    ) -> None:
+        self._session, self._owner, self._jobs = session, owner, jobs
         self._row = session.get_one(models.StoredRecording, number)
-        row = models.StoredRecording
-        self.cuts = session.scalars(
+        newest = session.scalars(
             select(models.Cut)
-            .join(row)
-            .where(
-                func.coalesce(row.continues_id, row.id) == number,
-                models.Cut.superseded_at.is_(None),
-            )
-            .order_by(models.Cut.number)
-        ).all()
+            .where(models.Cut.recording_id == number, models.Cut.superseded_at.is_(None))
+            .order_by(models.Cut.id.desc())
+            .limit(AT_ONCE)
+        )
+        self.cuts = sorted(newest, key=lambda cut: cut.number)
         ids = [cut.id for cut in self.cuts]
         self._linked = set(session.scalars(select(Link.cut_id).where(Link.cut_id.in_(ids))))
 
     def groups(self) -> Iterator[list[models.Cut]]:
-        """Yield its cuts by what they say they are of: pair, job, program."""
+        """Yield its cuts by what they say they are of, pair, job, program, and by what was asked
+        for when they were made."""
+        made = sorted(job.created_at for job in self._jobs)
 
-        def key(cut: models.Cut) -> tuple[int, str, str]:
-            said = cut.named or {}
-            return cut.pair_id or 0, said.get("job", ""), said.get("program", "")
+        def key(cut: models.Cut) -> tuple[int, str, str, int]:
+            said, before = cut.named or {}, bisect_right(made, made_at(cut))
+            return cut.pair_id or 0, said.get("job", ""), said.get("program", ""), before
 
         for _, some in groupby(sorted(self.cuts, key=key), key):
             yield list(some)
 
-    def match(self, cuts: list[models.Cut], jobs: Sequence[AskedJob], found: Matched) -> None:
+    def match(self, cuts: list[models.Cut], found: Matched) -> None:
         """Link cuts of one pair and job, or ask."""
-        candidates, why = self._candidates(cuts[0], newest_before(jobs, made_at(self._row)))
+        candidates, why = self._candidates(cuts[0], newest_before(self._jobs, made_at(cuts[0])))
         if why is not None:
             found.asked.append(self._said(why))
         several = [_Fitted(self._session, job, cuts) for job in candidates]

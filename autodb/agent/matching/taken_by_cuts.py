@@ -15,6 +15,8 @@ from autodb.pairs.engaged import RPM
 from autodb.store import models
 
 Link = models.PredictedCutMade
+AT_ONCE = 500
+"""Links whose forces are read by one query."""
 TORQUE, POWER = "torque.spindle", "spindle.power"
 
 
@@ -67,8 +69,8 @@ def take_new_forces(
         )
         query = query.where((models.Cut.id > span.old) | anew)
     links = session.scalars(query).all()
-    if links:
-        take_forces(session, links, calibrations)
+    for begin in range(0, len(links), AT_ONCE):
+        take_forces(session, links[begin : begin + AT_ONCE], calibrations)
 
 
 def _links(machine_id: int) -> Select[Link]:

@@ -195,6 +195,18 @@ def test_a_recording_that_was_made_before_the_prediction_is_none_of_its(lathe: C
     assert _links() == {}
 
 
+def test_a_table_that_grows_is_matched_with_what_was_predicted_between(lathe: Cli) -> None:
+    """One table a day: its last cut was made an hour after its start, and a job predicted between.
+
+    A clock runs from the prediction at noon on.
+    """
+    with closing(sqlite3.connect("autodb.sqlite3")) as file:
+        _unchecked(file, "UPDATE prediction SET created_at = '2001-01-01T12:00:00+00:00'")
+    start = 'start = "2001-01-01T11:59:00+00:00"\n'
+    _matched(lathe, _table("made", SHAFT, start, t=[0, 30, 3600]))
+    assert sorted(_links()) == [3]
+
+
 def _unchecked(file: sqlite3.Connection, statement: str) -> None:
     """Change a database whose rows have checksums as a clock that was set would have."""
     from autodb.store.rowsums import register
