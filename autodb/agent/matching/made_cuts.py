@@ -44,7 +44,7 @@ class Matched:
 def match_new(session: Session, owner: models.Machine, *, after: int, upto: int) -> Matched:
     """Link a machine's cuts with ids above ``after`` up to ``upto`` that are not linked yet."""
     found = Matched()
-    jobs = asked_jobs(session, owner.id)
+    jobs = asked_jobs(session, owner.id) if upto > after else []
     if not jobs:
         return found
     for number in _recordings(session, owner.id, after, upto, since=jobs[-1].created_at):

@@ -5,7 +5,7 @@ import sqlite3
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,9 @@ from autodb.proofs.machines.lathe.lathe import cut_table
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
 from autodb.store import migrate
 from tests.conftest import Cli, Once
+
+if TYPE_CHECKING:
+    from tests.helpers.servers import Server
 
 MACHINE = ("--machine", "lathe")
 JOB = """name = "{name}"
@@ -461,3 +464,19 @@ def test_lines_of_a_program_are_matched_by_their_number(lathe: Cli, program: str
     columns = {"job.block": [8, 4]}
     _matched(lathe, _table("made", cuts, f'program = "{program}"\n', **columns))
     assert _links() == {1: (names[1], "name"), 2: (names[0], "name")}
+
+
+def test_a_server_matches_and_scores_as_a_file_does(
+    lathe: Cli, server: "Server", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _made(lathe, _table("made", SHAFT))
+    in_file = _scores(lathe)
+    monkeypatch.setenv("AUTODB_DB", server.database())
+    for command in (("init",), ("machine", "add", "lathe"), ("predict", "shaft.toml", *MACHINE)):
+        assert lathe(*command).code == 0
+    assert "3 cuts were predicted before" in _made(lathe, Path("made.csv"))
+    on_server = _scores(lathe)
+    assert on_server["cuts"] == in_file["cuts"]
+    assert on_server["by_basis"] == in_file["by_basis"]
+    assert lathe("trace", "prediction", 1).code == 0
+    assert "no cut is open" in lathe("predictions", "match", *MACHINE).out
