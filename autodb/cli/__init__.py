@@ -36,6 +36,7 @@ COMMANDS = {
     "predict": "plan.predict_and_trace:predict_command",
     "lookup": "plan.looking_up:lookup",
     "plan": "plan.planning:plan_command",
+    "predictions": "plan.scoring:predictions",
     "explain": "understand.explaining:explain_command",
     "mismatch": "understand.deciding:mismatch",
     "trace": "plan.predict_and_trace:trace_command",

@@ -31,7 +31,7 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (r"pocket\.diameter", "mm"),
     (r"(work\.diameter|tool\.flank_wear|chip\.thickness)", "mm"),
     (r"tool\.cutting_time", "s"),
-    (r"(cut|tool\.edge)", "1"),
+    (r"(cut|tool\.edge|job\.block)", "1"),
 )
 _LARGEST: tuple[tuple[str, float], ...] = (
     (r"spindle\.speed", 5e5),
@@ -50,7 +50,9 @@ _LARGEST: tuple[tuple[str, float], ...] = (
 )
 """Beyond what machine tools do by a factor: the fastest air-bearing spindles reach some 350 000 rpm
 and the longest portal mills some 100 m; the others are ten times and more over what is built."""
-TEXT_COLUMNS = ("operation", "work.material", "tool")
+JOB, JOB_CUT, JOB_BLOCK = "job", "job.cut", "job.block"
+"""Columns that say which job a cut is of, which of its cuts, and which line of its program."""
+TEXT_COLUMNS = ("operation", "work.material", "tool", JOB, JOB_CUT)
 
 
 def unit_of(name: str) -> str | None:

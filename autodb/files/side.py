@@ -45,9 +45,11 @@ Named = Annotated[FileColumn, BeforeValidator(_as_table, json_schema_input_type=
 
 
 class RecordingSection(Section):
-    """Where and when it was recorded."""
+    """Where and when it was recorded, and what ran: a ``job``, or its ``program``."""
 
     machine: str | None = None
+    job: str | None = None
+    program: str | None = None
     kind: str | None = None
     work: str | None = None
     start: str | None = None
@@ -80,8 +82,10 @@ class ToolSection(Section):
 
 
 class CutSection(Section):
-    """The one cut of a recording over time."""
+    """The one cut of a recording over time; ``name`` or ``block``: which of its job's cuts."""
 
+    name: str | None = None
+    block: PositiveInt | None = None
     operation: Operation | None = None
     depth_mm: Positive | None = None
     width_mm: Positive | None = None

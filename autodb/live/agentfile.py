@@ -126,6 +126,8 @@ class AgentCutSection(Section):
     pause_s: NotNegative = 0.3
     least_s: NotNegative = 0.5
     longest_s: Positive = 300.0
+    name: Text | None = None
+    block: Number | None = None
     operation: Text | None = None
     depth_mm: Number | None = None
     width_mm: Number | None = None
@@ -140,6 +142,8 @@ class AgentCutSection(Section):
 class WorkSection(Section):
     """What is on the machine, for [recording] of the side files: stated, or told by items."""
 
+    job: Text | None = None
+    program: Text | None = None
     kind: Text | None = None
     work: Text | None = None
     coolant: Text | None = None

@@ -64,9 +64,9 @@ def side_of(cut: LiveCut, plan: AgentFile, beside: Path) -> tuple[SideFile, list
     told = {key: _said(value, cut.said.get(key)) for key, value in plan.said().items()}
     start = datetime.fromtimestamp(cut.start_s, UTC).isoformat(timespec="microseconds")
     tool = _tool(plan, told.get("tool.number"), beside, notes)
-    work = _stated(plan.recording, "recording", told)
+    work = _as_texts(_stated(plan.recording, "recording", told), RecordingSection)
     work |= {"machine": plan.machine, "start": start}
-    conditions = _feeds(_stated(plan.cut, "cut", told), tool)
+    conditions = _feeds(_as_texts(_stated(plan.cut, "cut", told), CutSection), tool)
     side = SideFile(
         channels={name: one.column(name) for name, one in plan.channels.items()},
         recording=_checked(RecordingSection, work, "recording", notes),
@@ -96,6 +96,15 @@ def _stated(section: Any, prefix: str, told: dict[str, Value]) -> dict[str, Valu
         if isinstance(value, float | str):
             found[key] = value
     return found
+
+
+def _as_texts(stated: dict[str, Value], section: Any) -> dict[str, Value]:
+    """Return what is stated with numbers as texts where a section has texts: program 1234."""
+    texts = {name for name, field in section.model_fields.items() if field.annotation == str | None}
+    return {
+        key: f"{value:g}" if key in texts and isinstance(value, float) else value
+        for key, value in stated.items()
+    }
 
 
 def _feeds(stated: dict[str, Value], tool: ToolSection) -> dict[str, Value]:

@@ -2,6 +2,7 @@
 
 import errno
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
 from autodb.live import journal as journals
-from autodb.live.agentfile import AgentFile, Condition, read_agentfile
+from autodb.live.agentfile import AgentFile, Condition, StatedItem, WorkSection, read_agentfile
 from autodb.live.batch import Batch, Value
 from autodb.live.journal import Journal
+from autodb.live.recorder import side_of
 from autodb.live.segmenter import LiveCut, Segmenter
 
 RATE = 50.0
@@ -297,3 +299,19 @@ def test_an_agent_file_that_cannot_be_used_is_said(tmp_path: Path, change: str, 
         read_agentfile(path)
     assert str(path) in str(raised.value)
     assert line in str(raised.value)
+
+
+def test_a_control_says_which_program_and_line_a_cut_is_of() -> None:
+    """A program that is a number is a text all the same; a line that is none is noted."""
+    plan = PLAN.model_copy(
+        update={
+            "cut": PLAN.cut.model_copy(update={"block": StatedItem(item="line"), "name": "groove"}),
+            "recording": WorkSection(program=StatedItem(item="program")),
+        }
+    )
+    for line, noted in (("12", 0), ("-", 1)):
+        told = replace(WHOLE[0], said={"recording.program": 1234, "cut.block": line})
+        side, notes = side_of(told, plan, Path())
+        assert side.recording.program == "1234"
+        assert (side.cut.name, side.cut.block) == ("groove", None if noted else 12)
+        assert sum("block" in note for note in notes) == noted

@@ -55,12 +55,7 @@ def _errors(force: models.SensedForce, version: models.CuttingParameters | None)
         posterior = as_posterior(version)
         return reading_errors(posterior, as_observed([force], wear=posterior.wear))
     readings = Readings([force])
-    moves, begin, shared = readings.shift + readings.share * readings.value_N[:, None], 0, {}
-    for one in readings.shared:
-        columns = moves[:, begin : begin + len(one.covariance)]
-        shared[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", columns, one.covariance, columns))
-        begin += len(one.covariance)
-    return ReadingErrors(readings.sd_N, np.full(1, np.nan), shared)
+    return ReadingErrors(readings.sd_N, np.full(1, np.nan), readings.moved_N())
 
 
 def _own(force: models.SensedForce, sd_N: float) -> Iterator[BudgetEntry]:

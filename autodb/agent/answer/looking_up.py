@@ -20,6 +20,7 @@ from autodb.agent.answer.prediction_basis import (
     prediction_basis_of,
 )
 from autodb.agent.learn.known import Behind, KnownPair, known_of
+from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of
@@ -73,7 +74,8 @@ class PairReader:
             return None
         number, *geometry = tuple[Any, ...](row)
         others = others_of(self._session, number)
-        return Stamp(number, others, _numbers(geometry), self._owner.limits)
+        width = width_of_next(self._session, self._owner.id, (material, tool), learnt=True)
+        return Stamp(number, others, _numbers(geometry), self._owner.limits, width)
 
     def known(self, material: str, tool: str) -> KnownPair:
         """Return what the database holds of the machine's pair, learnt or not.

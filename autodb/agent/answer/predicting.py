@@ -51,15 +51,15 @@ def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_el
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        answer, states = _answer(
-            prediction_basis_of(session, owner, job.material, known), job, program
-        )
+        basis = prediction_basis_of(session, owner, job.material, known)
+        answer, states = _answer(basis, job, program)
         stored = models.Prediction(
             machine_id=owner.id,
             job=_stored(job, program),
             cuts=[asdict(cut) for cut in answer.cuts],
             started_from=None if known.own else known.behind.started_from,
             prior=known.prior,
+            width=asdict(basis.width) if basis.width.factor > 1.0 else None,
             parameters=[*([known.row] if known.row is not None else []), *states],
         )
         session.add(stored)
@@ -109,7 +109,9 @@ def _answer(
         notes = basis.said(job.cut, cuts)
     else:
         source, states = program.source, []
-        cuts = along.predict_lines(known.posterior, known.tool, program.lines, source=source)
+        cuts = basis.widened(
+            along.predict_lines(known.posterior, known.tool, program.lines, source=source)
+        )
         notes = (
             *basis.notes(program.lines),
             *said_of_wear(known.posterior, known.tool, (), cuts),

@@ -10,6 +10,7 @@ from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom, said_of_wear
+from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
@@ -18,6 +19,7 @@ from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import Exceeding, exceeding
 from autodb.forward.prediction import PredictedCut, ToolOf
+from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
 from autodb.store import models
 
@@ -58,12 +60,14 @@ class Stamp:
     """What grounds of a learnt pair depend on: as long as it is equal, so are they.
 
     ``usual`` and ``others``: newest versions of the pair's states, by id; nobody changes a version.
+    ``width``: what past predictions make of the intervals.
     """
 
     usual: int
     others: frozenset[int]
     tool: Mapping[str, float]
     limits: Mapping[str, AxisLimits]
+    width: Width
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,7 @@ class PredictionBasis:
     """The posterior of a machine's pair, what its cuts were, and the machine's limits by axis.
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
+    ``width``: what past predictions make of the intervals.
     """
 
     machine: str
@@ -79,6 +84,7 @@ class PredictionBasis:
     known: KnownPair
     states: States | None
     learnt: tuple[str, ...]
+    width: Width = AS_STATED
 
     @property
     def stamp(self) -> Stamp | None:
@@ -87,7 +93,7 @@ class PredictionBasis:
         if usual is None or self.states is None:
             return None
         others = frozenset(one.row.id for one in self.states.others)
-        return Stamp(usual, others, self.known.tool.numbers, self.limits)
+        return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width)
 
     def predict(
         self, cuts: Sequence[JobCut]
@@ -96,7 +102,14 @@ class PredictionBasis:
 
         Raises UnusableInput where the tool cannot make one.
         """
-        return in_state.predict_in_states(self.known.posterior, self.known.tool, self.states, cuts)
+        made, used = in_state.predict_in_states(
+            self.known.posterior, self.known.tool, self.states, cuts
+        )
+        return self.widened(made), used
+
+    def widened(self, cuts: Sequence[PredictedCut]) -> tuple[PredictedCut, ...]:
+        """Return predicted cuts with intervals as wide as past predictions ask for."""
+        return tuple(wider(cut, self.width.factor) for cut in cuts)
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -136,6 +149,8 @@ class PredictionBasis:
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
+        if self.width.factor > 1.0:
+            yield self.width.words(self.machine)
 
 
 def prediction_basis_of(
@@ -150,6 +165,7 @@ def prediction_basis_of(
         known=known,
         states=None if number is None else states_of_version(session, number),
         learnt=() if known.own else tuple(learnt_pairs(session, owner.id)),
+        width=width_of_next(session, owner.id, (material, known.tool.name), learnt=known.own),
     )
 
 

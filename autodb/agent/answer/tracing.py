@@ -13,6 +13,7 @@ from autodb.agent.answer.budgets import budget_of_force
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
+from autodb.agent.matching.past_predictions import HISTORY, past_cuts
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.agent.sense.measured import statement_of
@@ -20,6 +21,7 @@ from autodb.cutting import shear
 from autodb.errors import NotThere, near
 from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import NORMAL_95
+from autodb.forward.scored import Width
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.store import Store, models
@@ -202,7 +204,39 @@ def _prediction(session: Session, row: models.Prediction) -> Node:
         known = [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
         node.sources.append(Node(f"the pair was not learnt: {row.started_from}", known))
     node.sources += [_parameters(session, p) for p in row.parameters]
+    if row.width is not None:
+        node.sources.append(_width(session, row))
+    if row.made:
+        node.sources.append(Node("then made", [_made(link) for link in row.made]))
     return node
+
+
+def _width(session: Session, row: models.Prediction) -> Node:
+    """The factor on a prediction's intervals comes from cuts that were predicted before it."""
+    width = Width(**(row.width or {}))
+    past = past_cuts(session, row.machine_id, most=HISTORY, upto=width.upto)
+    alike = [one for one in past if one.learnt == (row.started_from is None) and one.scored]
+    by_recording: dict[int, list[str]] = {}
+    for one in alike:
+        by_recording.setdefault(one.recording, []).append(f"{one.cut:g}")
+    sources = []
+    for number, cuts in by_recording.items():
+        source = _recording(session, session.get_one(models.StoredRecording, number))
+        source.sources.append(Node(f"cuts {', '.join(cuts)}"))
+        sources.append(source)
+    return Node(
+        f"intervals × {width.factor:.2f}: {width.cuts} cuts of the pair and {width.others} of "
+        "other pairs were off by more than predicted",
+        sources,
+    )
+
+
+def _made(link: models.PredictedCutMade) -> Node:
+    counts = "" if link.cut.superseded_at is None else ", which does not count any more"
+    return Node(
+        f"cut '{link.name}': cut {link.cut.number:g} of recording {link.cut.recording_id}, by "
+        f"{link.matched_by}{counts}"
+    )
 
 
 def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Node:

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.rows.catalogue import pair_id
 from autodb.agent.rows.content import of_cut
 from autodb.errors import UnusableInput
-from autodb.files.channels import axis_of
+from autodb.files.channels import JOB, JOB_BLOCK, JOB_CUT, axis_of
 from autodb.files.side import SideFile
 from autodb.pairs.engaged import BY_NAME, DIRECTION
 from autodb.records import EDGE, CutTable, Recording, RecordingSource
@@ -87,7 +87,8 @@ def _pair_names(table: CutTable, row: int) -> tuple[str, str]:
 
 def _refuse_unmeasured(table: CutTable) -> None:
     """Raise UnusableInput where a table says how was cut, and nothing that was sensed."""
-    sensed = [name for name in table.channels if name != "cut" and not _is_condition(name)]
+    said = ("cut", JOB_BLOCK)
+    sensed = [name for name in table.channels if name not in said and not _is_condition(name)]
     if not sensed and CHIP not in table:
         raise UnusableInput(
             f"{table.path}: nothing was measured in its cuts; add a column like "
@@ -97,6 +98,18 @@ def _refuse_unmeasured(table: CutTable) -> None:
 
 def _is_condition(name: str) -> bool:
     return name.startswith(_CONDITION_PREFIXES) or name == "t"
+
+
+def _named(table: CutTable, row: int) -> dict[str, str | float] | None:
+    """Return what a cut is called in its job, as far as it is stated; None: not at all."""
+    said, block = table.side.recording, table.get(JOB_BLOCK)
+    known: dict[str, str | float | None] = {
+        "job": table.texts[JOB][row] if JOB in table.texts else said.job,
+        "program": said.program,
+        "cut": table.texts[JOB_CUT][row] if JOB_CUT in table.texts else None,
+        "block": None if block is None or not np.isfinite(block[row]) else float(block[row]),
+    }
+    return {name: value for name, value in known.items() if value} or None
 
 
 def _cut_row(table: CutTable, row: int, signs: dict[str, int], *, outward: bool) -> models.Cut:
@@ -114,13 +127,14 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int], *, outward: bool)
     measured = {
         name: value * (signs.get(axis_of(name), 1) if name.endswith(".current") else 1)
         for name, value in values.items()
-        if name not in conditions and name != "cut"
+        if name not in conditions and name not in ("cut", JOB_BLOCK)
     }
     return models.Cut(
         number=values["cut"],
         operation=texts.get("operation"),
         conditions=conditions,
         measured=measured,
+        named=_named(table, row),
     )
 
 

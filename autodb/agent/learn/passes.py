@@ -40,6 +40,8 @@ class RefreshReport:
 
     ``waiting``: how many of the machine's mismatches nobody has decided on; ``retained``: what
     became of old recordings afterwards. ``measured``: forces that a dynamometer measured.
+    ``predicted``: new cuts that are linked with a prediction made before; ``asked``: in words, of
+    which it is not sure what they are.
     """
 
     came_in: list[CameIn] = field(default_factory=list)
@@ -53,6 +55,8 @@ class RefreshReport:
     waiting: int = 0
     retained: list[str] = field(default_factory=list)
     measured: int = 0
+    predicted: int = 0
+    asked: list[str] = field(default_factory=list)
 
     @property
     def anything(self) -> bool:
@@ -80,6 +84,8 @@ class RefreshReport:
         self.mismatches += other.mismatches
         self.due = other.due
         self.waiting = other.waiting
+        self.predicted += other.predicted
+        self.asked += other.asked
 
     def lines(self) -> list[str]:
         """Return it in words, a line each."""
@@ -98,6 +104,10 @@ class RefreshReport:
             said.append(
                 f"{self.waiting} mismatches are undecided; list them with 'autodb mismatch list'"
             )
+        if self.predicted:
+            cuts = f"{self.predicted} cuts were" if self.predicted > 1 else "1 cut was"
+            said.append(f"{cuts} predicted before; see 'autodb predictions score'")
+        said += self.asked
         said += [f"calibration due: {sentence}" for sentence in self.due]
         return said + self.retained
 

@@ -24,6 +24,8 @@ from autodb.agent.learn.passes import (
     files_since,
     keep_pass,
 )
+from autodb.agent.matching.made_cuts import match_new
+from autodb.agent.matching.taken_by_cuts import take_new_forces
 from autodb.agent.operate.retaining import retain
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
@@ -97,6 +99,7 @@ class _Pass:
                 "no force was measured and no calibration is usable, so no force is known; import "
                 "cuts with force.*, or run 'autodb calibrate'"
             )
+        self._match(sensed)
         outliers: list[int] = []
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
@@ -106,6 +109,13 @@ class _Pass:
         if done.anything or self.span.anew or self.span.upto > self.span.old:
             keep_pass(session, owner.id, PassRecord(done, self.span, self._basis, self._files))
         return done
+
+    def _match(self, sensed: list[Calibrations]) -> None:
+        """Link new cuts with what was predicted of them, and keep what they took."""
+        session, owner, span = self._session, self._owner, self.span
+        found = match_new(session, owner, after=span.old, upto=span.upto)
+        self._done.predicted, self._done.asked = len(found.links), found.asked
+        take_new_forces(session, owner, span, sensed)
 
     def _waiting(self) -> int:
         """Return how many of the machine's mismatches nobody has decided on."""

@@ -85,6 +85,26 @@ def forces_of_pair(
     return PairForces(pair, kept, left_out, after=0 if cuts is None else cuts[0])
 
 
+def forces_of_cuts(
+    session: Session, cuts: Sequence[int], calibrations: Sequence[Calibrations]
+) -> list[models.SensedForce]:
+    """Return one force of each component of some cuts, by id, as ``forces_of_pair`` chooses it."""
+    known = (
+        select(models.SensedForce)
+        .join(models.Cut)
+        .where(models.Cut.id.in_(cuts), models.SensedForce.value_N.is_not(None))
+    )
+    forces = [f for current in calibrations for f in _of_axis(session, known, current)]
+    return _surest([*forces, *_of_others(session, known)], _measured(session, known))
+
+
+def sd_beside_N(force: models.SensedForce, known: Container[str]) -> float:
+    """Return a force's standard deviation, N, without the errors of which the key is ``known``."""
+    readings = Readings([force])
+    shared = [float(sd[0]) for key, sd in readings.moved_N().items() if key not in known]
+    return float(np.linalg.norm([float(readings.sd_N[0]), *shared]))
+
+
 def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
     """Return what asks for the forces that were sensed on a pair."""
     return (
@@ -248,6 +268,15 @@ class Readings:
         none = np.zeros((len(forces), 0))
         self.shift = np.column_stack([none, *(shift for _, shift, _ in self._moved.values())])
         self.share = np.column_stack([none, *(share for _, _, share in self._moved.values())])
+
+    def moved_N(self) -> dict[str, Array]:
+        """Return by how much each shared error moves the readings (m,), sd, by its key."""
+        moves, begin, found = self.shift + self.share * self.value_N[:, None], 0, {}
+        for one in self.shared:
+            columns = moves[:, begin : begin + len(one.covariance)]
+            found[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", columns, one.covariance, columns))
+            begin += len(one.covariance)
+        return found
 
     def _add_measured(self, forces: Sequence[models.SensedForce]) -> None:
         """Add the errors that measured forces share with others."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.errors import SetAside
-from autodb.files.channels import FORCES
+from autodb.files.channels import FORCES, JOB_BLOCK, JOB_CUT
 from autodb.files.side import SideFile
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import faults, rejections
@@ -319,6 +319,9 @@ def table_of_cut(path: Path, side: SideFile, row: Mapping[str, float]) -> CutTab
         "operation": [side.cut.operation or ""],
         "work.material": [side.recording.work or ""],
         "tool": [side.tool.name or ""],
+        JOB_CUT: [side.cut.name or ""],
     }
     channels = {name: np.array([value]) for name, value in row.items()}
+    if side.cut.block is not None:
+        channels[JOB_BLOCK] = np.array([float(side.cut.block)])
     return CutTable(path=path, channels=channels, texts=texts, side=side)

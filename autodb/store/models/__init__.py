@@ -5,7 +5,12 @@ searched by. Times are ISO 8601 text in UTC.
 """
 
 from autodb.store.models._base import Base, now
-from autodb.store.models.answers import Mismatch, Prediction, prediction_parameters
+from autodb.store.models.answers import (
+    Mismatch,
+    PredictedCutMade,
+    Prediction,
+    prediction_parameters,
+)
 from autodb.store.models.keeping import AccessToken, AuditEntry, InboxFile, RefreshPass
 from autodb.store.models.learning import (
     ChannelModel,
@@ -59,6 +64,7 @@ __all__ = [
     "Mismatch",
     "Pair",
     "PairState",
+    "PredictedCutMade",
     "Prediction",
     "RecordingChannel",
     "RefreshPass",

@@ -65,6 +65,10 @@ def _fill_what_nothing_writes_yet() -> None:
             models.PairState(
                 machine_id=1, pair_id=1, operation="turn", refresh_pass_id=done.id
             ),
+            models.PredictedCutMade(
+                prediction_id=1, number=1, name="Ø56", cut_id=1, matched_by="stated",
+                expected={"force.z": [0.1 + 0.2, 0.0, 1.0]},
+            ),
             models.InboxFile(machine_id=1, path="a", sha256="b", status="refused", reason="c"),
             models.AccessToken(name="panel", sha256="0" * 64, role="read"),
         ])  # fmt: skip

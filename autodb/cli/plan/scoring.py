@@ -1,0 +1,149 @@
+"""`predictions`: which cuts were made of what was predicted, and how good the predictions were."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import Database, MachineName, opened_store, say, show, table
+
+if TYPE_CHECKING:
+    from autodb.agent.matching.scoring import PredictionScores
+
+predictions = typer.Typer(
+    help="Predictions and the cuts that were then made: match them, score them.",
+    no_args_is_help=True,
+)
+
+LARGEST = 2**63 - 1
+"""Number that a row can have."""
+
+
+@predictions.command("score")
+def score_command(
+    machine: MachineName,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Write a picture of each cut: FILE.html."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the scores as JSON.")] = False,
+    db: Database = None,
+) -> None:
+    """Say how far off a machine's past predictions were, and how sure they were of it."""
+    from autodb.agent.matching.scoring import scores_of_machine
+    from autodb.files.targets import check_target, write_text
+
+    if plot is not None:
+        check_target(plot, suffix=".html", option="--plot")
+    with opened_store(db) as store:
+        found = scores_of_machine(store, machine)
+    if plot is not None:
+        from autodb.reports.scored import render_scores
+
+        write_text(plot, render_scores(found))
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.matching.scoring import PredictionScores
+
+        say(TypeAdapter(PredictionScores).dump_json(found, indent=1).decode())
+        return
+    _show(found)
+    if plot is not None:
+        say(f"picture: {plot}")
+
+
+def _show(found: "PredictionScores") -> None:
+    """Print the scores, a table for each basis, and what they make of the next intervals."""
+    if not found.cuts:
+        say(
+            f"machine '{found.machine}': no cut was made of a prediction; 'autodb predict' a job, "
+            "import its cuts and run 'autodb refresh'"
+        )
+        return
+    for one in found.by_basis:
+        rows = table(
+            f"Predictions from: {one.basis}",
+            "quantity", ">cuts", ">recordings", ">error %", ">bias %", ">inside 95 % (95 %)",
+            ">RMS of z",
+        )  # fmt: skip
+        for score in one.scores:
+            low, high = 100 * score.inside_low, 100 * score.inside_high
+            rows.add_row(
+                score.quantity,
+                str(score.cuts),
+                str(score.recordings),
+                f"{100 * score.error:.1f}",
+                f"{100 * score.bias:+.1f}",
+                f"{100 * score.inside:.0f} % ({low:.0f} to {high:.0f})",
+                f"{score.rms_z:.2f}",
+            )
+        show(rows)
+        if one.width.factor > 1.0:
+            say(f"{one.basis}: × {one.width.factor:.2f} on the next intervals, all pairs together")
+    made, jobs = len(found.cuts), len({cut.prediction for cut in found.cuts})
+    what = f"cuts that were predicted and made: {made}, of predictions: {jobs}"
+    say(what if found.scored == made else f"{what}; scored: {found.scored}")
+
+
+@predictions.command("match")
+def match_command(
+    machine: MachineName,
+    recording: Annotated[
+        int | None,
+        typer.Option(
+            "--recording", metavar="NUMBER", min=1, max=LARGEST, help="Whose cuts are meant."
+        ),
+    ] = None,
+    prediction: Annotated[
+        int | None,
+        typer.Option(
+            "--prediction", metavar="NUMBER", min=1, max=LARGEST, help="Of which they were made."
+        ),
+    ] = None,
+    cut: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--cut", metavar="NUMBER=NAME", help="Which cut of the job one of them is; repeatable."
+        ),
+    ] = None,
+    db: Database = None,
+) -> None:
+    """Match cuts with what was predicted of them: all that are open, or as stated."""
+    from autodb.agent.matching.stated_matches import match_open, match_stated
+    from autodb.errors import UnusableInput
+
+    if (recording is None) != (prediction is None):
+        raise UnusableInput("--recording and --prediction go together")
+    if cut and recording is None:
+        raise UnusableInput("--cut goes with --recording and --prediction")
+    with opened_store(db) as store:
+        if recording is None or prediction is None:
+            found = match_open(store, machine)
+        else:
+            found = match_stated(
+                store, machine, recording, prediction, dict(map(_named, cut or ()))
+            )
+    rows = table("Matched", ">recording", ">cut", ">prediction", "job", "its cut", "by")
+    for one in found.cuts:
+        rows.add_row(
+            str(one.recording), f"{one.cut:g}", str(one.prediction), one.job, one.name,
+            one.matched_by,
+        )  # fmt: skip
+    if found.cuts:
+        show(rows)
+    for line in found.asked:
+        say(line)
+    if not found.cuts and not found.asked:
+        say(f"machine '{machine}': no cut is open that a prediction fits")
+
+
+def _named(text: str) -> tuple[float, str]:
+    """Return the number of a cut and its name in the job; raises UnusableInput."""
+    from autodb.errors import UnusableInput
+
+    number, _, name = text.partition("=")
+    try:
+        return float(number), name
+    except ValueError:
+        raise UnusableInput(f"--cut {text}: use NUMBER=NAME, such as 3='finish'") from None

@@ -1,0 +1,106 @@
+"""Past predictions as one picture: each cut as it was predicted, and as it was then made."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+
+from autodb import __version__
+from autodb.agent.matching.past_predictions import PastCut
+from autodb.agent.matching.scoring import PredictionScores
+from autodb.fitting import NORMAL_95
+from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
+from autodb.forward.scored import Scored
+from autodb.reports import figures
+
+PLOT_PX = 190
+"""Height of one quantity."""
+GAP = 0.06
+"""What is left between two quantities, a share of the picture."""
+SHOWN = 200
+"""Cuts that are drawn, the newest ones. Chosen: more hide one another."""
+NUMBERED = 24
+"""Cuts up to which each has its number at the axis. Chosen: more do not fit beside each other."""
+TONES = {"predicted": "corrected", "made": "simulation"}
+BESIDE = 0.12
+"""How far what was made stands beside what was predicted, in cuts."""
+
+
+def render_scores(found: PredictionScores) -> str:
+    """Return the page: one HTML file that loads nothing."""
+    return figures.whole_page(
+        "scored.html.j2",
+        title=f"{found.machine}: predicted and made",
+        machine=found.machine,
+        by_basis=found.by_basis,
+        plot=_plot([cut for cut in found.cuts if cut.scored][-SHOWN:]),
+        most=SHOWN,
+        made=len(found.cuts),
+        scored=found.scored,
+        version=__version__,
+    )
+
+
+def _plot(cuts: Sequence[PastCut]) -> Markup | None:
+    """Return the picture of cuts; None where nothing of them was sensed or measured."""
+    there = {one.quantity for cut in cuts for one in cut.scored}
+    rows = [one for one in QUANTITIES if one.channel in there]
+    if not rows:
+        return None
+    titles = [f"{one.channel} [{one.unit}]" for one in rows]
+    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(rows), gap=GAP)
+    for row, one in enumerate(rows, start=1):
+        for trace in _traces(one, cuts):
+            made.add_trace(trace, row=row, col=1)
+    made.update_xaxes(range=[0.5, len(cuts) + 0.5])
+    if len(cuts) <= NUMBERED:
+        made.update_xaxes(dtick=1)
+    label = f"predicted and made forces of {len(cuts)} cuts with 95 % intervals"
+    return figures.as_html(made, "scored", height_px=PLOT_PX * len(rows), label=label)
+
+
+def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]:
+    """Return what was predicted with its interval, and what was made with its own."""
+    places, some, names = [], [], []
+    for number, cut in enumerate(cuts, start=1):
+        for scored in cut.scored:
+            if scored.quantity == one.channel:
+                places.append(float(number))
+                some.append(scored)
+                names.append(f"{cut.job}, {cut.name}")
+    asked = np.array([(s.predicted.value, s.predicted.low, s.predicted.high) for s in some])
+    half = np.array([NORMAL_95 * (s.sd or 0.0) for s in some])
+    x, value, low, high = np.array(places), asked[:, 0], asked[:, 1], asked[:, 2]
+    made = np.array([s.made for s in some])
+    hover = [_hover(name, s, one.unit) for name, s in zip(names, some, strict=True)]
+    return [
+        _marks(x - BESIDE, np.array([value, low, high]), "predicted", hover),
+        _marks(x + BESIDE, np.array([made, made - half, made + half]), "made", hover),
+    ]
+
+
+def _hover(name: str, one: Scored, unit: str) -> str:
+    ends = figures.span(one.predicted.low, one.predicted.high, unit)
+    said = f"predicted {figures.number(one.predicted.value)} ({ends})"
+    return f"{figures.plain_text(name)}<br>{said}<br>made {figures.number(one.made)} {unit}"
+
+
+def _marks(x: figures.Array, ends: figures.Array, name: str, hover: list[str]) -> go.Scatter:
+    """Return marks at values with their intervals: ``ends`` (3, n), value, low and high."""
+    value, low, high = ends
+    tone = figures.colour(TONES[name])
+    bars = {
+        "type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low,
+        "color": tone, "thickness": 1.6, "width": 3,
+    }  # fmt: skip
+    return go.Scatter(
+        x=x,
+        y=value,
+        mode="markers",
+        name=name,
+        marker={"color": tone, "size": 7},
+        error_y=bars,
+        text=hover,
+        hoverinfo="text",
+    )
