@@ -17,8 +17,9 @@ On an edge inclined by λ_s (ISO 3002-1: negative, where the tip is the last to 
 rake face is turned about the normal of the edge. Its pressure N and its friction F, along the chip
 that flows at λ_s (Stabler 1951), push the tool away from the work where λ_s is negative.
 
-Numbers are chosen: 2500 N/mm² at 0.2 mm is a C45's in Röhm's RN-1391, table 2; edge forces are about
-those that Budak, Altintas and Armarego 1996 give for a titanium alloy.
+Numbers are chosen: 2500 N/mm² at 0.2 mm is a little less than Röhm's RN-1391, table 2, has for C45
+(2800 at 0.18 mm); edge forces are about those that Budak, Altintas and Armarego 1996 give for a
+titanium alloy.
 """
 
 import math

@@ -2,11 +2,12 @@
 
 The edge runs from the lowest point of the nose, where the finished surface is left, up to the
 entering angle κ_r and on to the depth of cut; with q the angle of a place to the feed its chip is
-f sin q thick. When the tool feeds to the axis its other edge cuts, at 270° - κ_r - ε. What the
-table of the proof is split by is not drawn: in blocks of 27 seeds each law meets each size exponent
-and entering angle once, in blocks of 16 a nose, an edge force, a dynamometer and a stated tool each
-other, there and not there; all else is drawn. Scatter, sensing and gains are those of ``power_pairs``; a
-dynamometer's gain is off by 1 % and its noise is 3 N (chosen).
+f sin q thick. When the tool feeds to the axis its other edge cuts, at 270° - κ_r - ε.
+
+What the table of the proof is split by is not drawn: in blocks of 27 seeds each law meets each size
+exponent and entering angle once, in blocks of 16 a nose, an edge force, a dynamometer and a stated
+tool are there and not there in every combination. All else is drawn. Scatter, sensing and gains are
+those of ``power_pairs``; a dynamometer's gain is off by 1 % and its noise is 3 N (chosen).
 """
 
 import math
@@ -139,7 +140,8 @@ def draw_law_pair(seed: int, rng: np.random.Generator) -> LawPair:
 def _levels(seed: int, every: Sequence[L]) -> L:
     """Return a seed's combination of levels: each once in every block of as many seeds."""
     block, place = divmod(seed - 1, len(every))
-    return every[np.random.default_rng([len(every), block]).permutation(len(every))[place]]
+    order = np.random.default_rng([len(every), block]).permutation(len(every))
+    return every[int(order[place])]
 
 
 def law_forces_N(
