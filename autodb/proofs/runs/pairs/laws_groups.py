@@ -68,7 +68,8 @@ ROWS: tuple[tuple[str, str, Belongs], ...] = (
 @dataclass(frozen=True)
 class PairFigures:
     """Of one pair and forces (n,): errors and half-widths as shares of their size (n, ways), the
-    nominal half-width (n,), which intervals held the next cut's force, and scores (n, ways).
+    nominal half-width (n,), which intervals held the next cut's force, and scores (n, ways). Where a
+    way tells nothing the error is NaN; an interval without an end is infinitely wide.
     """
 
     error: Array
@@ -101,10 +102,12 @@ def _figures(forces: Sequence[ForeseenForce]) -> PairFigures:
 
     size, truth = column("size"), column("next")
     value, low, high = (column(name).reshape(-1, len(WAYS)) for name in ("value", "low", "high"))
+    given = np.isfinite(low) & np.isfinite(high)
+    score = interval_score(low, high, truth[:, None]) / size[:, None]
     return PairFigures(
         error=np.abs(value - column("mean")[:, None]) / size[:, None],
-        half=0.5 * (high - low) / size[:, None],
+        half=np.where(given, 0.5 * (high - low) / size[:, None], np.inf),
         nominal=column("nominal") / size,
         held=(low <= truth[:, None]) & (truth[:, None] <= high),
-        score=interval_score(low, high, truth[:, None]) / size[:, None],
+        score=np.where(given, score, np.inf),
     )

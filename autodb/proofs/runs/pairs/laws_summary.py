@@ -41,15 +41,16 @@ OURS_AT = WAYS.index(AUTODB)
 @dataclass(frozen=True)
 class LawsRow:
     """autodb's figures of a group: medians over pairs of error, half-width (shares of the force)
-    and width over nominal; mean share of intervals that held, with its exact interval by pairs.
+    and width over nominal (None: as good as without an end); mean share of intervals that held,
+    with its exact interval by pairs.
     """
 
     region: str
     group: str
     pairs: int
     error: float
-    half: float
-    over_nominal: float
+    half: float | None
+    over_nominal: float | None
     share: float
     share_low: float
     share_high: float
@@ -57,14 +58,15 @@ class LawsRow:
     @property
     def passed(self) -> bool:
         """Say whether enough held, and, inside, none too wide."""
-        narrow = self.region != INSIDE or self.over_nominal <= WIDTH_LIMIT
+        over = self.over_nominal
+        narrow = self.region != INSIDE or (over is not None and over <= WIDTH_LIMIT)
         return narrow and self.share >= HELD_LIMIT
 
 
 @dataclass(frozen=True)
 class BesidePeer:
-    """A group beside one peer, on the forces that both foresee: medians over pairs of the error,
-    means of the interval score, each autodb's and the peer's; the peer's share held.
+    """A group beside one peer, on the forces that both foresee: medians over pairs of the error and
+    of the interval score (mean over a pair's forces), autodb's and the peer's; the peer's share held.
 
     ``worse`` and ``better``: probabilities of pairs that differ so if autodb is not, of error and
     score; ``worse`` adjusted.
@@ -75,7 +77,7 @@ class BesidePeer:
     peer: str
     pairs: int
     error: tuple[float, float]
-    score: tuple[float, float]
+    score: tuple[float | None, float | None]
     share: float
     worse: tuple[float, float]
     better: tuple[float, float]
@@ -179,6 +181,9 @@ def _row(region: str, group: str, pairs: Sequence[PairFigures]) -> LawsRow:
     def over_pairs(values: Sequence[Array]) -> float:
         return float(np.median([np.median(one) for one in values]))
 
+    half = over_pairs([one.half[:, OURS_AT] for one in pairs])
+    over = over_pairs([one.half[:, OURS_AT] / one.nominal for one in pairs])
+
     share = float(np.mean([one.held[:, OURS_AT].mean() for one in pairs]))
     low, high = exact_interval(share * len(pairs), len(pairs))
     return LawsRow(
@@ -186,8 +191,8 @@ def _row(region: str, group: str, pairs: Sequence[PairFigures]) -> LawsRow:
         group=group,
         pairs=len(pairs),
         error=over_pairs([one.error[:, OURS_AT] for one in pairs]),
-        half=over_pairs([one.half[:, OURS_AT] for one in pairs]),
-        over_nominal=over_pairs([one.half[:, OURS_AT] / one.nominal for one in pairs]),
+        half=_finite(half),
+        over_nominal=_finite(over),
         share=share,
         share_low=low,
         share_high=high,
@@ -205,22 +210,22 @@ def _beside(region: str, group: str, pairs: Sequence[PairFigures], peer: str) ->
     error = np.array([np.median(one.error[told][:, ways], axis=0) for one, told in both])
     score = np.array([np.mean(one.score[told][:, ways], axis=0) for one, told in both])
     apart = [values[:, 0] - values[:, 1] for values in (error, score)]
+    ours, theirs = np.median(error, axis=0).tolist()
     return BesidePeer(
         region=region,
         group=group,
         peer=peer,
         pairs=len(both),
-        error=_two(np.median(error, axis=0)),
-        score=_two(np.mean(score, axis=0)),
+        error=(ours, theirs),
+        score=(_finite(np.median(score[:, 0])), _finite(np.median(score[:, 1]))),
         share=float(np.mean([one.held[told, at].mean() for one, told in both])),
         worse=(_signed_ranks(apart[0]), _signed_ranks(apart[1])),
         better=(_signed_ranks(-apart[0]), _signed_ranks(-apart[1])),
     )
 
 
-def _two(values: Array) -> tuple[float, float]:
-    ours, theirs = values.tolist()
-    return float(ours), float(theirs)
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _signed_ranks(apart: Array) -> float:
