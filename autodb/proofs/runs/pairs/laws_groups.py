@@ -68,8 +68,9 @@ ROWS: tuple[tuple[str, str, Belongs], ...] = (
 @dataclass(frozen=True)
 class PairFigures:
     """Of one pair and forces (n,): errors and half-widths as shares of their size (n, ways), the
-    nominal half-width (n,), which intervals held the next cut's force, and scores (n, ways). Where a
-    way tells nothing the error is NaN; an interval without an end is infinitely wide.
+    nominal half-width (n,), which intervals held the next cut's force, and scores (n, ways).
+
+    Where a way tells nothing the error is NaN; an interval without an end is infinitely wide.
     """
 
     error: Array

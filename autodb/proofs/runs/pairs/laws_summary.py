@@ -65,8 +65,10 @@ class LawsRow:
 
 @dataclass(frozen=True)
 class BesidePeer:
-    """A group beside one peer, on the forces that both foresee: medians over pairs of the error and
-    of the interval score (mean over a pair's forces), autodb's and the peer's; the peer's share held.
+    """A group beside one peer, on the forces that both foresee, autodb's figure and the peer's:
+    medians over pairs of the error and of the interval score (mean over a pair's forces).
+
+    ``share``: of the peer's intervals that held.
 
     ``worse`` and ``better``: probabilities of pairs that differ so if autodb is not, of error and
     score; ``worse`` adjusted.
