@@ -1,8 +1,9 @@
-"""autodb's posterior of a pair of another law, as a shop without a card has it learnt."""
+"""autodb's posterior of a pair of another law, as a shop has it that has no card, and its forces."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.forward.prediction import intervals
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME, DEPTH, DIRECTION, FEED, SPEED, Conditions
 from autodb.pairs.forecast import forecast
@@ -33,16 +34,20 @@ def learnt_law(case: LawsCase) -> PairPosterior:
     return learn_averaging(any_metal(), observed).past()
 
 
-def forces_foreseen(posterior: PairPosterior, case: LawsCase) -> tuple[Array, Array]:
-    """Return the mean of force x, y, z of the cuts asked for (m, 3), and the next cut's sd."""
-    mean, sd = np.empty((2, len(case.asked), 3))
+def forces_foreseen(posterior: PairPosterior, case: LawsCase) -> Array:
+    """Return force x, y, z of the cuts asked for, as a prediction of a job has them (m, 3, 3).
+
+    The last axis: mean, and low and high of the next cut's force.
+    """
+    found = np.empty((len(case.asked), 3, 3))
     operations = np.array([_operation(cut) for cut in case.asked])
     for name in dict.fromkeys(operations.tolist()):
         rows = np.flatnonzero(operations == name)
         cuts = stated_cuts(case.pair, name, tuple(case.asked[k] for k in rows))
-        known = forecast(posterior, cuts)
-        mean[rows], sd[rows] = known.mean[:, :3], known.sd[:, :3]
-    return mean, sd
+        known = posterior.passive.get(name)
+        told = intervals(forecast(posterior, cuts), operation=name, known=known)
+        found[rows] = [[(f.value, f.low, f.high) for f in each[:3]] for each in told]
+    return found
 
 
 def stated_cuts(pair: LawPair, operation: str, cuts: tuple[TurnedCut, ...]) -> PairCuts:

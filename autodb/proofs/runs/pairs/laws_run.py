@@ -53,11 +53,11 @@ class ForeseenForce:
 def run_laws(seed: int) -> list[DrawnLaw | ForeseenForce]:
     """Learn the pair of a seed in each way, and foresee its next cuts."""
     case = draw_laws_case(seed)
-    mean, sd = forces_foreseen(learnt_law(case), case)
+    ours = np.moveaxis(forces_foreseen(learnt_law(case), case), -1, 0)
     peers = [kienzle_squares(case, speed=speed) for speed in (False, True)]
-    value = np.stack([mean, *(one.value for one in peers)], axis=-1)
-    low = np.stack([mean - Z * sd, *(one.low for one in peers)], axis=-1)
-    high = np.stack([mean + Z * sd, *(one.high for one in peers)], axis=-1)
+    value = np.stack([ours[0], *(one.value for one in peers)], axis=-1)
+    low = np.stack([ours[1], *(one.low for one in peers)], axis=-1)
+    high = np.stack([ours[2], *(one.high for one in peers)], axis=-1)
     nominal = Z * nominal_sd_N(case)
     forces = [
         ForeseenForce(
