@@ -1,4 +1,4 @@
-"""autodb's posterior of a pair of another law, as a shop has it that has no card, and its forces."""
+"""autodb's posterior of a pair of another law in a shop without a card, and forces foreseen."""
 
 import numpy as np
 from numpy.typing import NDArray
