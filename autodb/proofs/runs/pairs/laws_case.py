@@ -28,7 +28,7 @@ SENSED_FORCES, MEASURED_FORCES = (1, 2), (0, 1, 2)
 
 
 @dataclass(frozen=True)
-class Settings:
+class CutRanges:
     """Ranges that cuts are drawn in: feed, depth, speed as a share of the pair's, and how many."""
 
     kind: str
@@ -51,16 +51,16 @@ class Settings:
         )
 
 
-LEARNT_FROM = Settings("learnt", FIRST_CUTS)
+LEARNT_FROM = CutRanges("learnt", FIRST_CUTS)
 ASKED_FOR = (
-    Settings(WITHIN, 8),
-    Settings(WITHIN, 2, feed_mm=(0.08, THIN_FEED_MM)),
-    Settings("f 0.04 to 0.08 mm", 3, feed_mm=(0.04, 0.08)),
-    Settings("f 0.4 to 0.6 mm", 3, feed_mm=(0.4, 0.6)),
-    Settings("a_p 3 to 5 mm", 3, depth_mm=(3.0, 5.0)),
-    Settings("v × 1.6", 3, speed=(1.6, 1.6)),
-    Settings("faces", 3, inward_deg=90.0),
-    Settings("tapers of 20°", 3, inward_deg=TAPER_DEG),
+    CutRanges(WITHIN, 8),
+    CutRanges(WITHIN, 2, feed_mm=(0.08, THIN_FEED_MM)),
+    CutRanges("f 0.04 to 0.08 mm", 3, feed_mm=(0.04, 0.08)),
+    CutRanges("f 0.4 to 0.6 mm", 3, feed_mm=(0.4, 0.6)),
+    CutRanges("a_p 3 to 5 mm", 3, depth_mm=(3.0, 5.0)),
+    CutRanges("v × 1.6", 3, speed=(1.6, 1.6)),
+    CutRanges("faces", 3, inward_deg=90.0),
+    CutRanges("tapers of 20°", 3, inward_deg=TAPER_DEG),
 )
 
 

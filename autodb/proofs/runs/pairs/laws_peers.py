@@ -30,7 +30,7 @@ NO_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
-class Bounded:
+class LineForces:
     """What is expected of forces (m, 3), and the ends of their 95 % intervals; NaN: not told."""
 
     value: Array
@@ -38,7 +38,7 @@ class Bounded:
     high: Array
 
 
-def kienzle_squares(case: LawsCase, *, speed: bool) -> Bounded:
+def kienzle_squares(case: LawsCase, *, speed: bool) -> LineForces:
     """Return what Kienzle's lines through a case's cuts say; ``speed``: with a power of it."""
     design = _design(case, case.cuts, speed=speed)
     asked = _design(case, case.asked, speed=speed)
@@ -53,7 +53,7 @@ def kienzle_squares(case: LawsCase, *, speed: bool) -> Bounded:
             zip(case.asked, _log_width(case, case.asked), strict=True)
         )
     ]
-    return Bounded(*np.moveaxis(np.array(each), 1, 0))
+    return LineForces(*np.moveaxis(np.array(each), 1, 0))
 
 
 def _kappa_rad(case: LawsCase, cut: TurnedCut) -> float:
