@@ -28,6 +28,8 @@ FAR_ODDS = 1.0 / 20.0
 STEPS = 200
 """Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear; on a ridge, or far from
 one, they may be thousands, for a hill that does not count."""
+MANY_STEPS = 10 * STEPS
+"""Steps where no hill is found in STEPS. Chosen: at some milliseconds each, seconds."""
 ALIKE = 1e-3
 """Standard deviations within which two hills are one. Chosen: they are known to 1e-9."""
 SHUT = 1e-13
@@ -37,15 +39,27 @@ SHUT = 1e-13
 def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosterior:
     """Return the posterior after a pair's first readings, over laws that are near and FAR off.
 
-    FAR_ODDS are the odds beforehand. Where no hill is found in STEPS, the near law is learnt in
-    as many as it takes.
+    FAR_ODDS are the odds beforehand. Where no hill is found in STEPS, nor in MANY_STEPS, the near
+    law is learnt in as many as it takes.
 
     Raises UnusableInput where learning does not come to rest.
     """
     laws = (posterior, replace(posterior, off_law=FAR))
-    first = [_found(law, observed) for law in laws]
+    for most in (STEPS, MANY_STEPS):
+        hills, logs = _hills(laws, observed, most)
+        if hills:
+            shares = np.exp(np.array(logs) - max(logs))
+            return _averaged(hills, shares / shares.sum(), prior=laws[1], observed=observed)
+    return posterior_of_readings(posterior, observed)
+
+
+def _hills(
+    laws: Sequence[PairPosterior], observed: Observed, most: int
+) -> tuple[list[PairPosterior], list[float]]:
+    """Return the hills found of laws near and FAR off in ``most`` steps, and their log odds."""
+    first = [_found(law, observed, most) for law in laws]
     second = [
-        None if other is None else _found(law, observed, near=other)
+        None if other is None else _found(law, observed, most, near=other)
         for law, other in zip(laws, first[::-1], strict=True)
     ]
     hills, logs = [], []
@@ -53,17 +67,18 @@ def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosteri
         for hill in _distinct(some):
             hills.append(hill)
             logs.append(log_evidence(law, hill, observed) + np.log(odds))
-    if not hills:
-        return posterior_of_readings(posterior, observed)
-    shares = np.exp(np.array(logs) - max(logs))
-    return _averaged(hills, shares / shares.sum(), prior=laws[1], observed=observed)
+    return hills, logs
 
 
 def _found(
-    law: PairPosterior, observed: Observed, *, near: PairPosterior | None = None
+    law: PairPosterior,
+    observed: Observed,
+    most: int,
+    *,
+    near: PairPosterior | None = None,
 ) -> PairPosterior | None:
     try:
-        return posterior_of_readings(law, observed, near=near, most=STEPS)
+        return posterior_of_readings(law, observed, near=near, most=most)
     except UnusableInput:
         return None
 

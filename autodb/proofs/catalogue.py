@@ -10,55 +10,7 @@ from pydantic import TypeAdapter
 
 import autodb
 from autodb.errors import UnusableInput, near
-from autodb.proofs import cases
-from autodb.proofs.cases import plan
-from autodb.proofs.cases.axis import (
-    added_effects,
-    axis_cases,
-    axis_families,
-    changing_effects,
-    effect,
-    outside,
-)
-from autodb.proofs.cases.axis import machine as axis_machine
-from autodb.proofs.cases.base import build, case, disturbance, moves
-from autodb.proofs.cases.cuts import cut_cases, cut_effects, cut_families, cuts
-from autodb.proofs.cases.mill import (
-    mill_cases,
-    mill_effects,
-    mill_families,
-    mill_plan,
-    mill_table_effects,
-    milling,
-)
-from autodb.proofs.machines.axis import (
-    axes,
-    curves,
-    motion,
-    quantities,
-    reference_axis,
-    reference_friction,
-    reference_moves,
-)
-from autodb.proofs.machines.lathe import (
-    day,
-    drives,
-    fleets,
-    lathe,
-    machine,
-    power_pairs,
-    process,
-    reference_lathe,
-)
-from autodb.proofs.machines.mill import (
-    reference_cogging,
-    reference_cuts,
-    reference_mill,
-    reference_mill_moves,
-    reference_milling,
-    reference_plan,
-    reference_table,
-)
+from autodb.proofs import generators
 from autodb.proofs.runs import proof_summary
 from autodb.proofs.runs.axis import axis_intervals, axis_run, axis_summary
 from autodb.proofs.runs.axis.axis_run import AxisModelErrors
@@ -87,7 +39,7 @@ from autodb.proofs.runs.mill import (
     table_run,
     table_summary,
 )
-from autodb.proofs.runs.pairs import curve_run, curve_summary, pair_run
+from autodb.proofs.runs.pairs import curve_run, curve_summary, laws_run, laws_summary, pair_run
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
 from autodb.proofs.runs.real import real_run, real_summary
 from autodb.proofs.runs.real.real_score import JudgedReal
@@ -100,49 +52,6 @@ J = TypeVar("J")
 ROOT = Path(autodb.__file__).parent
 APART = ("cli", "proofs/cases", "proofs/machines")
 """Folders that make no interval; the generator's own modules are hashed by themselves."""
-
-
-CONCEALED = (
-    cases,
-    added_effects,
-    axis_cases,
-    axis_families,
-    build,
-    case,
-    changing_effects,
-    cut_cases,
-    cut_effects,
-    cut_families,
-    cuts,
-    disturbance,
-    effect,
-    axis_machine,
-    moves,
-    plan,
-)
-
-
-CONCEALED_MILLS = (
-    *CONCEALED,
-    mill_cases,
-    mill_effects,
-    mill_families,
-    mill_plan,
-    mill_table_effects,
-    milling,
-)
-DAY = (day, drives, machine, cases, build, case, cut_effects, cut_families, cuts, moves)
-REFERENCE_AXIS = (curves, motion, reference_axis, reference_friction, reference_moves)
-REFERENCE_MILL = (
-    curves,
-    motion,
-    reference_cogging,
-    reference_cuts,
-    reference_friction,
-    reference_mill,
-    reference_mill_moves,
-    reference_milling,
-)
 
 
 @dataclass(frozen=True)
@@ -192,7 +101,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[Judged]),
         score=proof_summary.intervals_summary_of,
         read=proof_summary.IntervalsSummary.from_json,
-        generator=(axes, curves, motion, quantities),
+        generator=generators.AXES,
     ),
     Proof(
         name="explain",
@@ -202,7 +111,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[ScoredCase]),
         score=explain_summary.explain_summary_of,
         read=explain_summary.ExplainSummary.from_json,
-        generator=CONCEALED,
+        generator=generators.CONCEALED,
     ),
     Proof(
         name="explain-outside",
@@ -212,7 +121,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[outside_run.Answered]),
         score=outside_summary.outside_summary_of,
         read=outside_summary.OutsideSummary.from_json,
-        generator=(*CONCEALED, outside),
+        generator=generators.OUTSIDE,
     ),
     Proof(
         name="explain-milling",
@@ -222,7 +131,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[ScoredCase]),
         score=explain_summary.explain_summary_of,
         read=explain_summary.ExplainSummary.from_json,
-        generator=CONCEALED_MILLS,
+        generator=generators.CONCEALED_MILLS,
     ),
     Proof(
         name="day",
@@ -232,7 +141,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[DayOutcome]),
         score=day_summary.day_summary_of,
         read=day_summary.DaySummary.from_json,
-        generator=DAY,
+        generator=generators.DAY,
     ),
     Proof(
         name="calibration",
@@ -242,7 +151,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[AxisErrors]),
         score=lathe_summary.lathe_summary_of,
         read=lathe_summary.LatheSummary.from_json,
-        generator=(drives, lathe, machine, process, reference_lathe),
+        generator=generators.LATHE,
     ),
     Proof(
         name="stamps",
@@ -272,7 +181,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.axis_gate_of,
         read=axis_summary.AxisGate.from_json,
-        generator=REFERENCE_AXIS,
+        generator=generators.REFERENCE_AXIS,
     ),
     Proof(
         name="axis-field",
@@ -282,7 +191,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[AxisModelErrors]),
         score=axis_summary.fields_of,
         read=axis_summary.Fields.from_json,
-        generator=REFERENCE_AXIS,
+        generator=generators.REFERENCE_AXIS,
     ),
     Proof(
         name="published-mill",
@@ -292,7 +201,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.mill_gate_of,
         read=mill_summary.MillGate.from_json,
-        generator=REFERENCE_MILL,
+        generator=generators.REFERENCE_MILL,
     ),
     Proof(
         name="mill-forces",
@@ -302,7 +211,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[mill_run.ForceErrors | mill_run.KeptOfAxis]),
         score=mill_summary.forces_of,
         read=mill_summary.ForcesGate.from_json,
-        generator=REFERENCE_MILL,
+        generator=generators.REFERENCE_MILL,
     ),
     Proof(
         name="mill-networks",
@@ -312,7 +221,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[network_summary.Judged]),
         score=network_summary.network_summary_of,
         read=network_summary.Networks.from_json,
-        generator=(*REFERENCE_MILL, reference_plan),
+        generator=generators.MILL_NETWORKS,
     ),
     Proof(
         name="table",
@@ -322,7 +231,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[table_summary.Judged]),
         score=table_summary.table_summary_of,
         read=table_summary.TableForcesSummary.from_json,
-        generator=(reference_table,),
+        generator=generators.TABLE,
     ),
     Proof(
         name="faults",
@@ -362,7 +271,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[Judged]),
         score=proof_summary.intervals_summary_of,
         read=proof_summary.IntervalsSummary.from_json,
-        generator=(power_pairs, process),
+        generator=generators.PAIRS,
     ),
     Proof(
         name="pair-curve",
@@ -372,7 +281,17 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[curve_run.LearningErrors | PlannedPair]),
         score=curve_summary.curve_summary_of,
         read=curve_summary.CurveSummary.from_json,
-        generator=(power_pairs, process),
+        generator=generators.PAIRS,
+    ),
+    Proof(
+        name="pair-laws",
+        what="pairs of three other laws: intervals by tool and law, beside plain least squares",
+        runs=40,
+        run=laws_run.run_laws,
+        kept=TypeAdapter(Finished[laws_run.DrawnLaw | laws_run.ForeseenForce]),
+        score=laws_summary.laws_summary_of,
+        read=laws_summary.LawsSummary.from_json,
+        generator=generators.LAW_PAIRS,
     ),
     Proof(
         name="fleet",
@@ -382,7 +301,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         kept=TypeAdapter(Finished[fleet_run.Joined | fleet_run.NamedOne]),
         score=fleet_summary.fleet_summary_of,
         read=fleet_summary.Fleets.from_json,
-        generator=(fleets, power_pairs, process),
+        generator=generators.FLEETS,
     ),
 )
 

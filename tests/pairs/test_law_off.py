@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
+from autodb.pairs import averaging
 from autodb.pairs.averaging import learn_averaging, log_evidence
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
@@ -59,6 +61,19 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
     )
     assert far > 0.85
     assert far > near
+
+
+def test_laws_that_need_many_steps_are_averaged_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Few steps are there to save time: the answer is that of as many as it takes."""
+    cuts = cuts_of(24, 1)
+    observed = sensed(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
+    found = learn_averaging(PRIOR, observed)
+    monkeypatch.setattr(averaging, "STEPS", 1)
+    slowly = learn_averaging(PRIOR, observed)
+    assert_allclose(slowly.state.mean, found.state.mean, rtol=1e-6, atol=1e-9)
+    assert slowly.off_law == found.off_law
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:

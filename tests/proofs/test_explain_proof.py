@@ -12,7 +12,8 @@ import pytest
 from autodb.proofs import catalogue
 from autodb.proofs.carrying_out import begin_runs, carry_out
 from autodb.proofs.cases.plan import PlannedCase, draw_concealed
-from autodb.proofs.catalogue import CONCEALED, CONCEALED_MILLS, PROOFS, Proof, proof
+from autodb.proofs.catalogue import PROOFS, Proof, proof
+from autodb.proofs.generators import CONCEALED, CONCEALED_MILLS
 from autodb.proofs.runs.explain import left_out
 from autodb.proofs.runs.explain.explain_score import ScoredCase
 from autodb.proofs.runs.explain.explain_summary import ExplainSummary
