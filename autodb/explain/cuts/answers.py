@@ -27,9 +27,17 @@ from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.plain_rows import plain_rows
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, of_missing, of_mistuned
+from autodb.explain.engine.confidence import (
+    Mistuned,
+    Standing,
+    beside_plain,
+    of_missing,
+    of_mistuned,
+    of_plain,
+)
 from autodb.explain.engine.entries import (
     is_undecided,
     named_entry,
@@ -79,13 +87,21 @@ class _Answers:
         self.result, self.includes, self.stack = result, includes, result.stack
         self.choices, self.own = result.found.choices, result.own
         self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
+        self.rows = plain_rows(self.stack, self.own, result.search.candidates, held=self.choices)
         self.standing = {
-            c.candidate.key: _limited(self.stack, c, of_missing(result.search, result.found, c))
-            for c in self.choices
+            c.candidate.key: _limited(self.stack, c, self._stands(c)) for c in self.choices
         }
         self.own_terms = mistuned_of_cuts(result)
         self.teller = after_forces(result)
         self._apart: dict[str, str | None] = {}
+
+    def _stands(self, choice: Choice) -> Standing:
+        """Return how sure a name is: a law that plain rows need by these, others by both."""
+        laws = self.result.laws
+        if choice in laws:
+            return of_plain(self.rows, laws, choice)
+        white = of_missing(self.result.search, self.result.found, choice)
+        return beside_plain(white, self.rows, laws, choice) if choice.candidate.named else white
 
     def part(self, number: int) -> Array:
         """Return the contribution of an effect, (C, n) [N]."""

@@ -1,6 +1,8 @@
 """Look for the effects that the forces of a table of cuts hold."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +11,9 @@ from autodb.explain.cuts.candidates.laws import (
     LawColumns,
 )
 from autodb.explain.cuts.candidates.library import Library, of_forces
-from autodb.explain.cuts.evidence import TableSearch, products
+from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -38,12 +41,16 @@ PASSES = 2
 
 @dataclass(frozen=True)
 class FoundInCuts:
-    """The best set of effects, with the search that found it and the table as it was seen."""
+    """The best set of effects, with the search that found it and the table as it was seen.
+
+    ``laws``: those of the set that plain rows need.
+    """
 
     stack: Stack
     own: dict[str, LawColumns]
     search: TableSearch
     found: FoundSet
+    laws: tuple[Choice, ...] = ()
 
 
 def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
@@ -65,13 +72,16 @@ def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
 
 
 def look_for(stack: Stack, library: Library) -> FoundInCuts:
-    """Return the effects that the table holds: scatter, search, and scatter again."""
+    """Return the effects that the table holds: scatter, the laws that cuts left out need, a search
+    beside them, and scatter again.
+    """
     result = None
     for number in range(PASSES):
         strong = None if result is None else all_columns({}, _strong(result.found))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
-        result = _search(stack, library, freedom, known=number > 0)
+        laws = laws_of_table(stack, library)
+        result = _search(stack, library, laws, freedom, known=number > 0)
         if not result.found.choices:
             break
     assert result is not None
@@ -88,27 +98,39 @@ def _strong(found: FoundSet) -> tuple[Choice, ...]:
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
 
 
-def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> FoundInCuts:
-    own, fixed = library.own(stack), library.candidates(stack)
+def _search(
+    stack: Stack, library: Library, laws: tuple[Choice, ...], freedom: float, *, known: bool
+) -> FoundInCuts:
+    own, kept = library.own(stack), {c.candidate.key: c.candidate for c in laws}
+    fixed = [c for c in library.candidates(stack) if c.key not in kept and not _is_of(c, laws)]
+    made = partial(products, stack, list(own.values()), freedom=freedom, known=known)
     proposed: list[Candidate] = []
-    found, search = FoundSet(), None
+    found, search = FoundSet(laws), None
     for number in range(ROUNDS):
         more = _searched_for(stack, library, own, found, number)
-        if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
+        if number > 0 and not _helps(made, found, more, laws):
             break
-        proposed += more
+        proposed += [c for c in more if c.key not in kept]
         bar = BAR + SHORT / freedom
-        candidates = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
-        made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
-        search = TableSearch(made, tuple(candidates))
+        others = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
+        candidates = (*kept.values(), *others)
+        search = TableSearch(made(candidates), candidates, laws)
         best = search.best() if number == 0 else _longer(search, found)
-        now = search.cleared(settled_set(search, best))
+        now = search.cleared(settled_set(search, best, held=kept))
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
             break
     assert search is not None
-    return FoundInCuts(stack, own, search, found)
+    return FoundInCuts(stack, own, search, found, laws)
+
+
+def _is_of(candidate: Candidate, laws: tuple[Choice, ...]) -> bool:
+    """Return whether a family depends on nothing that a law does not: what it gets wrong in shape
+    is no effect.
+    """
+    said = {name for law in laws for name in law.candidate.variables}
+    return not candidate.named and bool(said.issuperset(candidate.variables))
 
 
 def _searched_for(
@@ -126,20 +148,22 @@ def _searched_for(
 
 
 def _helps(
-    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Candidate],
-    freedom: float,
-    *, known: bool,
-) -> bool:  # fmt: skip
+    made: Callable[[Sequence[Candidate]], TableProducts],
+    found: FoundSet,
+    more: list[Candidate],
+    laws: tuple[Choice, ...],
+) -> bool:
     """Return whether a further candidate may join what was found, or stand in for one of it.
 
     All others are left out.
     """
     candidates = [*(choice.candidate for choice in found.choices), *more]
-    made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
-    search = TableSearch(made, tuple(candidates))
+    search = TableSearch(made(candidates), tuple(candidates), laws)
     same = search.settled(found.choices)
+    held = [c.candidate.key for c in laws]
     return (
-        bool(search.grown(found, tuple(candidates))) or settled_set(search, same).score > same.score
+        bool(search.grown(found, tuple(candidates)))
+        or settled_set(search, same, held=held).score > same.score
     )
 
 
@@ -180,12 +204,14 @@ def _plainer(result: FoundInCuts) -> FoundSet:
 
 
 def _vetoed(result: FoundInCuts) -> FoundSet:
-    """Return the set without effects that make cuts left out of the fit worse."""
+    """Return the set without effects that make cuts left out of the fit worse, laws last."""
     found = _plainer(result)
     while found.choices:
+        beside = [key for key in found.keys if key not in {c.candidate.key for c in result.laws}]
         whole = held_out_square(result.stack, result.own, found.choices)
         without = {
-            key: held_out_square(result.stack, result.own, found.without(key)) for key in found.keys
+            key: held_out_square(result.stack, result.own, found.without(key))
+            for key in beside or found.keys
         }
         best = min(without, key=lambda key: without[key])
         if without[best] >= whole:
