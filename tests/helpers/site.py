@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import pandas as pd
+
+from autodb.agent.answer.explaining import explain_with_machine
 from autodb.agent.rows.machines import add_machine
 from autodb.assets import kit
 from autodb.cli.start import demo
@@ -14,13 +17,18 @@ STRANGE = 'a/b <script>alert("x")</script> & c'
 
 
 def filled(path: Path) -> str:
-    """Make the sample machine's database, with limits and one more machine; return its URL."""
+    """Make the sample machine's database, with what a later week's edges lack, limits and one
+    more machine; return its URL.
+    """
     url = f"sqlite:///{path}"
     create_store(url)
     store = open_store(url)
-    demo.learn_from_samples(
-        store, kit("sample_jobs") / demo.JOB / "recordings", progress=lambda _: None
-    )
+    source = kit("sample_jobs") / demo.JOB / "recordings"
+    demo.learn_from_samples(store, source, progress=lambda _: None)
+    later = path.with_name("later-week.csv")
+    week = pd.read_csv(source / demo.WORN)
+    week.assign(t=week["t"] + 604_800.0).to_csv(later, index=False)
+    explain_with_machine(store, demo.MACHINE, later)
     with store.writing(demo.MACHINE) as session:
         for axis in session.query(models.Axis).all():
             axis.limit_force_N = LIMITS_N.get(axis.name)
