@@ -122,6 +122,8 @@ class _Answers:
         return [self._told(component) for component in range(len(self.stack.names))]
 
     def _told(self, component: int) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
+        if rms(self.held_out[component]) > rms(self._before(component)):
+            return (), ()
         sensed = [(n, c) for n, c in enumerate(self.choices) if self.sensed(n, component)]
         causes = [self._cause(n, c, component) for n, c in sensed]
         again = retuned_of_cuts(self.result, self.own_terms, self.fit, component, beside=causes)
@@ -131,8 +133,16 @@ class _Answers:
             [*causes, *again],
             parts,
             correction=np.sum([part[component] for part in self.fit.parts], axis=0),
-            difference=(self.stack.recording - self.stack.simulation)[component],
+            difference=self._before(component),
         )
+
+    def _before(self, component: int) -> Array:
+        return np.asarray((self.stack.recording - self.stack.simulation)[component])
+
+    @cached_property
+    def held_out(self) -> Array:
+        """What is left of each component in cuts that the fit of what was found did not see."""
+        return held_out_rows(self.stack, self.own, self.choices)
 
     def _own_part(self, cause: Cause, component: int) -> Array:
         """Return the change of the own term that a cause names, or of all that it may be, (n,)."""
@@ -179,11 +189,9 @@ class _Answers:
     def answer(self, component: int, unit: str) -> ChannelAnswer:
         """Return the answer of one component."""
         stack, causes = self.stack, self.causes(component)
-        before = (stack.recording - stack.simulation)[component]
+        before = self._before(component)
         correction = self._correction(component, causes)
-        held = before
-        if causes:
-            held = held_out_rows(stack, self.own, self.choices)[component]
+        held = self.held_out[component] if causes else before
         return ChannelAnswer(
             unit=unit,
             mismatch=bool(causes),

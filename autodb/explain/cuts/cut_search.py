@@ -43,14 +43,19 @@ PASSES = 2
 class FoundInCuts:
     """The best set of effects, with the search that found it and the table as it was seen.
 
-    ``laws``: those of the set that plain rows need.
+    ``founded``: keys of those that plain rows need.
     """
 
     stack: Stack
     own: dict[str, LawColumns]
     search: TableSearch
     found: FoundSet
-    laws: tuple[Choice, ...] = ()
+    founded: frozenset[str] = frozenset()
+
+    @property
+    def laws(self) -> tuple[Choice, ...]:
+        """Those of the set that plain rows need."""
+        return tuple(c for c in self.found.choices if c.candidate.key in self.founded)
 
 
 def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
@@ -122,7 +127,7 @@ def _search(
         if same or not now.choices:
             break
     assert search is not None
-    return FoundInCuts(stack, own, search, found, laws)
+    return FoundInCuts(stack, own, search, found, frozenset(kept))
 
 
 def _is_of(candidate: Candidate, laws: tuple[Choice, ...]) -> bool:
@@ -207,7 +212,7 @@ def _vetoed(result: FoundInCuts) -> FoundSet:
     """Return the set without effects that make cuts left out of the fit worse, laws last."""
     found = _plainer(result)
     while found.choices:
-        beside = [key for key in found.keys if key not in {c.candidate.key for c in result.laws}]
+        beside = [key for key in found.keys if key not in result.founded]
         whole = held_out_square(result.stack, result.own, found.choices)
         without = {
             key: held_out_square(result.stack, result.own, found.without(key))

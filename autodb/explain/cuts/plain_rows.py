@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import Library
-from autodb.explain.cuts.fit import fit_cuts
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.explain.engine.laws import completed, grown, merged_laws, surer_than_curves
+from autodb.explain.engine.laws import grown, merged_laws
 from autodb.explain.engine.plain import ROWS, PlainRows
 
 Array = NDArray[np.float64]
@@ -69,23 +68,11 @@ def _sizes(stack: Stack, name: str, columns: LawColumns) -> Array:
 
 
 def laws_of_table(stack: Stack, library: Library) -> tuple[Choice, ...]:
-    """Return the named laws that cuts left out clearly need."""
-    own = library.own(stack)
-    rows_of = TableRows(stack, own)
-    fixed = library.candidates(stack)
-    found: list[Choice] = []
-    for number in range(ROUNDS):
-        left = fit_cuts(stack, own, tuple(found)).left
-        named = {c.key: c for c in (*fixed, *library.proposals(stack, left, number)) if c.named}
-        named |= {c.candidate.key: c.candidate for c in found}
-        rows = PlainRows(rows_of, named.values())
-        if number == 0:
-            found = grown(rows, [], [c for c in rows.candidates if c.static])
-        before = {c.candidate.key for c in found}
-        found = merged_laws(rows, completed(rows, found))
-        if {c.candidate.key for c in found} == before:
-            break
-    return tuple(surer_than_curves(rows_of, found, [c for c in fixed if not c.named]))
+    """Return the static laws that cuts left out clearly need."""
+    rows_of = TableRows(stack, library.own(stack))
+    static = [c for c in library.candidates(stack) if c.named and c.static]
+    rows = PlainRows(rows_of, static)
+    return tuple(merged_laws(rows, grown(rows, [], static)))
 
 
 def plain_rows(

@@ -69,7 +69,7 @@ class CandidateSearch:
     ``faint``: share of what a set explains below which an effect of it is put down to the others;
     ``laws``: keys of what was found before, whose details are among the products, and
     ``explained`` by how much it let the sum of squares fall. ``begin``: the set that all sets grow
-    from, whose shapes stay.
+    from.
     """
 
     def __init__(
@@ -195,8 +195,6 @@ class CandidateSearch:
 
     def _shaped(self, choices: tuple[Choice, ...]) -> FoundSet:
         for number, choice in enumerate(choices):
-            if choice in self.begin.choices:
-                continue
             others = (*choices[:number], *choices[number + 1 :])
             given = self.products.given([c.key for c in others])
             offer = self.best_shape(given, choice.candidate)
