@@ -17,6 +17,7 @@ from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.plain import NEEDED
 from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable
 
@@ -90,7 +91,7 @@ def look_for(stack: Stack, library: Library) -> FoundInCuts:
         if not result.found.choices:
             break
     assert result is not None
-    return replace(result, found=_vetoed(result))
+    return replace(result, found=_vetoed(result, library.confirmed))
 
 
 def _strong(found: FoundSet) -> tuple[Choice, ...]:
@@ -179,10 +180,10 @@ def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     return max([found, *longer], key=lambda f: f.score)
 
 
-def _plainer(result: FoundInCuts) -> FoundSet:
+def _plainer(result: FoundInCuts, found: FoundSet) -> FoundSet:
     """Return the set with a plainer shape of a rich one where cuts left out are predicted
     better."""
-    found, search = result.found, result.search
+    search = result.search
     for choice in found.choices:
         if search.products.places[choice.key].size <= RICH:
             continue
@@ -208,18 +209,49 @@ def _plainer(result: FoundInCuts) -> FoundSet:
     return found
 
 
-def _vetoed(result: FoundInCuts) -> FoundSet:
-    """Return the set without effects that make cuts left out of the fit worse, laws last."""
-    found = _plainer(result)
+def _vetoed(result: FoundInCuts, asked: float) -> FoundSet:
+    """Return the set without effects that cuts left out of the fit do not confirm, laws last.
+
+    ``asked``: as in Library.
+    """
+    found = _plainer(result, result.found)
     while found.choices:
         beside = [key for key in found.keys if key not in result.founded]
-        whole = held_out_square(result.stack, result.own, found.choices)
-        without = {
-            key: held_out_square(result.stack, result.own, found.without(key))
-            for key in beside or found.keys
-        }
-        best = min(without, key=lambda key: without[key])
-        if without[best] >= whole:
+        gone = _least_confirmed(result, found, beside, asked) or _needless(result, found)
+        if gone is None:
             break
-        found = result.search.settled(found.without(best))
+        found = _plainer(result, result.search.settled(found.without(gone)))
     return found
+
+
+def _least_confirmed(
+    result: FoundInCuts, found: FoundSet, keys: list[str], asked: float
+) -> str | None:
+    """Return the effect of which squares of cuts left out say least, where that is too little."""
+    rows = result.stack.simulation.size
+    share = {}
+    for key in keys:
+        whole, without = _held_out_squares(result, found, key)
+        evidence = found.evidence[found.keys.index(key)]
+        share[key] = rows * (without - whole) / max(evidence, 1.0)
+    least = min(share, key=lambda key: share[key], default=None)
+    return least if least is not None and share[least] < asked else None
+
+
+def _needless(result: FoundInCuts, found: FoundSet) -> str | None:
+    """Return a law that the others do without: by evidence and by cuts left out of the fit."""
+    for key, evidence in zip(found.keys, found.evidence, strict=True):
+        whole, without = _held_out_squares(result, found, key)
+        fall = 1.0 - np.sqrt(whole / without)
+        if fall < 0.0 or (evidence <= 0.0 and fall < NEEDED):
+            return key
+    return None
+
+
+def _held_out_squares(result: FoundInCuts, found: FoundSet, key: str) -> tuple[float, float]:
+    """Return the mean square of white rows left out of the fit, with an effect and without."""
+    stack, own = result.stack, result.own
+    return (
+        held_out_square(stack, own, found.choices),
+        held_out_square(stack, own, found.without(key)),
+    )

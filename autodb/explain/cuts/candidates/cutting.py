@@ -4,6 +4,8 @@ The chip costs more or less by its edge, its thickness, its speed; what engages 
 nose, a tool or work that bends.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -264,7 +266,10 @@ def _giving_way(values: Array, most: float) -> dict[float, Array]:
 
 
 def deflection_candidates(stack: Stack) -> list[Candidate]:
-    """Return force that falls where tool or work bends; none where the load hardly varies."""
+    """Return force that falls where tool or work bends; none where the load hardly varies.
+
+    Where the radial force is not there, any law of the forces that are looks like it.
+    """
     seen = normal_force(stack.frame)
     if np.ptp(seen) <= 0.02 * seen.max():
         return []
@@ -278,4 +283,5 @@ def deflection_candidates(stack: Stack) -> list[Candidate]:
     curve = SmoothCurve(bending["whole"], CURVE, most["whole"])
     detail = each(stack, relative(stack, curve, curve.width))
     variables = tuple(n for n in stack.names if n == "force.x")
-    return [Candidate("deflection", "deflection", tuple(forms), variables, detail=detail)]
+    plain = Candidate("deflection", "deflection", tuple(forms), variables, detail=detail)
+    return [replace(plain, static="force.x" in stack.names)]

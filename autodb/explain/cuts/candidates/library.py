@@ -56,6 +56,9 @@ MOST_PAIRED = 6
 """Variables that are paired at most."""
 SIZE = "size"
 """What the coefficients of a plain law are called."""
+CONFIRMED = 0.25
+"""Share of its evidence by which squares of cuts left out fall with an effect, at least: with one
+that is there they fall by about all of it. Chosen."""
 BINS = 240
 SHORTEST = 3
 ALIKE = 0.15
@@ -71,13 +74,16 @@ class Library:
     """What the channels of a table may hold: columns of their own, and effects.
 
     ``proposals`` are effects that must be searched for in what a fit leaves (C, n), by round;
-    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter;
+    ``confirmed``: share of an effect's evidence by which squares of cuts left out fall with it, at
+    least.
     """
 
     own: Callable[[Stack], dict[str, LawColumns]]
     candidates: Callable[[Stack], list[Candidate]]
     proposals: Callable[[Stack, Array, int], list[Candidate]]
     levels: tuple[str, ...] = ()
+    confirmed: float = 0.0
 
 
 def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
@@ -100,7 +106,12 @@ def of_forces(includes: list[str] | None) -> Library:
         own = frozenset(own_columns_of_cuts(stack, includes))
         return [*named_effects(stack, own), *families(stack)]
 
-    return Library(lambda stack: own_columns_of_cuts(stack, includes), candidates, _proposals)
+    return Library(
+        lambda stack: own_columns_of_cuts(stack, includes),
+        candidates,
+        _proposals,
+        confirmed=CONFIRMED,
+    )
 
 
 def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
