@@ -34,6 +34,7 @@ from autodb.explain.engine.confidence import (
     Mistuned,
     Standing,
     beside_plain,
+    of_both,
     of_missing,
     of_mistuned,
     of_plain,
@@ -98,9 +99,9 @@ class _Answers:
     def _stands(self, choice: Choice) -> Standing:
         """Return how sure a name is: a law that plain rows need by these, others by both."""
         laws = self.result.laws
-        if choice in laws:
-            return of_plain(self.rows, laws, choice)
         white = of_missing(self.result.search, self.result.found, choice)
+        if choice in laws:
+            return of_both(of_plain(self.rows, laws, choice), white)
         return beside_plain(white, self.rows, laws, choice) if choice.candidate.named else white
 
     def part(self, number: int) -> Array:
