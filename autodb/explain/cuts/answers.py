@@ -28,7 +28,7 @@ from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
-from autodb.explain.cuts.stack import Stack
+from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import (
     Mistuned,
@@ -53,8 +53,6 @@ from autodb.terms.vocabulary import all_terms, term_called
 
 Array = NDArray[np.float64]
 
-THIN_CHIP_MM = 0.03
-"""Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
 SENSED = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is sensed there."""
 
@@ -264,7 +262,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it."""
     known, also = stack.known, []
-    thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
+    thin = tells_edge_from_size(known)
     if choice.candidate.term == "edge_force" and not thin:
         also = ["size_effect"]
     if choice.candidate.term == "size_effect" and not thin:
