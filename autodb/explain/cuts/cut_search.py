@@ -78,15 +78,45 @@ def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
 
 
 def look_for(stack: Stack, library: Library) -> FoundInCuts:
-    """Return the effects that the table holds: scatter, the laws that cuts left out need, a search
-    beside them, and scatter again.
+    """Return the effects that the table holds: of two accounts, one that begins with the laws that
+    cuts left out need and one by evidence alone, that which predicts such cuts better.
+    """
+    founded = _looked_for(stack, library, founded=True)
+    if not founded.founded:
+        return founded
+    return _better_account(founded, _looked_for(stack, library, founded=False))
+
+
+def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
+    """Return the account that cuts left out speak for, each column counted.
+
+    A curve takes no law's place; nor does what soaks up any misfit where there is one component,
+    so that nothing tells it apart.
+    """
+    stack, own = founded.stack, founded.own
+    squares = [held_out_square(stack, own, one.found.choices) for one in (founded, rival)]
+    fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
+    other = [c.candidate for c in rival.found.choices if c.candidate.key not in founded.found.keys]
+    more = _columns(rival.found) - _columns(founded.found)
+    several = len(stack.names) > 1
+    named = all(one.named and (one.static or several) for one in other)
+    return rival if named and fall > NEEDED * more else founded
+
+
+def _columns(found: FoundSet) -> int:
+    return sum(columns.mix.shape[2] for columns in all_columns({}, found.choices))
+
+
+def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts:
+    """Return an account: scatter, laws that cuts left out need, a search beside them, and scatter
+    again.
     """
     result = None
     for number in range(PASSES):
         strong = None if result is None else all_columns({}, _strong(result.found))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
-        laws = laws_of_table(stack, library)
+        laws = laws_of_table(stack, library) if founded else ()
         result = _search(stack, library, laws, freedom, known=number > 0)
         if not result.found.choices:
             break
