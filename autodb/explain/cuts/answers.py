@@ -27,9 +27,18 @@ from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
-from autodb.explain.cuts.stack import Stack
+from autodb.explain.cuts.plain_rows import plain_rows
+from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, of_missing, of_mistuned
+from autodb.explain.engine.confidence import (
+    Mistuned,
+    Standing,
+    beside_plain,
+    of_both,
+    of_missing,
+    of_mistuned,
+    of_plain,
+)
 from autodb.explain.engine.entries import (
     is_undecided,
     named_entry,
@@ -44,8 +53,6 @@ from autodb.terms.vocabulary import all_terms, term_called
 
 Array = NDArray[np.float64]
 
-THIN_CHIP_MM = 0.03
-"""Uncut chip thickness below which edge force and size effect differ (physics of section 8)."""
 SENSED = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is sensed there."""
 
@@ -79,22 +86,34 @@ class _Answers:
         self.result, self.includes, self.stack = result, includes, result.stack
         self.choices, self.own = result.found.choices, result.own
         self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
+        self.rows = plain_rows(self.stack, self.own, result.search.candidates, held=self.choices)
         self.standing = {
-            c.candidate.key: _limited(self.stack, c, of_missing(result.search, result.found, c))
-            for c in self.choices
+            c.candidate.key: _limited(self.stack, c, self._stands(c)) for c in self.choices
         }
         self.own_terms = mistuned_of_cuts(result)
         self.teller = after_forces(result)
         self._apart: dict[str, str | None] = {}
+
+    def _stands(self, choice: Choice) -> Standing:
+        """Return how sure a name is: a law that plain rows need by these, others by both."""
+        laws = self.result.laws
+        white = of_missing(self.result.search, self.result.found, choice)
+        if choice in laws:
+            return of_both(of_plain(self.rows, laws, choice), white)
+        return beside_plain(white, self.rows, laws, choice) if choice.candidate.named else white
 
     def part(self, number: int) -> Array:
         """Return the contribution of an effect, (C, n) [N]."""
         return self.fit.parts[len(self.own) + number]
 
     def sensed(self, number: int, component: int) -> bool:
-        """Whether an effect is sensed in a component."""
-        part = self.part(number)[component] / self.stack.sd[component]
-        return bool(np.sum(part**2) > SENSED)
+        """Whether an effect is sensed in a component, with what it changes of the chip's own force:
+        of a softening with speed nobody knows at which speed it is none.
+        """
+        part = self.part(number)[component]
+        if self.choices[number].candidate.term == "speed_softening" and "shear" in self.own:
+            part = part + self.fit.parts[list(self.own).index("shear")][component]
+        return bool(np.sum((part / self.stack.sd[component]) ** 2) > SENSED)
 
     def causes(self, component: int) -> tuple[Cause, ...]:
         """Return the causes seen in one component, the largest first."""
@@ -106,6 +125,8 @@ class _Answers:
         return [self._told(component) for component in range(len(self.stack.names))]
 
     def _told(self, component: int) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
+        if rms(self.held_out[component]) > rms(self._before(component)):
+            return (), ()
         sensed = [(n, c) for n, c in enumerate(self.choices) if self.sensed(n, component)]
         causes = [self._cause(n, c, component) for n, c in sensed]
         again = retuned_of_cuts(self.result, self.own_terms, self.fit, component, beside=causes)
@@ -115,8 +136,16 @@ class _Answers:
             [*causes, *again],
             parts,
             correction=np.sum([part[component] for part in self.fit.parts], axis=0),
-            difference=(self.stack.recording - self.stack.simulation)[component],
+            difference=self._before(component),
         )
+
+    def _before(self, component: int) -> Array:
+        return np.asarray((self.stack.recording - self.stack.simulation)[component])
+
+    @cached_property
+    def held_out(self) -> Array:
+        """What is left of each component in cuts that the fit of what was found did not see."""
+        return held_out_rows(self.stack, self.own, self.choices)
 
     def _own_part(self, cause: Cause, component: int) -> Array:
         """Return the change of the own term that a cause names, or of all that it may be, (n,)."""
@@ -163,11 +192,9 @@ class _Answers:
     def answer(self, component: int, unit: str) -> ChannelAnswer:
         """Return the answer of one component."""
         stack, causes = self.stack, self.causes(component)
-        before = (stack.recording - stack.simulation)[component]
+        before = self._before(component)
         correction = self._correction(component, causes)
-        held = before
-        if causes:
-            held = held_out_rows(stack, self.own, self.choices)[component]
+        held = self.held_out[component] if causes else before
         return ChannelAnswer(
             unit=unit,
             mismatch=bool(causes),
@@ -239,7 +266,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it."""
     known, also = stack.known, []
-    thin = known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
+    thin = tells_edge_from_size(known)
     if choice.candidate.term == "edge_force" and not thin:
         also = ["size_effect"]
     if choice.candidate.term == "size_effect" and not thin:

@@ -1,6 +1,8 @@
 """Look for the effects that the forces of a table of cuts hold."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,11 +11,13 @@ from autodb.explain.cuts.candidates.laws import (
     LawColumns,
 )
 from autodb.explain.cuts.candidates.library import Library, of_forces
-from autodb.explain.cuts.evidence import TableSearch, products
+from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.plain import NEEDED
 from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable
 
@@ -38,12 +42,21 @@ PASSES = 2
 
 @dataclass(frozen=True)
 class FoundInCuts:
-    """The best set of effects, with the search that found it and the table as it was seen."""
+    """The best set of effects, with the search that found it and the table as it was seen.
+
+    ``founded``: keys of those that plain rows need.
+    """
 
     stack: Stack
     own: dict[str, LawColumns]
     search: TableSearch
     found: FoundSet
+    founded: frozenset[str] = frozenset()
+
+    @property
+    def laws(self) -> tuple[Choice, ...]:
+        """Those of the set that plain rows need."""
+        return tuple(c for c in self.found.choices if c.candidate.key in self.founded)
 
 
 def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:
@@ -65,17 +78,50 @@ def look_in_cuts(stack: Stack, includes: list[str] | None) -> FoundInCuts:
 
 
 def look_for(stack: Stack, library: Library) -> FoundInCuts:
-    """Return the effects that the table holds: scatter, search, and scatter again."""
+    """Return the effects that the table holds: of two accounts, one that begins with the laws that
+    cuts left out need and one by evidence alone, that which predicts such cuts better.
+    """
+    founded = _looked_for(stack, library, founded=True)
+    if not founded.founded:
+        return founded
+    return _better_account(founded, _looked_for(stack, library, founded=False))
+
+
+def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
+    """Return the account that cuts left out speak for, each column counted.
+
+    A curve takes no law's place; nor does what soaks up any misfit where there is one component,
+    so that nothing tells it apart.
+    """
+    stack, own = founded.stack, founded.own
+    squares = [held_out_square(stack, own, one.found.choices) for one in (founded, rival)]
+    fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
+    other = [c.candidate for c in rival.found.choices if c.candidate.key not in founded.found.keys]
+    more = _columns(rival.found) - _columns(founded.found)
+    several = len(stack.names) > 1
+    named = all(one.named and (one.static or several) for one in other)
+    return rival if named and fall > NEEDED * more else founded
+
+
+def _columns(found: FoundSet) -> int:
+    return sum(columns.mix.shape[2] for columns in all_columns({}, found.choices))
+
+
+def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts:
+    """Return an account: scatter, laws that cuts left out need, a search beside them, and scatter
+    again.
+    """
     result = None
     for number in range(PASSES):
         strong = None if result is None else all_columns({}, _strong(result.found))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
-        result = _search(stack, library, freedom, known=number > 0)
+        laws = laws_of_table(stack, library) if founded else ()
+        result = _search(stack, library, laws, freedom, known=number > 0)
         if not result.found.choices:
             break
     assert result is not None
-    return replace(result, found=_vetoed(result))
+    return replace(result, found=_vetoed(result, library.confirmed))
 
 
 def _strong(found: FoundSet) -> tuple[Choice, ...]:
@@ -88,27 +134,39 @@ def _strong(found: FoundSet) -> tuple[Choice, ...]:
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
 
 
-def _search(stack: Stack, library: Library, freedom: float, *, known: bool) -> FoundInCuts:
-    own, fixed = library.own(stack), library.candidates(stack)
+def _search(
+    stack: Stack, library: Library, laws: tuple[Choice, ...], freedom: float, *, known: bool
+) -> FoundInCuts:
+    own, kept = library.own(stack), {c.candidate.key: c.candidate for c in laws}
+    fixed = [c for c in library.candidates(stack) if c.key not in kept and not _is_of(c, laws)]
+    made = partial(products, stack, list(own.values()), freedom=freedom, known=known)
     proposed: list[Candidate] = []
-    found, search = FoundSet(), None
+    found, search = FoundSet(laws), None
     for number in range(ROUNDS):
         more = _searched_for(stack, library, own, found, number)
-        if number > 0 and not _helps(stack, own, found, more, freedom, known=known):
+        if number > 0 and not _helps(made, found, more, laws):
             break
-        proposed += more
+        proposed += [c for c in more if c.key not in kept]
         bar = BAR + SHORT / freedom
-        candidates = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
-        made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
-        search = TableSearch(made, tuple(candidates))
+        others = [replace(s, bar=s.bar + bar) for s in (*fixed, *proposed)]
+        candidates = (*kept.values(), *others)
+        search = TableSearch(made(candidates), candidates, laws)
         best = search.best() if number == 0 else _longer(search, found)
-        now = search.cleared(settled_set(search, best))
+        now = search.cleared(settled_set(search, best, held=kept))
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
             break
     assert search is not None
-    return FoundInCuts(stack, own, search, found)
+    return FoundInCuts(stack, own, search, found, frozenset(kept))
+
+
+def _is_of(candidate: Candidate, laws: tuple[Choice, ...]) -> bool:
+    """Return whether a family depends on nothing that a law does not: what it gets wrong in shape
+    is no effect.
+    """
+    said = {name for law in laws for name in law.candidate.variables}
+    return not candidate.named and bool(said.issuperset(candidate.variables))
 
 
 def _searched_for(
@@ -126,20 +184,22 @@ def _searched_for(
 
 
 def _helps(
-    stack: Stack, own: dict[str, LawColumns], found: FoundSet, more: list[Candidate],
-    freedom: float,
-    *, known: bool,
-) -> bool:  # fmt: skip
+    made: Callable[[Sequence[Candidate]], TableProducts],
+    found: FoundSet,
+    more: list[Candidate],
+    laws: tuple[Choice, ...],
+) -> bool:
     """Return whether a further candidate may join what was found, or stand in for one of it.
 
     All others are left out.
     """
     candidates = [*(choice.candidate for choice in found.choices), *more]
-    made = products(stack, list(own.values()), candidates, freedom=freedom, known=known)
-    search = TableSearch(made, tuple(candidates))
+    search = TableSearch(made(candidates), tuple(candidates), laws)
     same = search.settled(found.choices)
+    held = [c.candidate.key for c in laws]
     return (
-        bool(search.grown(found, tuple(candidates))) or settled_set(search, same).score > same.score
+        bool(search.grown(found, tuple(candidates)))
+        or settled_set(search, same, held=held).score > same.score
     )
 
 
@@ -150,10 +210,10 @@ def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     return max([found, *longer], key=lambda f: f.score)
 
 
-def _plainer(result: FoundInCuts) -> FoundSet:
+def _plainer(result: FoundInCuts, found: FoundSet) -> FoundSet:
     """Return the set with a plainer shape of a rich one where cuts left out are predicted
     better."""
-    found, search = result.found, result.search
+    search = result.search
     for choice in found.choices:
         if search.products.places[choice.key].size <= RICH:
             continue
@@ -179,16 +239,49 @@ def _plainer(result: FoundInCuts) -> FoundSet:
     return found
 
 
-def _vetoed(result: FoundInCuts) -> FoundSet:
-    """Return the set without effects that make cuts left out of the fit worse."""
-    found = _plainer(result)
+def _vetoed(result: FoundInCuts, asked: float) -> FoundSet:
+    """Return the set without effects that cuts left out of the fit do not confirm, laws last.
+
+    ``asked``: as in Library.
+    """
+    found = _plainer(result, result.found)
     while found.choices:
-        whole = held_out_square(result.stack, result.own, found.choices)
-        without = {
-            key: held_out_square(result.stack, result.own, found.without(key)) for key in found.keys
-        }
-        best = min(without, key=lambda key: without[key])
-        if without[best] >= whole:
+        beside = [key for key in found.keys if key not in result.founded]
+        gone = _least_confirmed(result, found, beside, asked) or _needless(result, found)
+        if gone is None:
             break
-        found = result.search.settled(found.without(best))
+        found = _plainer(result, result.search.settled(found.without(gone)))
     return found
+
+
+def _least_confirmed(
+    result: FoundInCuts, found: FoundSet, keys: list[str], asked: float
+) -> str | None:
+    """Return the effect of which squares of cuts left out say least, where that is too little."""
+    rows = result.stack.simulation.size
+    share = {}
+    for key in keys:
+        whole, without = _held_out_squares(result, found, key)
+        evidence = found.evidence[found.keys.index(key)]
+        share[key] = rows * (without - whole) / max(evidence, 1.0)
+    least = min(share, key=lambda key: share[key], default=None)
+    return least if least is not None and share[least] < asked else None
+
+
+def _needless(result: FoundInCuts, found: FoundSet) -> str | None:
+    """Return a law that the others do without: by evidence and by cuts left out of the fit."""
+    for key, evidence in zip(found.keys, found.evidence, strict=True):
+        whole, without = _held_out_squares(result, found, key)
+        fall = 1.0 - np.sqrt(whole / without)
+        if fall < 0.0 or (evidence <= 0.0 and fall < NEEDED):
+            return key
+    return None
+
+
+def _held_out_squares(result: FoundInCuts, found: FoundSet, key: str) -> tuple[float, float]:
+    """Return the mean square of white rows left out of the fit, with an effect and without."""
+    stack, own = result.stack, result.own
+    return (
+        held_out_square(stack, own, found.choices),
+        held_out_square(stack, own, found.without(key)),
+    )

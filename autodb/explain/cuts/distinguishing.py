@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.carried import CutsAccount, Elsewhere, elsewhere, fit_cuts_account
 from autodb.explain.cuts.cut_search import FoundInCuts
-from autodb.explain.cuts.stack import Conditions, Stack
+from autodb.explain.cuts.stack import Conditions, Stack, tells_edge_from_size
 from autodb.explain.cuts.trials import CutTrial, joined_trials, paired, plain_trials, usual
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.search import FoundSet
@@ -67,7 +67,12 @@ class Trials:
         accounts = [
             fit_cuts_account(self.result, choices, self.cuts) for choices in (first, second)
         ]
-        able = [p for p in self._parted(*accounts) if p.gap.odds > SEPARATES]
+        thin = {"edge_force", "size_effect"} == _terms(first) ^ _terms(second)
+        able = [
+            p
+            for p in self._parted(*accounts)
+            if p.gap.odds > SEPARATES and (not thin or tells_edge_from_size(p.trial.known))
+        ]
         return max(able, key=lambda parted: parted.gap.odds, default=None)
 
     def _parted(self, one: CutsAccount, two: CutsAccount) -> list[Parted]:
@@ -95,6 +100,10 @@ class Trials:
             peak=float(left[i].max()),
         )
         return Parted(trial, gap, self.cuts.stack.names[i], float(sd[i].mean()))
+
+
+def _terms(choices: tuple[Choice, ...]) -> set[str]:
+    return {choice.candidate.term for choice in choices}
 
 
 @dataclass(frozen=True)

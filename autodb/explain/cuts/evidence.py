@@ -103,11 +103,17 @@ class TableGiven(Given):
 
 
 class TableSearch(CandidateSearch):
-    """The search over sets, with the likelihood of a table."""
+    """The search over sets that hold ``laws``, with the likelihood of a table."""
 
-    def __init__(self, products: TableProducts, candidates: tuple[Candidate, ...]) -> None:
+    def __init__(
+        self,
+        products: TableProducts,
+        candidates: tuple[Candidate, ...],
+        laws: tuple[Choice, ...] = (),
+    ) -> None:
         super().__init__(products, candidates)
         self.products: TableProducts = products
+        self.begin = self.scored(laws)
 
     def scored(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with its score."""
@@ -116,6 +122,15 @@ class TableSearch(CandidateSearch):
         likelihood = self.products.likelihood
         more = likelihood(after) - likelihood(before) - (before - after)
         return FoundSet(choices, found.score + more, found.evidence)
+
+    def _worth(self, found: FoundSet) -> list[float]:
+        """Return how far each effect is above its limits; laws stay."""
+        held = set(self.begin.keys)
+        worth = super()._worth(found)
+        return [
+            np.inf if choice.candidate.key in held else one
+            for choice, one in zip(found.choices, worth, strict=True)
+        ]
 
     def _rss(self, choices: tuple[Choice, ...]) -> float:
         return self.products.given([c.key for c in choices]).rss

@@ -23,6 +23,9 @@ ROUNDINGS_MM = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04)
 """Thickness over which the edge of a simulation begins to plough; 0: at once."""
 POWERS = np.linspace(0.5, 1.0, 51)
 """Powers of feed that the chip's part of a simulation may follow."""
+THIN_CHIP_MM = 0.03
+"""Uncut chip thickness below which edge force and size effect differ (physics reference, section
+8)."""
 CHUNK = 4096
 """Cuts at a time: bounds the memory whatever the length of the table."""
 VARIABLES = (
@@ -117,6 +120,11 @@ class Stack:
     def difference(self) -> Array:
         """White difference, (C·n,)."""
         return self.white((self.recording - self.simulation)[:, :, None])[:, 0]
+
+
+def tells_edge_from_size(known: Conditions) -> bool:
+    """Return whether some chip is so thin that an edge's force and a size effect differ."""
+    return known.thickness_mm is not None and float(known.thickness_mm.min()) <= THIN_CHIP_MM
 
 
 def table_conditions(table: CutTable) -> Conditions:

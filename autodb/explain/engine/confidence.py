@@ -185,6 +185,18 @@ def beside_plain(
     return replace(white, confidence=min(white.confidence, plain.confidence))
 
 
+def of_both(plain: Standing, white: Standing) -> Standing:
+    """Return how a law stands whose rivals have to do as well by plain rows and by evidence."""
+    falls = {name: max(fall, white.by_name.get(name, fall)) for name, fall in plain.by_name.items()}
+    found = standing(falls, nothing=plain.nothing)
+    return replace(
+        plain,
+        confidence=max(plain.confidence, found.confidence),
+        near=tuple(name for name in plain.near if falls[name] < NEAR),
+        by_name=falls,
+    )
+
+
 def of_missing(
     search: CandidateSearch, found: FoundSet, choice: Choice, *, but: Collection[str] = ()
 ) -> Standing:

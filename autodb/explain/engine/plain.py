@@ -1,12 +1,12 @@
 """Rows as they are, in blocks: how well do laws predict those that their fit did not see?"""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.normal import Normal, columns_side_by_side
 from autodb.explain.engine.working import reduced
@@ -44,6 +44,31 @@ CHI_SQUARE_MEDIAN = 0.455
 """Median of a squared standard normal: few parts that hold a stretch of something count little."""
 
 
+class RowsSource(Protocol):
+    """Where plain rows come from: a difference (m,), own columns, and those of candidates' forms.
+
+    ``own`` terms by name, with the coefficients ``own_sizes`` in the simulation; ``gap``: rows over
+    which noise is correlated.
+    """
+
+    gap: int
+    own_sizes: Array
+
+    @property
+    def own(self) -> Mapping[str, object]:
+        """The simulation's own terms."""
+
+    @property
+    def reduced_difference(self) -> Array:
+        """The difference, (m,)."""
+
+    def chosen(self, choices: Sequence[Choice]) -> Array:
+        """Return own and chosen columns, (m, p)."""
+
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
+        """Return a form's columns, (m, p)."""
+
+
 class PlainRows:
     """A difference, own columns and forms of candidates in blocks of plain rows.
 
@@ -51,7 +76,7 @@ class PlainRows:
     """
 
     def __init__(
-        self, bench: WhiteRows, candidates: Iterable[Candidate], held: Sequence[Choice] = ()
+        self, bench: RowsSource, candidates: Iterable[Candidate], held: Sequence[Choice] = ()
     ) -> None:
         self.candidates = tuple(candidates)
         self._terms = frozenset(bench.own)

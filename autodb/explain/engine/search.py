@@ -7,7 +7,7 @@ freedom costs and less 2·ln of the shapes and candidates that were looked throu
 Effects that stand in for others: swaps that make a set likelier, and terms that look alike.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Self
@@ -68,7 +68,8 @@ class CandidateSearch:
 
     ``faint``: share of what a set explains below which an effect of it is put down to the others;
     ``laws``: keys of what was found before, whose details are among the products, and
-    ``explained`` by how much it let the sum of squares fall.
+    ``explained`` by how much it let the sum of squares fall. ``begin``: the set that all sets grow
+    from.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class CandidateSearch:
         self.explained_before = explained
         self.candidates = tuple(candidates)
         self.faint = faint
+        self.begin = FoundSet()
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], FoundSet] = {}
         self._best: dict[tuple[Given, str], Offer | None] = {}
@@ -234,7 +236,7 @@ class CandidateSearch:
         return none.rss - all_.rss
 
     def _best_of(self, candidates: Sequence[Candidate]) -> FoundSet:
-        beam, seen = [FoundSet()], [FoundSet()]
+        beam, seen = [self.begin], [self.begin]
         for _ in range(MOST):
             longer = {
                 tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, candidates)
@@ -247,14 +249,14 @@ class CandidateSearch:
     def cleared(self, found: FoundSet) -> FoundSet:
         """Return the set without effects that are not worth it or too faint beside the others."""
         while found.choices:
-            worth = self._standing(found)
+            worth = self._worth(found)
             weakest = int(np.argmin(worth))
             if worth[weakest] > 0:
                 return found
             found = self.settled(found.without(found.choices[weakest].candidate.key))
         return found
 
-    def _standing(self, found: FoundSet) -> list[float]:
+    def _worth(self, found: FoundSet) -> list[float]:
         """Return how far each effect is above its limits, over all shapes of the others."""
         worth = []
         held = zip(found.choices, found.evidence, strict=True)
@@ -298,19 +300,24 @@ class CandidateSearch:
 MOST_SWAPS = 3
 
 
-def settled_set(search: CandidateSearch, found: FoundSet) -> FoundSet:
-    """Return the set after every swap that raises its score, as few as there are."""
+def settled_set(
+    search: CandidateSearch, found: FoundSet, *, held: Collection[str] = ()
+) -> FoundSet:
+    """Return the set after every swap that raises its score, as few as there are.
+
+    ``held``: keys of effects that are not swapped.
+    """
     for _ in range(MOST_SWAPS):
-        better = _better(search, found)
+        better = _better(search, found, held)
         if better is None:
             return found
         found = better
     return found
 
 
-def _better(search: CandidateSearch, found: FoundSet) -> FoundSet | None:
+def _better(search: CandidateSearch, found: FoundSet, held: Collection[str]) -> FoundSet | None:
     by_key = {s.key: s for s in search.candidates}
-    for key in found.keys:
+    for key in [key for key in found.keys if key not in held]:
         falls = search.rivals(found, key)
         if not falls:
             continue

@@ -109,7 +109,6 @@ CASES = {
     "drift": Case(_table([(0.2, 1.0), (0.2, 1.1)], count=60), _drift, "sensor_drift", "tool_wear",
                   AXIAL),
     "edge or thin": Case(_table(NARROW, count=150), _ploughed, "edge_force", "size_effect", ALL),
-    "thin or edge": Case(_table(THREE, count=150), _thin, "size_effect", "edge_force", ALL),
     "edge or depth": Case(_table(TOGETHER, count=150), _ploughed, "edge_force", "depth_error",
                           TANGENTIAL),
     "depth or edge": Case(_table(TOGETHER, count=150), _deeper, "depth_error", "edge_force", ALL),
@@ -118,7 +117,6 @@ EXPECTED = {
     "wear": "Change the edge and make",
     "drift": "Change the edge and make",
     "edge or thin": "with a feed of",
-    "thin or edge": "with a feed of",
     "edge or depth": "with a ",
     "depth or edge": "with a ",
 }
@@ -174,6 +172,13 @@ def _with(table: Table, trial: CutTrial) -> Table:
 def _named(case: Case, table: Table) -> list[Cause]:
     answers = explain(*_pair(case, table), includes=SHEAR).explanation.channels
     return [c for answer in answers.values() for c in answer.missing if c.kind == "missing"]
+
+
+def test_no_chip_but_a_thin_one_tells_an_edge_from_a_size_effect() -> None:
+    """A thicker one would separate the two fits; laws that are only nearly right differ there."""
+    case = Case(_table(THREE, count=150), _thin, "size_effect", "edge_force", ALL)
+    result, choice = _as_named(case)
+    assert after_forces(result).best(choice, case.rival) is None
 
 
 @pytest.mark.parametrize("name", first(2, CASES))

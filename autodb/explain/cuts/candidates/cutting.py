@@ -4,6 +4,8 @@ The chip costs more or less by its edge, its thickness, its speed; what engages 
 nose, a tool or work that bends.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +28,7 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
-from autodb.terms.chip import size_effect, speed_softening
+from autodb.terms.chip import REFERENCE_SPEED_M_MIN, size_effect, speed_softening
 from autodb.terms.nose import nose_axial, nose_length
 
 Array = NDArray[np.float64]
@@ -70,7 +72,7 @@ def edge_force_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
         columns = each(stack, per_depth(stack, values_of(values)))
         forms.append(CandidateForm(columns, shape, allowed=mostly_positive(columns)))
     variables = ("cutting.feed", "cutting.depth")
-    return [Candidate("edge_force", "edge_force", tuple(forms), variables)]
+    return [Candidate("edge_force", "edge_force", tuple(forms), variables, static=True)]
 
 
 def size_candidates(stack: Stack) -> list[Candidate]:
@@ -92,17 +94,23 @@ def size_candidates(stack: Stack) -> list[Candidate]:
     forms.append(CandidateForm(columns, allowed=falls))
     detail = each(stack, chip_factor(stack, curve, curve.width))
     variables = ("cutting.feed",)
-    return [Candidate("size_effect", "size_effect", tuple(forms), variables, detail=detail)]
+    return [
+        Candidate("size_effect", "size_effect", tuple(forms), variables, detail=detail, static=True)
+    ]
 
 
 def speed_candidates(stack: Stack) -> list[Candidate]:
-    """Return the chip that costs less or more the faster it is cut, one way over all speeds."""
+    """Return the chip that costs less or more the faster it is cut, one way over all speeds.
+
+    A simulation is right at the table's usual speed: what is off there is its own chip's.
+    """
     speed, seen = stack.known.speed_m_min, stack.frame.known.speed_m_min
     if speed is None or seen is None or np.ptp(seen) == 0:
         return []
-    forms = []
+    forms, usual = [], np.exp(np.mean(np.log(seen)))
     for e in (-0.4, 0.05, 0.5):
-        law = chip_factor(stack, values_of(speed_softening(speed, exponent=e) - 1.0))
+        factor = speed_softening(speed / usual * REFERENCE_SPEED_M_MIN, exponent=e)
+        law = chip_factor(stack, values_of(factor - 1.0))
         forms += [CandidateForm(spread(stack, law), {"exponent": e}) for spread in (alike, each)]
     curve = curve_of(stack, _log_speed, CURVE)
     law = chip_factor(stack, curve, curve.width)
@@ -110,7 +118,16 @@ def speed_candidates(stack: Stack) -> list[Candidate]:
         for columns in (alike(stack, law), each(stack, law)):
             forms.append(CandidateForm(columns, allowed=monotone(curve, columns)))
     variables, detail = ("cutting.speed",), each(stack, law)
-    return [Candidate("speed_softening", "speed_softening", tuple(forms), variables, detail=detail)]
+    return [
+        Candidate(
+            "speed_softening",
+            "speed_softening",
+            tuple(forms),
+            variables,
+            detail=detail,
+            static=True,
+        )
+    ]
 
 
 def bell(speed_m_min: Array, centre_m_min: float, width: float) -> Array:
@@ -154,7 +171,9 @@ def depth_candidates(stack: Stack) -> list[Candidate]:
     curve = curve_of(stack, _log_depth, CURVE)
     detail = each(stack, relative(stack, curve, curve.width))
     variables = ("cutting.depth",)
-    return [Candidate("depth_error", "depth_error", tuple(forms), variables, detail=detail)]
+    return [
+        Candidate("depth_error", "depth_error", tuple(forms), variables, detail=detail, static=True)
+    ]
 
 
 def nose_candidates(stack: Stack) -> list[Candidate]:
@@ -175,7 +194,9 @@ def nose_candidates(stack: Stack) -> list[Candidate]:
     curve = curve_of(stack, _log_depth, CURVE)
     detail = each(stack, relative(stack, curve, curve.width))
     variables = ("cutting.depth",)
-    return [Candidate("nose_radius", "nose_radius", tuple(forms), variables, detail=detail)]
+    return [
+        Candidate("nose_radius", "nose_radius", tuple(forms), variables, detail=detail, static=True)
+    ]
 
 
 def nose_columns(stack: Stack, radius_mm: float, *, longer: bool) -> LawColumns:
@@ -245,7 +266,10 @@ def _giving_way(values: Array, most: float) -> dict[float, Array]:
 
 
 def deflection_candidates(stack: Stack) -> list[Candidate]:
-    """Return force that falls where tool or work bends; none where the load hardly varies."""
+    """Return force that falls where tool or work bends; none where the load hardly varies.
+
+    Where the radial force is not there, any law of the forces that are looks like it.
+    """
     seen = normal_force(stack.frame)
     if np.ptp(seen) <= 0.02 * seen.max():
         return []
@@ -259,4 +283,5 @@ def deflection_candidates(stack: Stack) -> list[Candidate]:
     curve = SmoothCurve(bending["whole"], CURVE, most["whole"])
     detail = each(stack, relative(stack, curve, curve.width))
     variables = tuple(n for n in stack.names if n == "force.x")
-    return [Candidate("deflection", "deflection", tuple(forms), variables, detail=detail)]
+    plain = Candidate("deflection", "deflection", tuple(forms), variables, detail=detail)
+    return [replace(plain, static="force.x" in stack.names)]

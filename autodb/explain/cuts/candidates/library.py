@@ -8,7 +8,7 @@ neighbours.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -54,6 +54,11 @@ PAIR_BAR = 12.0
 SINGLE, COARSE = 5, 3
 MOST_PAIRED = 6
 """Variables that are paired at most."""
+SIZE = "size"
+"""What the coefficients of a plain law are called."""
+CONFIRMED = 0.25
+"""Share of its evidence by which squares of cuts left out fall with an effect, at least: with one
+that is there they fall by about all of it. Chosen."""
 BINS = 240
 SHORTEST = 3
 ALIKE = 0.15
@@ -69,13 +74,16 @@ class Library:
     """What the channels of a table may hold: columns of their own, and effects.
 
     ``proposals`` are effects that must be searched for in what a fit leaves (C, n), by round;
-    ``levels``: names of own columns that no force or depth holds, so that they count in scatter.
+    ``levels``: names of own columns that no force or depth holds, so that they count in scatter;
+    ``confirmed``: share of an effect's evidence by which squares of cuts left out fall with it, at
+    least.
     """
 
     own: Callable[[Stack], dict[str, LawColumns]]
     candidates: Callable[[Stack], list[Candidate]]
     proposals: Callable[[Stack, Array, int], list[Candidate]]
     levels: tuple[str, ...] = ()
+    confirmed: float = 0.0
 
 
 def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
@@ -98,7 +106,12 @@ def of_forces(includes: list[str] | None) -> Library:
         own = frozenset(own_columns_of_cuts(stack, includes))
         return [*named_effects(stack, own), *families(stack)]
 
-    return Library(lambda stack: own_columns_of_cuts(stack, includes), candidates, _proposals)
+    return Library(
+        lambda stack: own_columns_of_cuts(stack, includes),
+        candidates,
+        _proposals,
+        confirmed=CONFIRMED,
+    )
 
 
 def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
@@ -108,7 +121,7 @@ def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
     ]
     steps = [step_of_gain(stack, left, i, number) for i in range(len(stack.names))]
     several = steps if len(steps) > 1 else []
-    return [*several, *(candidate for candidate in found if candidate is not None)]
+    return [_with_plain_forms(one) for one in (*several, *found) if one is not None]
 
 
 def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
@@ -119,7 +132,21 @@ def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
         *nose_candidates(stack), *deflection_candidates(stack), *drift_candidates(stack),
         *gain_candidates(stack), *warming_candidates(stack),
     ]  # fmt: skip
-    return [candidate for candidate in found if candidate.forms]
+    return [_with_plain_forms(candidate) for candidate in found if candidate.forms]
+
+
+def _with_plain_forms(candidate: Candidate) -> Candidate:
+    """Return a candidate whose forms that are no curves are known as plain laws, of a size each."""
+    if not candidate.named:
+        return candidate
+    forms = [replace(one, names=(SIZE,)) if _is_plain(one) else one for one in candidate.forms]
+    return replace(candidate, forms=tuple(forms))
+
+
+def _is_plain(form: CandidateForm) -> bool:
+    law = form.law
+    assert isinstance(law, LawColumns)  # every candidate of a cut table is made of laws
+    return law.law.width == 1 or ("edges" in form.shape and "curved" not in form.shape)
 
 
 def families(stack: Stack) -> list[Candidate]:

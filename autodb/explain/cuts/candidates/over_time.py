@@ -78,7 +78,9 @@ def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     bow = np.column_stack([spent, spent**2, spent**3])
     detail = each(stack, per_depth(stack, values_of(bow), 3))
     variables = ("tool.cutting_time", "tool.edge")
-    return [Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail)]
+    return [
+        Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail, static=True)
+    ]
 
 
 def _fresh(curve: SmoothCurve) -> Array:
