@@ -95,7 +95,7 @@ class _Answers:
         self._apart: dict[str, str | None] = {}
 
     def _stands(self, choice: Choice) -> Standing:
-        """Return how sure a name is: a law that plain rows need by these, others by both."""
+        """Return how sure a name is: a law by plain rows first, what stands beside laws by both."""
         laws = self.result.laws
         white = of_missing(self.result.search, self.result.found, choice)
         if choice in laws:

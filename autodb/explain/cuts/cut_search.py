@@ -55,8 +55,9 @@ class FoundInCuts:
 
     @property
     def laws(self) -> tuple[Choice, ...]:
-        """Those of the set that plain rows need."""
-        return tuple(c for c in self.found.choices if c.candidate.key in self.founded)
+        """Those of the set that go with the conditions of a cut."""
+        choices = self.found.choices
+        return tuple(c for c in choices if c.candidate.named and c.candidate.static)
 
 
 def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] | None) -> Stack:

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.carried import CutsAccount, Elsewhere, elsewhere, fit_cuts_account
 from autodb.explain.cuts.cut_search import FoundInCuts
-from autodb.explain.cuts.stack import Conditions, Stack, tells_edge_from_size
+from autodb.explain.cuts.stack import (
+    THIN_CHIP_MM,
+    Conditions,
+    Stack,
+    tells_edge_from_size,
+)
 from autodb.explain.cuts.trials import CutTrial, joined_trials, paired, plain_trials, usual
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.search import FoundSet
@@ -33,6 +38,8 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 Own = Callable[[Stack], dict[str, LawColumns]]
 
+EDGE_OR_SIZE = {"edge_force", "size_effect"}
+"""Terms that only a thin chip separates."""
 TIMES = (1, 3, 10)
 """How often a cut is made again, the fewest first. Chosen."""
 
@@ -67,7 +74,7 @@ class Trials:
         accounts = [
             fit_cuts_account(self.result, choices, self.cuts) for choices in (first, second)
         ]
-        thin = {"edge_force", "size_effect"} == _terms(first) ^ _terms(second)
+        thin = _terms(first) ^ _terms(second) == EDGE_OR_SIZE
         able = [
             p
             for p in self._parted(*accounts)
@@ -123,8 +130,16 @@ class Teller:
 
         None where it has none, or where no trial of the library separates it from any.
         """
-        found = [(rival, self.best(choice, rival)) for rival in rivals[:NEAREST]]
-        lines = [self.line(best, (name, rival)) for rival, best in found if best is not None]
+        lines = []
+        for rival in rivals[:NEAREST]:
+            best = self.best(choice, rival)
+            if best is not None:
+                lines.append(self.line(best, (name, rival)))
+            elif {name, rival} == EDGE_OR_SIZE:
+                lines.append(
+                    f"Cuts with a chip of {THIN_CHIP_MM:g} mm or less would separate {name} from "
+                    f"{rival}; none of them is close to these."
+                )
         return " ".join(lines) if lines else None
 
     def line(self, best: Parted, names: tuple[str, str]) -> str:
