@@ -280,7 +280,8 @@ def test_edge_force_on_thick_chips_has_an_alternative() -> None:
         c for a in done.explanation.channels.values() for c in a.missing if c.term == "edge_force"
     )
     assert "size_effect" in cause.alternatives
-    assert cause.to_tell_apart is None  # so little force is missing that no cuts near these would
+    assert cause.to_tell_apart is not None  # so little is missing that no cuts near these would
+    assert "a chip of 0.03 mm or less" in cause.to_tell_apart
 
 
 def test_an_autoregression_makes_its_own_noise_white() -> None:

@@ -146,6 +146,10 @@ def _with_dated_backups() -> None:
 WITHDRAW = ("withdraw", "3", *OF, "--why", "a worn edge")
 MONDAY: Step = ("backup", "monday.sqlite3")
 EXPLAINED: Step = ("explain", "later.csv", *OF, "--out", "answer")
+PREDICTED: tuple[Step, ...] = (("predict", "job.toml", *OF), ("import", "in/a.csv", *OF))
+MATCH = (
+    "predictions", "match", *OF, "--recording", "4", "--prediction", "1", "--cut", "1=rough Ø56",
+)  # fmt: skip
 COMMANDS = (
     Command("init", ("init",), (_without_a_database,)),
     Command("init of an earlier schema", ("init",), (_to_the_schema_before,)),
@@ -184,6 +188,12 @@ COMMANDS = (
         "predict --csv --plot",
         ("predict", "job.toml", *OF, "--csv", "job.csv", "--plot", "job.html"),
         again=True,
+    ),
+    Command("predictions match", MATCH, PREDICTED),
+    Command(
+        "predictions score --plot",
+        ("predictions", "score", *OF, "--plot", "score.html"),
+        (*PREDICTED, MATCH, ("refresh", *OF)),
     ),
     Command("explain --machine", ("explain", "later.csv", *OF, "--out", "answer")),
     Command("mismatch confirm", ("mismatch", "confirm", "1"), (EXPLAINED,)),
