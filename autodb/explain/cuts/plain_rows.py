@@ -1,8 +1,8 @@
 """Named laws that the cuts of a table need, by the error on blocks of cuts left out of the fit.
 
 As of axes (``engine.laws``): rows as they are, a cut's components one after the other, each over
-its scatter, so that a sensor that fails in one of them does not decide for the others. What follows
-a curve, or is less than this shows, is left to the search by evidence.
+its scatter, so that a sensor that fails in one of them does not decide for the others. What
+does not go with the conditions of a cut, or shows less clearly, is left to the search by evidence.
 """
 
 from collections.abc import Sequence
@@ -18,9 +18,6 @@ from autodb.explain.engine.laws import grown, merged_laws
 from autodb.explain.engine.plain import ROWS, PlainRows
 
 Array = NDArray[np.float64]
-
-ROUNDS = 4
-"""Rounds in which further laws are looked for beside those found."""
 
 
 class TableRows:

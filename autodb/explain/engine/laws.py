@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
-from autodb.explain.engine.plain import NEEDED, PlainRows, RowsSource, beside, rms_fall
+from autodb.explain.engine.plain import NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.tuning import BesideShapes, tuned
 
@@ -198,7 +198,7 @@ def founded(
         found = _better_account(
             bench, found, _continued(bench, named, _alone(bench, named, field), field)
         )
-    found = surer_than_curves(bench, found, [c for c in standing if not c.named])
+    found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
     kept = [c for c in found if c.candidate.first]
     if bench.through and not kept:
         bench.look_through(kept)
@@ -280,8 +280,8 @@ def _anew(
     return list((made | {c.candidate.key: c.candidate for c in found}).values())
 
 
-def surer_than_curves(
-    bench: RowsSource, found: Sequence[Choice], curves: Sequence[Candidate]
+def _surer_than_curves(
+    bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
 ) -> list[Choice]:
     """Return the laws, less what is not static and of which a curve in its place does more.
 
