@@ -30,15 +30,7 @@ from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
 from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import (
-    Mistuned,
-    Standing,
-    beside_plain,
-    of_both,
-    of_missing,
-    of_mistuned,
-    of_plain,
-)
+from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned, with_laws
 from autodb.explain.engine.entries import (
     is_undecided,
     named_entry,
@@ -88,19 +80,16 @@ class _Answers:
         self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
         self.rows = plain_rows(self.stack, self.own, result.search.candidates, held=self.choices)
         self.standing = {
-            c.candidate.key: _limited(self.stack, c, self._stands(c)) for c in self.choices
+            c.candidate.key: _limited(
+                self.stack,
+                c,
+                with_laws(result.search, result.found, c, rows=self.rows, laws=result.laws),
+            )
+            for c in self.choices
         }
         self.own_terms = mistuned_of_cuts(result)
         self.teller = after_forces(result)
         self._apart: dict[str, str | None] = {}
-
-    def _stands(self, choice: Choice) -> Standing:
-        """Return how sure a name is: a law by plain rows first, what stands beside laws by both."""
-        laws = self.result.laws
-        white = of_missing(self.result.search, self.result.found, choice)
-        if choice in laws:
-            return of_both(of_plain(self.rows, laws, choice), white)
-        return beside_plain(white, self.rows, laws, choice) if choice.candidate.named else white
 
     def part(self, number: int) -> Array:
         """Return the contribution of an effect, (C, n) [N]."""

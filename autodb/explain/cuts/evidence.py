@@ -85,8 +85,7 @@ class TableGiven(Given):
     @cached_property
     def rss(self) -> float:
         """Residual sum of squares over the noise variance."""
-        left = 1.0 - float(np.sum(self._held[:, 0] ** 2))
-        return float(max(left, 1e-15) * self.of.norm[0] ** 2)
+        return float(max(1.0 - self.explained, 1e-15) * self.of.norm[0] ** 2)
 
     def worth(self, full: Array, cost: Array) -> Array:
         """Return the evidence where the sum of squares falls by ``full``, with what that costs."""
@@ -111,9 +110,8 @@ class TableSearch(CandidateSearch):
         candidates: tuple[Candidate, ...],
         laws: tuple[Choice, ...] = (),
     ) -> None:
-        super().__init__(products, candidates)
         self.products: TableProducts = products
-        self.begin = self.scored(laws)
+        super().__init__(products, candidates, begin=laws)
 
     def scored(self, choices: tuple[Choice, ...]) -> FoundSet:
         """Return the set with its score."""
@@ -122,15 +120,6 @@ class TableSearch(CandidateSearch):
         likelihood = self.products.likelihood
         more = likelihood(after) - likelihood(before) - (before - after)
         return FoundSet(choices, found.score + more, found.evidence)
-
-    def _worth(self, found: FoundSet) -> list[float]:
-        """Return how far each effect is above its limits; laws stay."""
-        held = set(self.begin.keys)
-        worth = super()._worth(found)
-        return [
-            np.inf if choice.candidate.key in held else one
-            for choice, one in zip(found.choices, worth, strict=True)
-        ]
 
     def _rss(self, choices: tuple[Choice, ...]) -> float:
         return self.products.given([c.key for c in choices]).rss

@@ -197,6 +197,23 @@ def of_both(plain: Standing, white: Standing) -> Standing:
     )
 
 
+def with_laws(
+    search: CandidateSearch,
+    found: FoundSet,
+    choice: Choice,
+    *,
+    rows: PlainRows,
+    laws: Sequence[Choice],
+) -> Standing:
+    """Return how the name of one effect of a set that begins with laws of plain rows stands: a law
+    by these first, what stands beside laws by both.
+    """
+    white = of_missing(search, found, choice)
+    if choice in laws:
+        return of_both(of_plain(rows, laws, choice), white)
+    return beside_plain(white, rows, laws, choice) if choice.candidate.named else white
+
+
 def of_missing(
     search: CandidateSearch, found: FoundSet, choice: Choice, *, but: Collection[str] = ()
 ) -> Standing:

@@ -100,26 +100,37 @@ class Given:
         self.of = products
         self.columns = columns
         self._gains: dict[tuple[str, int], ExplainedShare] = {}
-        inner = products.inner
+        self._basis = np.zeros((0, 0))
         if len(columns):
-            values, vectors = np.linalg.eigh(inner[np.ix_(columns, columns)])
+            values, vectors = np.linalg.eigh(products.inner[np.ix_(columns, columns)])
             keep = values > SPANNED * 1e-2 * values[-1]
             self._basis = vectors[:, keep] / np.sqrt(values[keep])
-            self._held = self._basis.T @ inner[columns]
-        else:
-            self._basis, self._held = np.zeros((0, 0)), np.zeros((0, len(inner)))
+        self._difference = self._along(0)
+
+    def _along(self, at: NDArray[np.intp] | int) -> Array:
+        """Return columns, or one, along the columns projected out (q, p), worked out where asked:
+        all of those of many sets would fill the memory.
+        """
+        here = np.ix_(self.columns, np.atleast_1d(at))
+        found = self._basis.T @ self.of.inner[here]
+        return np.asarray(found[:, 0] if np.ndim(at) == 0 else found)
+
+    @property
+    def explained(self) -> float:
+        """Share of the difference's squares that the columns projected out explain."""
+        return float(self._difference @ self._difference)
 
     @property
     def rss(self) -> float:
         """Residual sum of squares over the noise variance."""
-        left = 1.0 - float(self._held[:, 0] @ self._held[:, 0])
+        left = 1.0 - self.explained
         return max(left, 1e-15) * float(self.of.norm[0]) ** 2 / self.of.variance
 
     def coefficients(self) -> Array:
         """Return the coefficients of the columns projected out, in their order."""
         if not len(self.columns):
             return np.zeros(0)
-        scaled = self._basis @ self._held[:, 0]
+        scaled = self._basis @ self._difference
         return np.asarray(scaled * self.of.norm[0] / self.of.norm[self.columns])
 
     def single(self, at: NDArray[np.intp]) -> tuple[Array, Array]:
@@ -127,9 +138,9 @@ class Given:
 
         With one column the likeliest τ²λ is b²/λ − 1.
         """
-        held = self._held[:, at]
+        held = self._along(at)
         left = np.maximum(self.of.inner[at, at] - np.einsum("ij,ij->j", held, held), 0.0)
-        along = self.of.inner[at, 0] - held.T @ self._held[:, 0]
+        along = self.of.inner[at, 0] - held.T @ self._difference
         some = left > SPANNED
         size = np.where(some, along / np.where(some, left, 1.0), 0.0)
         full = size * along * self.of.norm[0] ** 2 / self.of.variance
@@ -160,9 +171,9 @@ class Given:
 
     def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> ExplainedShare:
         """Return what columns explain, or ``mix`` (p, k) of them, k alone for ``at`` of size k."""
-        held = self._held[:, at]
+        held = self._along(at)
         matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
-        right = self.of.inner[at, 0] - held.T @ self._held[:, 0]
+        right = self.of.inner[at, 0] - held.T @ self._difference
         if mix is not None:
             matrix, right, at = mix.T @ matrix @ mix, mix.T @ right, at[: mix.shape[1]]
         values, vectors = np.linalg.eigh(matrix)

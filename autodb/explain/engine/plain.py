@@ -199,9 +199,16 @@ class PlainRows:
             allowed = choice.shape.allowed
             if allowed is not None and not allowed(values):
                 return False
-            if np.min(np.abs(values) * self._peak[self._places[choice.key]]) > BEYOND * self.range:
+            if self._peak_of(choice, values) > BEYOND * self.range:
                 return False
         return self.own_share(choices) > ALONE
+
+    def _peak_of(self, choice: Choice, values: Array) -> float:
+        """Return the most that a choice adds with coefficients, anywhere."""
+        at = self._places[choice.key]
+        if len(at) == 1:
+            return float(abs(values[0]) * self._peak[at[0]])
+        return float(np.max(np.abs(self._rows[:, at] @ values)))
 
     def own_share(self, choices: Sequence[Choice]) -> float:
         """Return the least share of a column of the last choice that the others cannot give."""

@@ -68,8 +68,8 @@ class CandidateSearch:
 
     ``faint``: share of what a set explains below which an effect of it is put down to the others;
     ``laws``: keys of what was found before, whose details are among the products, and
-    ``explained`` by how much it let the sum of squares fall. ``begin``: the set that all sets grow
-    from.
+    ``explained`` by how much it let the sum of squares fall. ``begin``: effects that all sets grow
+    from, and keep.
     """
 
     def __init__(
@@ -80,13 +80,13 @@ class CandidateSearch:
         faint: float = FAINT,
         laws: Sequence[str] = (),
         explained: float = 0.0,
+        begin: tuple[Choice, ...] = (),
     ) -> None:
         self.products = products
         self.laws = tuple(laws)
         self.explained_before = explained
         self.candidates = tuple(candidates)
         self.faint = faint
-        self.begin = FoundSet()
         self._barred: set[tuple[str, int]] = set()
         self._settled: dict[frozenset[str], FoundSet] = {}
         self._best: dict[tuple[Given, str], Offer | None] = {}
@@ -95,6 +95,7 @@ class CandidateSearch:
             s.key: [i for i in range(len(s.forms)) if len(products.places[s.key, i]) != 1]
             for s in self.candidates
         }
+        self.begin = self.scored(begin)
 
     def _of_one_column(
         self, candidate: Candidate
@@ -257,12 +258,17 @@ class CandidateSearch:
         return found
 
     def _worth(self, found: FoundSet) -> list[float]:
-        """Return how far each effect is above its limits, over all shapes of the others."""
+        """Return how far each effect is above its limits, over all shapes of the others; those
+        that sets begin with stay.
+        """
         worth = []
         held = zip(found.choices, found.evidence, strict=True)
         total = found.score - sum(worth for choice, worth in held if choice.candidate.exact)
         total += self.explained_before
         for choice in found.choices:
+            if choice.candidate.key in self.begin.keys:
+                worth.append(np.inf)
+                continue
             free = self.with_detail(found.without(choice.candidate.key))
             gain = free.gain(choice.key)
             limit = max(MARGIN + self.penalty(choice), self.faint * total)

@@ -20,10 +20,11 @@ from autodb.explain.answer import (
     unnamed_cause,
 )
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, of_missing
+from autodb.explain.engine.confidence import Mistuned, Standing, with_laws
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
+from autodb.explain.engine.plain import PlainRows
 from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
@@ -36,6 +37,7 @@ from autodb.explain.waves.parameters import (
     retuned_of_waves,
     shared,
 )
+from autodb.explain.waves.plain_rows import WaveRows
 from autodb.explain.waves.refined import as_one
 from autodb.records import Recording
 
@@ -144,9 +146,9 @@ class _Told:
     def fit(self) -> WavesFit:
         """Own terms and effects fitted together."""
         ways = [one for one in self.looked.search.candidates if one.key == OWN_WAYS]
-        known = OWN_WAYS in self.looked.found.keys
-        beside = [] if known else [Choice(one, len(one.forms) - 1) for one in ways]
         looked = self.looked
+        known = looked.plainly or OWN_WAYS in looked.found.keys
+        beside = [] if known else [Choice(one, len(one.forms) - 1) for one in ways]
         choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
         return fit_waves(looked.bench, choices, looked.quiet, beside=beside)
 
@@ -154,7 +156,13 @@ class _Told:
     def standing(self) -> list[Standing]:
         """How sure the name of each effect is."""
         looked = self.looked
-        return [of_missing(looked.search, looked.found, choice) for choice in self.choices]
+        rows = PlainRows(
+            WaveRows(looked.bench, looked.quiet), looked.search.candidates, self.choices
+        )
+        return [
+            with_laws(looked.search, looked.found, choice, rows=rows, laws=looked.laws)
+            for choice in self.choices
+        ]
 
     @cached_property
     def own_terms(self) -> dict[str, Mistuned]:

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, has_positive_first, negative, spline
 from autodb.explain.waves.sensors import sensor_candidates_of_waves
-from autodb.explain.waves.teeth import Law, StandsOut
+from autodb.explain.waves.teeth import Law, StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
 
-OWN_WAYS = "shear ways"
+OWN_WAYS, OVER_TURN = "shear ways", "unknown spindle.angle"
 WAYS_OFF = ((0,), (1,), (2,), (0, 2))
 """Ways that may be off beside the others of a term: one, or all of them."""
 THIN_MM = (0.006, 0.012, 0.025, 0.05)
@@ -79,21 +79,33 @@ def _edge_force(world: SimulatedWaves) -> Candidate:
         form(ways, names=names, tries=len(world.edges), allowed=has_positive_first)
         for ways in world.edges
     ]
-    return Candidate("edge_force", "edge_force", tuple(forms), ("spindle.angle",))
+    return Candidate("edge_force", "edge_force", tuple(forms), ("spindle.angle",), static=True)
 
 
 def _size_effect(world: SimulatedWaves) -> Candidate:
-    """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve."""
+    """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve.
+
+    A plain law takes more in each way by its own share, as conventional exponents have it, or in
+    all by the same.
+    """
     law = world.shear
-    forms = [
-        form(
-            world.cut(partial(_thin, law=law, thin_mm=thin, fades=fades))[:, :, None],
-            names=("size",),
-            tries=2 * len(THIN_MM),
-            allowed=has_positive_first,
-        )
+    laws = [
+        partial(_thin, law=law, thin_mm=thin, fades=fades)
         for thin in THIN_MM
         for fades in (True, False)
+    ]
+    forms = [
+        form(world.cut(one)[:, :, None], tries=2 * len(laws), allowed=has_positive_first)
+        for one in laws
+    ]
+    forms += [
+        form(
+            world.cut_each_way(one),
+            names=("size", "radial", "axial"),
+            tries=2 * len(laws),
+            allowed=has_positive_first,
+        )
+        for one in laws
     ]
     forms += [
         form(
@@ -109,6 +121,7 @@ def _size_effect(world: SimulatedWaves) -> Candidate:
         tuple(forms),
         ("spindle.angle",),
         detail=keep_shape(world.bumps),
+        static=True,
     )
 
 
@@ -156,25 +169,33 @@ def _runout(world: SimulatedWaves) -> Candidate | None:
     """How far teeth stand out: an axis that is off, or each tooth by itself.
 
     A tooth that stands out takes from the one behind it what it cuts itself. Where some is known
-    already, columns are what a little more changes, and what is known itself.
+    already, columns are what a little more changes, and what is known itself. What a chip's growth
+    changes is the slope of the law, which real ones have otherwise in each way, above all where
+    the chip is thin: the ways may differ.
     """
     teeth = world.waves.teeth
     z = teeth.mill.teeth
-    if z < 2:
+    if z < 2 or world.waves.uneven is not None:
         return None
     if world.out is None:
         slope = world.waves.law.slope
-        each = np.array([world.waves.seen(teeth.of_tooth(j, slope)) for j in range(z)])
-        more, known = np.moveaxis(each - np.roll(each, -1, axis=0), 0, -1), []
+        tooth = np.array([world.waves.seen(teeth.of_tooth(j, slope)) for j in range(z)])
+        more, known = np.moveaxis(tooth - np.roll(tooth, -1, axis=0), 0, -1), []
     else:
         more, known = nudged(world, world.out), [world.stands_out[:, :, None]]
-    shapes = [
-        shape for shape in (off_axis(z), directions_standing_out(z)) if shape.shape[1] <= z - 1
-    ]
+    shapes = [shape for shape in (off_axis(z), contrasts(z)) if shape.shape[1] <= z - 1]
+    freely = [np.moveaxis(world.waves.between_teeth(shape), (0, 1), (2, 3)) for shape in shapes]
+    each = [more @ shape for shape in shapes]
+    each += [one.reshape(*one.shape[:2], -1) for one in freely]
     forms = [
-        form(np.concatenate([*known, more @ shape], axis=-1), tries=len(shapes)) for shape in shapes
+        form(
+            np.concatenate([*known, columns], axis=-1),
+            tries=len(each),
+            names=tuple(f"difference {k}" for k in range(len(known) + columns.shape[-1])),
+        )
+        for columns in each
     ]
-    return Candidate("runout", "runout", tuple(forms), ("spindle.angle",))
+    return Candidate("runout", "runout", tuple(forms), ("spindle.angle",), static=True)
 
 
 def off_axis(teeth: int) -> Array:
@@ -184,11 +205,6 @@ def off_axis(teeth: int) -> Array:
     """
     angle = 2.0 * np.pi * np.arange(teeth) / teeth
     return np.column_stack([np.cos(angle), np.sin(angle)])[:, : 1 if teeth == 2 else 2]
-
-
-def directions_standing_out(teeth: int) -> Array:
-    """Return directions (z, z - 1) that teeth may stand out in, their mean aside."""
-    return np.asarray(np.linalg.svd(np.eye(teeth) - 1.0 / teeth)[0][:, : teeth - 1])
 
 
 def nudged(world: SimulatedWaves, out: StandsOut) -> Array:
@@ -215,7 +231,7 @@ def _depth(world: SimulatedWaves) -> Candidate:
     for error in errors:
         column = deeper(world, error)[:, :, None] / error
         forms.append(form(column, {"error": error}, names=("error",), tries=len(errors)))
-    return Candidate("depth_error", "depth_error", tuple(forms), ("spindle.angle",))
+    return Candidate("depth_error", "depth_error", tuple(forms), ("spindle.angle",), static=True)
 
 
 def deeper(world: SimulatedWaves, error_mm: float) -> Array:
@@ -242,10 +258,14 @@ def _deflection(world: SimulatedWaves) -> Candidate:
 
 
 def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
-    """The force depends smoothly on time; something turns with the spindle."""
-    angle = world.waves.teeth.angle_rad
-    turns = np.column_stack([f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)])
-    courses = (turns, turns * world.engaged[:, None])
+    """The force depends smoothly on time; something turns with the spindle, slowly or anyhow."""
+    angle, z = world.waves.teeth.angle_rad, world.waves.teeth.mill.teeth
+    slow, all_ = (1, 2), sorted({*range(1, 2 * z + 1), 3 * z, 4 * z})
+    turns, whole = (
+        np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
+        for orders in (slow, all_)
+    )
+    courses = (turns, turns * world.engaged[:, None], whole * world.engaged[:, None])
     with_spindle = [
         form(np.einsum("cd,np->cndp", np.eye(world.components), one).reshape(
             world.components, len(angle), -1
@@ -255,7 +275,7 @@ def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
     over_time = world.simulated[:, :, None] * spline(world.worn, 9)[:, 1:]
     return (
         Candidate(
-            "unknown spindle.angle",
+            OVER_TURN,
             "unknown",
             tuple(with_spindle),
             ("spindle.angle",),

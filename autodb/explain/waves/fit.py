@@ -147,6 +147,11 @@ class WhiteWaves:
             left = self.left(columns, quiet)
         return quiet
 
+    def plain(self, columns: Array) -> WhitenedNoise:
+        """Return the noise that columns leave of each component by itself, taken as white."""
+        sd = np.sqrt(np.mean(self.left(columns, None) ** 2, axis=1))
+        return WhitenedNoise((Whitener(np.zeros(0)),) * len(sd), tuple(sd.tolist()))
+
     def left(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
         """Return what columns (C, n, p) leave of the difference (C, n)."""
         fitted = self.fitted(columns, quiet)

@@ -7,14 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.normal import solved
+from autodb.explain.engine.plain import BEYOND
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
 from autodb.explain.waves.candidates import candidates_of_waves
-from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves
+from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
+from autodb.explain.waves.plain_rows import account_of_waves
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.teeth import table_angles, tilted_table
 from autodb.explain.waves.waves import Waves, waves_of
-from autodb.explain.waves.world import SimulatedWaves, Tilted, own_columns_of_waves
+from autodb.explain.waves.world import SimulatedWaves, Tilted, form, own_columns_of_waves
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -31,21 +34,25 @@ Chosen."""
 
 @dataclass(frozen=True)
 class FoundInWaves:
-    """What was found, with the world and the bench that it was found on."""
+    """What was found, with the world and the bench that it was found on.
+
+    ``laws``: those that plain rows need; ``plainly``: these rows decided alone.
+    """
 
     world: SimulatedWaves
     bench: WhiteWaves
     search: CandidateSearch
     found: FoundSet
     quiet: WhitenedNoise
+    laws: tuple[Choice, ...] = ()
+    plainly: bool = False
 
 
 def look_in_waves(
     recording: Recording, simulation: dict[str, Array], includes: list[str] | None
 ) -> FoundInWaves:
     """Return the effects that force components of a recording hold beside a simulation (n,)."""
-    edged = includes is None or "edge_force" in includes
-    waves = waves_of(recording, simulation, edged=edged)
+    waves = waves_of(recording, simulation, includes)
     measured = np.array([recording[name] for name in waves.names])
     world = SimulatedWaves(
         waves=waves,
@@ -92,6 +99,9 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
     scanned = proposals_of_waves(world, bench.left(bench.chosen(()), quiet), quiet, 0)
+    plain = _seen_plainly(world, measured, quiet, scanned)
+    if plain is not None:
+        return plain
     quiet = bench.quiet(bench.everything([*standing, *scanned]))
     found: tuple[str, ...] | None = None
     for number in range(1, ROUNDS + 1):
@@ -113,6 +123,42 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
         scanned = [one for one in scanned if one.key in looked.found.keys]
         scanned += _scanned(world, bench, choices, quiet, number)
     return looked
+
+
+def _seen_plainly(
+    world: SimulatedWaves, measured: Array, quiet: WhitenedNoise, scanned: Sequence[Candidate]
+) -> FoundInWaves | None:
+    """Return what plain rows say where the laws that they need leave more than noise; else None."""
+    bench, standing = _laid_out(world, measured)
+    account = account_of_waves(bench, quiet, [*standing, *scanned])
+    for _ in range(ROUNDS):
+        anew, moved = seen_anew(world, bench, FoundSet(account.laws), quiet)
+        if not moved:
+            break
+        other, others = _laid_out(anew, measured)
+        now = account_of_waves(other, quiet, [*others, *scanned])
+        if now.left >= account.left:
+            break
+        world, bench, standing, account = anew, other, others, now
+    if not account.beside:
+        return None
+    plain = bench.plain(bench.chosen((*account.laws, *account.beside)))
+    beside = [_but_for_laws(bench, account.laws, course, plain) for course in account.beside]
+    courses = {c.candidate.key: c.candidate for c in beside}
+    every = [courses.get(one.key, one) for one in (*standing, *scanned)]
+    bench.forget(courses)
+    search = CandidateSearch(bench.products(every, plain), every, begin=(*account.laws, *beside))
+    return FoundInWaves(world, bench, search, search.begin, plain, account.laws, plainly=True)
+
+
+def _but_for_laws(
+    bench: WhiteWaves, laws: Sequence[Choice], course: Choice, plain: WhitenedNoise
+) -> Choice:
+    """Return a course without a name in what own terms and laws leave of it: they come first."""
+    known, columns = bench.chosen(laws), bench.columns(course.key, course.shape)
+    given = solved(plain(known), plain(columns))
+    shape = form(columns - known @ given, course.shape.shape)
+    return Choice(replace(course.candidate, forms=(shape,)), 0)
 
 
 def _scanned(
@@ -137,11 +183,17 @@ def _scanned(
 def _searched(
     world: SimulatedWaves, bench: WhiteWaves, quiet: WhitenedNoise, every: Sequence[Candidate]
 ) -> FoundInWaves:
-    """Return the best set of candidates on a bench."""
-    asked = [replace(one, bar=one.bar + BAR) for one in every]
+    """Return the best set of candidates on a bench, that begins with the laws which blocks of time
+    left out need.
+    """
+    laws = account_of_waves(bench, quiet, every).static
+    held = {c.candidate.key: c.candidate for c in laws}
+    asked = [held.get(one.key, replace(one, bar=one.bar + BAR)) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
-    search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint)
-    return FoundInWaves(world, bench, search, _predicting(bench, search, quiet), quiet)
+    search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint, begin=laws)
+    found = _predicting(bench, search, quiet)
+    laws = tuple(c for c in found.choices if c.candidate.key in held)
+    return FoundInWaves(world, bench, search, found, quiet, laws)
 
 
 def _anew(choices: Sequence[Choice], standing: Sequence[Candidate]) -> tuple[Choice, ...]:
@@ -157,17 +209,43 @@ def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[
 
 
 def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise) -> FoundSet:
-    """Return the best set of which every effect helps to predict stretches of time left out."""
-    found = search.cleared(settled_set(search, search.best()))
-    while found.choices:
+    """Return the best set of which every effect, laws aside, is of a size that may be and helps to
+    predict stretches of time left out.
+    """
+    held = search.begin.keys
+    while True:
+        found = search.cleared(settled_set(search, search.best(), held=held))
+        beside = [c for c in found.choices if c.candidate.key not in held]
+        if not beside:
+            return found
+        largest = _beyond(bench, found, beside, quiet)
+        if largest is not None:
+            for number in range(len(largest.candidate.forms)):
+                search.bar(Choice(largest.candidate, number))
+            continue
         whole = _squares(bench, found.choices, quiet)
-        without = [_squares(bench, found.without(c.candidate.key), quiet) for c in found.choices]
+        without = [_squares(bench, found.without(c.candidate.key), quiet) for c in beside]
         weakest = int(np.argmin(without))
         if without[weakest] > whole:
             return found
-        search.bar(found.choices[weakest])
-        found = search.cleared(settled_set(search, search.best()))
-    return found
+        search.bar(beside[weakest])
+
+
+def _beyond(
+    bench: WhiteWaves, found: FoundSet, beside: Sequence[Choice], quiet: WhitenedNoise
+) -> Choice | None:
+    """Return the largest of some effects of a set in which one adds much more than all that is off:
+    they make up for each other, and only what they leave is there. None: all are of a size that may
+    be.
+    """
+    fit = fit_waves(bench, found.choices, quiet)
+    off = BEYOND * float(np.max(np.ptp(bench.difference, axis=1)))
+    peak = {
+        c.candidate.key: float(np.max(np.abs(fit.part(k)))) for k, c in enumerate(found.choices)
+    }
+    if max(peak.values()) <= off:
+        return None
+    return max(beside, key=lambda c: peak[c.candidate.key])
 
 
 def _squares(bench: WhiteWaves, choices: tuple[Choice, ...], quiet: WhitenedNoise) -> float:

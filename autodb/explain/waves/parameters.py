@@ -12,12 +12,12 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries
-from autodb.explain.waves.candidates import OWN_WAYS, directions_standing_out, nudged, off_axis
+from autodb.explain.waves.candidates import OWN_WAYS, nudged, off_axis
 from autodb.explain.waves.fit import BesideWaves, WavesFit, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.look import FoundInWaves
 from autodb.explain.waves.scans import harder_stretch, on_each
 from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one
-from autodb.explain.waves.teeth import StandsOut
+from autodb.explain.waves.teeth import StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, shape_columns
 from autodb.fitting import NORMAL_95
 
@@ -128,7 +128,7 @@ def _runout(effect: EffectInWaves) -> dict[str, IntervalValue]:
     world = effect.world
     z = world.waves.teeth.mill.teeth
     out = world.out or StandsOut((0.0,) * z)
-    shape = directions_standing_out(z)
+    shape = contrasts(z)
     beside = BesideWaves(effect.bench, effect.others, effect.quiet, minus=world.stands_out)
     more, covariance = beside.fitted(nudged(world, out) @ shape)
     mm, spread = np.array(out.mm) + shape @ more, shape @ covariance @ shape.T

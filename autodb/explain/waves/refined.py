@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.search import FoundSet
-from autodb.explain.waves.candidates import deeper, directions_standing_out, nudged
+from autodb.explain.waves.candidates import deeper, nudged
 from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.scans import (
     BINS,
@@ -25,7 +25,7 @@ from autodb.explain.waves.scans import (
     harder_stretch,
     on_each,
 )
-from autodb.explain.waves.teeth import StandsOut
+from autodb.explain.waves.teeth import StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, form
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ def _fitted_teeth(
     """Return how far teeth stand out, and the sum of squares that is left."""
     teeth = world.waves.teeth
     z = teeth.mill.teeth
-    shape = directions_standing_out(z)
+    shape = contrasts(z)
     base = teeth.forces(world.waves.law.whole)
 
     def out(values: Array) -> StandsOut:

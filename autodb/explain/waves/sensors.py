@@ -13,9 +13,12 @@ from autodb.files.channels import FORCES
 Array = NDArray[np.float64]
 
 KNOTS = 5
+SHARES = ("share", "share back")
 TILTS = ("a.angle", "c.angle")
 BENT, LEVELLED = (1.6, 2.4), (0.15, 0.3, 0.6)
 """Powers of time, and times over that of the recording in which it levels off, of a drift."""
+LINE = tuple(f"offset {k}" for k in range(1, 7))
+"""Names of the coefficients of a drift with a plain law: two in each of three components."""
 HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
 """Times in which a sensor takes up heat, over the time in the work."""
 
@@ -69,8 +72,8 @@ def _drift(world: SimulatedWaves) -> Candidate:
     plain += [course[:, None] for course in (one, world.time, *bent, *levelled)]
     curve = spline(world.time, KNOTS)
     forms = [
-        form(columns, tries=len(plain))
-        for course in (*plain, curve)
+        form(columns, tries=len(plain), names=names[: columns.shape[-1]])
+        for course, names in (*((one, LINE) for one in plain), (curve, ()))
         for columns in _in_some(world, course)
     ]
     detail = keep_shape(_in_some(world, curve)[-1])
@@ -107,8 +110,8 @@ def _crosstalk(world: SimulatedWaves) -> Candidate:
     )
     both = [[k for k, pair in enumerate(pairs) if set(pair) == {i, j}] for i, j in pairs if i < j]
     forms = [
-        *(form(made[..., [k]], tries=len(pairs)) for k in range(len(pairs))),
-        *(form(made[..., two], tries=len(both)) for two in both),
+        *(form(made[..., [k]], tries=len(pairs), names=SHARES[:1]) for k in range(len(pairs))),
+        *(form(made[..., two], tries=len(both), names=SHARES) for two in both),
         form(made),
     ]
     return Candidate("crosstalk", "crosstalk", tuple(forms), world.waves.names, sure=True)

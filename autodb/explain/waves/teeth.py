@@ -164,6 +164,15 @@ class Teeth:
         pairs = zip(self._slices, chips, strict=True)
         return np.asarray(np.sum([slices.ways(_made(law, chip)) for slices, chip in pairs], axis=0))
 
+    def between_teeth(self, shape: Array) -> Array:
+        """Return forces (k, 3, 3, n) of edges that differ from tooth to tooth, each way alone.
+
+        ``shape`` (z, k): N/mm of each tooth, whatever its chip.
+        """
+        pairs = zip(self._slices, self.chips(), strict=True)
+        each = np.array([slices.ways(_made(_one, chip)) for slices, chip in pairs])
+        return np.asarray(np.einsum("jk,jwxn->kwxn", shape, each))
+
     def deeper(self, error_mm: float) -> "Teeth":
         """Return the same teeth at another depth, in as many slices."""
         mill = self.mill
@@ -191,6 +200,16 @@ class Teeth:
             for k in range(1, 1 + (self.mill.teeth if out.missed else 1))
         ]
         return np.asarray(np.maximum(np.minimum.reduce(left), 0.0))
+
+
+def contrasts(teeth: int) -> Array:
+    """Return directions (z, z - 1) in which teeth may differ, their mean aside."""
+    return np.asarray(np.linalg.svd(np.eye(teeth) - 1.0 / teeth)[0][:, : teeth - 1])
+
+
+def _one(chip: Array) -> tuple[Array, Array, Array]:
+    one = np.ones_like(chip)
+    return one, one, one
 
 
 def _made(law: Law, chip: Array) -> tuple[Array, Array, Array]:

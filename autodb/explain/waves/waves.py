@@ -5,7 +5,7 @@ was not, or where that does not fit, the simulation itself tells it. Its law is 
 of powers of the chip's thickness and an edge's force (``law``).
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from autodb.explain.waves.law import (
     read_off,
     rubbing,
 )
-from autodb.explain.waves.teeth import TURN, Mill, Teeth, machine_and_table
+from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts, machine_and_table
 from autodb.files.channels import FORCES
 from autodb.records import Recording
 
@@ -60,7 +60,9 @@ class Waves:
     """A simulation as waves of teeth: rows (n,), components (C,) in the recording's frame.
 
     ``frames`` (C, 3, n): from the feed's frame to the recorded components; ``law``: what it
-    follows; ``fits``: share of the simulation's squares that this gives.
+    follows; ``fits``: share of the simulation's squares that this gives. ``uneven`` (z - 1, 3):
+    N/mm that teeth make otherwise than their mean, in directions of ``contrasts``, of a simulation
+    that has a run-out of its own; None: its teeth are alike.
     """
 
     names: tuple[str, ...]
@@ -70,16 +72,44 @@ class Waves:
     law: ReadLaw
     simulation: Array
     fits: float
+    uneven: Array | None = None
+
+    @property
+    def made(self) -> Array:
+        """What the law and the simulation's own run-out make (C, n)."""
+        return self.seen(self.teeth.forces(self.law.whole)) + self.runout
+
+    @property
+    def runout(self) -> Array:
+        """What the simulation's own run-out adds (C, n)."""
+        if self.uneven is None:
+            return np.zeros_like(self.simulation)
+        return np.asarray(
+            np.einsum("kw,kwcn->cn", self.uneven, self.between_teeth(self._contrasts))
+        )
+
+    @property
+    def _contrasts(self) -> Array:
+        return contrasts(self.teeth.mill.teeth)
+
+    def between_teeth(self, shape: Array) -> Array:
+        """Return what edges make that differ from tooth to tooth, each way (k, 3, C, n).
+
+        ``shape`` (z, k): N/mm of each tooth.
+        """
+        return self.seen(self.teeth.between_teeth(shape))
 
     def seen(self, forces: Array) -> Array:
         """Return forces (..., 3, n) of the feed's frame as the recording has them, (..., C, n)."""
         return np.asarray(np.einsum("cin,...in->...cn", self.frames, forces))
 
 
-def waves_of(recording: Recording, simulation: Mapping[str, Array], *, edged: bool = True) -> Waves:
+def waves_of(
+    recording: Recording, simulation: Mapping[str, Array], includes: Collection[str] | None = None
+) -> Waves:
     """Return a simulation of force components (n,) as waves of the teeth of its side file's mill.
 
-    ``edged``: whether it may have an edge force.
+    ``includes``: the terms it may have; None: any.
 
     Raises UnusableInput where the side file says too little of tool and cut, or where the waves of
     its mill are not those of the simulation.
@@ -88,28 +118,63 @@ def waves_of(recording: Recording, simulation: Mapping[str, Array], *, edged: bo
     names = tuple(name for name in FORCES if name in simulation)
     forces = np.array([simulation[name] for name in names])
     engaged = _engaged(forces)
-    found = [
-        _seen_in_some(
-            Waves(
-                names,
-                recording.t_s,
-                Teeth(mill, _angle(recording, mill, forces, engaged, reach), engaged, reach),
-                frames,
-                NOTHING,
-                forces,
-                0.0,
-            )
+    started = [
+        Waves(
+            names,
+            recording.t_s,
+            Teeth(mill, _angle(recording, mill, forces, engaged, reach), engaged, reach),
+            frames,
+            NOTHING,
+            forces,
+            0.0,
         )
         for reach in _reaches(recording, mill, engaged)
         for frames in machine_and_table(recording, mill, names)
     ]
-    if recording.get("spindle.angle") is None:
-        heard = max((_listened(one) for one in found), key=lambda waves: waves.fits)
-        return _read(heard, edged=edged)
-    best = _sliced(max(found, key=lambda waves: waves.fits))
-    if best.fits < FITS:
-        best = _sliced(_turned(best))
-    return _read(_entered(best), edged=edged)
+    found = [
+        [replace(one, uneven=uneven) for one in started] for uneven in _teeth_may_be(mill, includes)
+    ]
+    recorded = recording.get("spindle.angle") is not None
+    ways = (_as_recorded, _elsewhere) if recorded else (_heard,)
+    best = _first_that_fits(way(some) for way in ways for some in found)
+    return _read(best, edged=includes is None or "edge_force" in includes)
+
+
+def _teeth_may_be(mill: Mill, includes: Collection[str] | None) -> list[Array | None]:
+    """Return how teeth may differ in a simulation, to begin with: not at all, or in any way."""
+    differ = np.zeros((mill.teeth - 1, 3))
+    if mill.teeth == 1:
+        return [None]
+    if includes is None:
+        return [None, differ]
+    return [differ if "runout" in includes else None]
+
+
+def _first_that_fits(found: Iterable[Waves]) -> Waves:
+    """Return the first of waves that give their simulation; if none does, those that do it best."""
+    tried: list[Waves] = []
+    for one in found:
+        tried.append(one)
+        if one.fits >= FITS:
+            return one
+    return max(tried, key=lambda waves: waves.fits)
+
+
+def _as_recorded(found: Sequence[Waves]) -> Waves:
+    """Return the best of waves with the angle as it was recorded."""
+    best = _sliced(max(map(_seen_in_some, found), key=lambda waves: waves.fits))
+    return _entered(best)
+
+
+def _elsewhere(found: Sequence[Waves]) -> Waves:
+    """Return the best of waves with tooth 0 where the simulation has it."""
+    best = max(map(_seen_in_some, found), key=lambda waves: waves.fits)
+    return _entered(_sliced(_turned(_sliced(best))))
+
+
+def _heard(found: Sequence[Waves]) -> Waves:
+    """Return the best of waves whose angle the simulation's own teeth tell."""
+    return max(map(_listened, found), key=lambda waves: waves.fits)
 
 
 def mill_of(recording: Recording) -> Mill:
@@ -220,14 +285,22 @@ def _fitted(waves: Waves) -> Waves:
     """Return waves with a sum of powers of the chip that fits their simulation (C, n) best."""
     forces = waves.simulation
     design = waves.seen(in_ways(waves.teeth.moments(_powers)))
-    design = design.reshape(3 * (1 + len(POWERS)), -1)
+    if waves.uneven is not None:
+        design = np.concatenate([design, waves.between_teeth(contrasts(waves.teeth.mill.teeth))])
+    design = design.reshape(3 * len(design), -1)
     inner, right = design @ design.T, design @ forces.ravel()
     norm = np.sqrt(np.maximum(np.diag(inner), 1e-300))
     scaled = inner / np.outer(norm, norm) + DRAWN * np.eye(len(norm))
-    sizes = (np.linalg.solve(scaled, right / norm) / norm).reshape(1 + len(POWERS), 3)
+    sizes = (np.linalg.solve(scaled, right / norm) / norm).reshape(-1, 3)
     left = forces.ravel() - sizes.ravel() @ design
-    law = ReadLaw(sizes[1:].T, np.tile(POWERS, (3, 1)), sizes[0], 0.0)
-    return replace(waves, law=law, fits=_share(left, forces))
+    _, powers, uneven = np.split(sizes, (1, 1 + len(POWERS)))
+    law = ReadLaw(powers.T, np.tile(POWERS, (3, 1)), sizes[0], 0.0)
+    return replace(
+        waves,
+        law=law,
+        fits=_share(left, forces),
+        uneven=None if waves.uneven is None else uneven,
+    )
 
 
 def _share(left: Array, forces: Array) -> float:
@@ -244,12 +317,12 @@ def _powers(chip_mm: Array) -> Array:
 
 def _read(waves: Waves, *, edged: bool) -> Waves:
     """Return waves with the law that their simulation follows, with an edge force or not."""
-    some = _rows(waves, np.flatnonzero(waves.teeth.engaged > 0.0)[-READ:])
+    some = _fitted(_rows(waves, np.flatnonzero(waves.teeth.engaged > 0.0)[-READ:]))
     columns = some.seen(in_ways(some.teeth.moments(chip_functions)))
-    forces = some.simulation
+    forces = some.simulation - some.runout
     law = read_off(columns.reshape(*columns.shape[:2], -1), forces.ravel(), edged=edged)
-    left = waves.simulation - waves.seen(waves.teeth.forces(law.whole))
-    return replace(waves, law=law, fits=_share(left, waves.simulation))
+    read = replace(waves, law=law, uneven=some.uneven)
+    return replace(read, fits=_share(waves.simulation - read.made, waves.simulation))
 
 
 def _some(waves: Waves, rows: NDArray[np.intp] | None) -> Waves:
@@ -279,7 +352,7 @@ def _rows(waves: Waves, kept: NDArray[np.intp]) -> Waves:
 def _seen_in_some(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
     """Return waves with how well some rows fit."""
     some = _fitted(_some(waves, rows))
-    return replace(waves, law=some.law, fits=some.fits)
+    return replace(waves, law=some.law, fits=some.fits, uneven=some.uneven)
 
 
 def _sliced(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
@@ -326,14 +399,14 @@ def _in_step(waves: Waves, rows: NDArray[np.intp], coefficients: int) -> Waves:
     rows = rows[:: max(1, len(rows) // STEPPED)]
     for _ in range(STEPS):
         some = _fitted(_rows(waves, rows))
-        law, teeth = some.law.whole, some.teeth
+        now, teeth = some.made, some.teeth
         nudged = replace(teeth, angle_rad=teeth.angle_rad + NUDGE_RAD)
-        now = some.seen(teeth.forces(law))
-        slope = (some.seen(nudged.forces(law)) - now) / NUDGE_RAD
+        slope = (replace(some, teeth=nudged).made - now) / NUDGE_RAD
         columns = (slope[:, :, None] * course[rows]).reshape(-1, coefficients)
         off = np.linalg.lstsq(columns, (some.simulation - now).ravel(), rcond=1e-6)[0]
         angle = waves.teeth.angle_rad + course @ off
-        waves = replace(waves, law=some.law, teeth=replace(waves.teeth, angle_rad=angle))
+        teeth = replace(waves.teeth, angle_rad=angle)
+        waves = replace(waves, law=some.law, uneven=some.uneven, teeth=teeth)
     return waves
 
 
@@ -343,13 +416,13 @@ def _entered(waves: Waves) -> Waves:
     rows = np.flatnonzero((reach < 1.0) & (waves.teeth.engaged > 0.0))
     if not len(rows):
         return waves
-    law = _fitted(_rows(waves, _steady(waves))).law
+    known = _fitted(_rows(waves, _steady(waves)))
+    waves = replace(waves, law=known.law, uneven=known.uneven)
 
     def left(by: float) -> float:
         moved = replace(waves.teeth, reach=reach + by)
         some = _rows(replace(waves, teeth=moved), rows)
-        rest = some.simulation - some.seen(some.teeth.forces(law.whole))
-        return float(np.sum(rest**2))
+        return float(np.sum((some.simulation - some.made) ** 2))
 
     steps = np.linspace(-REACH, REACH, 33)
     best = float(min(steps, key=left))

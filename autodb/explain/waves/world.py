@@ -98,20 +98,20 @@ class SimulatedWaves:
     @cached_property
     def shear_ways(self) -> Array:
         """What the chip makes, tangential, radial and axial (C, n, 3)."""
-        return self._ways(self.shear)
+        return self.cut_each_way(self.shear)
 
     @cached_property
     def edge_ways(self) -> Array:
         """What the simulation's edge makes."""
-        return self._ways(self.waves.law.of_edge)
+        return self.cut_each_way(self.waves.law.of_edge)
 
     @property
     def shear(self) -> Law:
         """The law but for its edge's force: all of it, of a simulation without one."""
         return self.waves.law.of_shear if self.has_edge else self.waves.law.whole
 
-    def _ways(self, law: Law) -> Array:
-        """Return what a law makes in each way alone (C, n, 3)."""
+    def cut_each_way(self, law: Law) -> Array:
+        """Return what a law makes of the chips in each way alone (C, n, 3)."""
         ways = self.waves.seen(self.waves.teeth.ways_at(law, self.chips))
         return np.ascontiguousarray(np.moveaxis(ways, 0, -1))
 
@@ -144,12 +144,14 @@ def _bumps(chip_mm: Array, *, feed_mm: float) -> Array:
 
 
 def own_columns_of_waves(world: SimulatedWaves) -> dict[str, Array]:
-    """Return the simulation's own terms (C, n): shear, its edge if it has one, and what its waves
-    leave of it.
+    """Return the simulation's own terms (C, n): shear, its edge and run-out if it has them, and
+    what its waves leave of it.
     """
     own = {"shear": world.shear_ways.sum(axis=-1)}
     if world.has_edge:
         own["edge_force"] = world.edge_ways.sum(axis=-1)
+    if world.waves.uneven is not None:
+        own["runout"] = world.waves.runout
     rest = world.simulated - sum(own.values())
     if np.sum(rest**2) > RESTS * np.sum(world.simulated**2):
         own["rest"] = rest

@@ -1,0 +1,133 @@
+"""Named laws that a milled waveform needs, by the error on blocks of time left out of the fit.
+
+As of axes and tables (``engine.laws``): rows as they are, each component over its noise. Of a long
+recording some rows: every part of a turn is among them, as their places are no even steps.
+
+A real edge follows no law to a part in a hundred, and what it does otherwise comes round with every
+turn, so that white rows hold endless evidence of it. Where a course over the turn that no law has
+predicts clearly better beside all named laws, these rows decide alone (``PlainAccount``).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
+from autodb.explain.engine.laws import GAIN, IN_BLOCKS, ROUNDS, completed, grown, merged_laws
+from autodb.explain.engine.plain import OWN, ROWS, PlainRows, rms_fall
+from autodb.explain.waves.candidates import OVER_TURN
+from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, component_noise_sd
+
+Array = NDArray[np.float64]
+
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+"""Multiples of it fill an interval evenly and in step with nothing (Weyl 1916)."""
+
+
+class WaveRows:
+    """Rows of a waveform as they are: difference and columns over the noise of each component."""
+
+    gap = 0
+
+    def __init__(self, bench: WhiteWaves, quiet: WhitenedNoise) -> None:
+        self.own = bench.own
+        self.own_sizes = np.ones(len(bench.own))
+        self._bench = bench
+        self._noise = component_noise_sd(quiet)
+        components, rows = bench.difference.shape
+        some = min(rows, ROWS // components)
+        steps = np.arange(some) + np.mod(np.arange(some) * GOLDEN, 1.0)
+        self._rows = np.minimum((steps * rows / some).astype(np.intp), rows - 1)
+
+    def _flat(self, columns: Array) -> Array:
+        """Return columns (C, n, p) as rows (m·C, p), a moment's components together."""
+        scaled = columns[:, self._rows] / self._noise[:, None, None]
+        return np.asfortranarray(np.moveaxis(scaled, 0, 1).reshape(-1, columns.shape[2]))
+
+    @property
+    def reduced_difference(self) -> Array:
+        """The difference of recording and simulation, (m·C,)."""
+        return self._flat(self._bench.difference[:, :, None])[:, 0]
+
+    def chosen(self, choices: Sequence[Choice]) -> Array:
+        """Return own and chosen columns, (m·C, p)."""
+        return self._flat(self._bench.chosen(choices))
+
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
+        """Return a form's columns, (m·C, p)."""
+        return self._flat(self._bench.columns(key, form))
+
+
+@dataclass(frozen=True)
+class PlainAccount:
+    """What plain rows need: ``static`` laws, named ``laws`` of every kind, and ``beside`` them the
+    course without a name that they leave; none where the laws are all there is.
+
+    ``left``: the sum of squares of blocks of time predicted with the laws.
+    """
+
+    static: tuple[Choice, ...]
+    laws: tuple[Choice, ...]
+    beside: tuple[Choice, ...]
+    left: float
+
+
+def account_of_waves(
+    bench: WhiteWaves, quiet: WhitenedNoise, candidates: Sequence[Candidate]
+) -> PlainAccount:
+    """Return what blocks of time left out clearly need: static laws first, then any with a name.
+
+    Where a course without a name does better than these, it stands beside the static laws, and
+    of the others those stay that blocks need beside it, or that do by themselves most of what it
+    does.
+    """
+    named = [c for c in candidates if c.named]
+    laws = [c for c in named if c.static]
+    courses = [c for c in candidates if c.key == OVER_TURN]
+    source = WaveRows(bench, quiet)
+    rows = PlainRows(source, laws)
+    static = merged_laws(rows, grown(rows, [], laws))
+    rows, found = PlainRows(source, named), static
+    for _ in range(ROUNDS):
+        before = {c.candidate.key for c in found}
+        found = merged_laws(rows, completed(rows, found))
+        if {c.candidate.key for c in found} == before:
+            break
+    rows = PlainRows(source, candidates, found)
+    course = _course(rows, found, courses)
+    if course is None:
+        return PlainAccount(tuple(static), tuple(found), (), float(rows.squares(found).sum()))
+    course = _course(rows, static, courses) or course
+    kept = [*static, *(c for c in found if c not in static and _does_most(rows, static, c, course))]
+    beside = grown(rows, [*kept, course], [c for c in named if not c.static])
+    kept += [c for c in beside if c.candidate.named and c not in kept]
+    return PlainAccount(tuple(static), tuple(kept), (course,), float(rows.squares(kept).sum()))
+
+
+def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]) -> Choice | None:
+    """Return the course without a name that predicts best beside choices, where it clearly helps.
+
+    It may hold what the choices do: only what they leave of it is told.
+    """
+    before = rows.squares(choices)
+    offers = [
+        (c, rows.squares([*choices, c]))
+        for one in courses
+        for c in [Choice(one, k) for k in range(len(one.forms))]
+    ]
+    clear = [
+        (float(after.sum()), choice)
+        for choice, after in offers
+        if rms_fall(before, after) >= GAIN and int(np.sum(after < before)) >= IN_BLOCKS
+    ]
+    return min(clear, key=lambda one: one[0])[1] if clear else None
+
+
+def _does_most(rows: PlainRows, static: list[Choice], choice: Choice, course: Choice) -> bool:
+    """Whether an effect takes most of the squares away that a course over the turn does."""
+    none, its, all_ = (
+        float(rows.squares([*static, *one]).sum()) for one in ([], [choice], [course])
+    )
+    return none - its > OWN * (none - all_)
