@@ -12,7 +12,7 @@ from autodb.explain.engine.plain import BEYOND
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
 from autodb.explain.waves.candidates import candidates_of_waves
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
-from autodb.explain.waves.plain_rows import account_of_waves
+from autodb.explain.waves.plain_rows import account_of_waves, static_laws
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.teeth import table_angles, tilted_table
@@ -186,7 +186,7 @@ def _searched(
     """Return the best set of candidates on a bench, that begins with the laws which blocks of time
     left out need.
     """
-    laws = account_of_waves(bench, quiet, every).static
+    laws = static_laws(bench, quiet, every)
     held = {c.candidate.key: c.candidate for c in laws}
     asked = [held.get(one.key, replace(one, bar=one.bar + BAR)) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))

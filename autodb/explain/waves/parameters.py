@@ -29,7 +29,7 @@ SENSED = 0.2
 """Share of its largest force above which a component is looked at for its scale."""
 LEAST = 0.01
 """Change of a term, as a share of itself, below which it is not called mistuned."""
-OWN_TERMS = ("shear", "edge_force")
+OWN_TERMS = ("shear", "edge_force", "runout")
 
 
 @dataclass(frozen=True)

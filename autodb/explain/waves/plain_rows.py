@@ -62,16 +62,24 @@ class WaveRows:
 
 @dataclass(frozen=True)
 class PlainAccount:
-    """What plain rows need: ``static`` laws, named ``laws`` of every kind, and ``beside`` them the
-    course without a name that they leave; none where the laws are all there is.
+    """What plain rows need: named ``laws``, and ``beside`` them the course without a name that they
+    leave; none where the laws are all there is.
 
     ``left``: the sum of squares of blocks of time predicted with the laws.
     """
 
-    static: tuple[Choice, ...]
     laws: tuple[Choice, ...]
     beside: tuple[Choice, ...]
     left: float
+
+
+def static_laws(
+    bench: WhiteWaves, quiet: WhitenedNoise, candidates: Sequence[Candidate]
+) -> tuple[Choice, ...]:
+    """Return the laws that go with the chip alone which blocks of time left out clearly need."""
+    laws = [c for c in candidates if c.named and c.static]
+    rows = PlainRows(WaveRows(bench, quiet), laws)
+    return tuple(merged_laws(rows, grown(rows, [], laws)))
 
 
 def account_of_waves(
@@ -84,12 +92,13 @@ def account_of_waves(
     does.
     """
     named = [c for c in candidates if c.named]
-    laws = [c for c in named if c.static]
     courses = [c for c in candidates if c.key == OVER_TURN]
     source = WaveRows(bench, quiet)
-    rows = PlainRows(source, laws)
-    static = merged_laws(rows, grown(rows, [], laws))
-    rows, found = PlainRows(source, named), static
+    found = static = list(static_laws(bench, quiet, candidates))
+    rows = PlainRows(source, [*courses, *(c.candidate for c in static)], static)
+    if _course(rows, static, courses) is None:
+        return PlainAccount(tuple(static), (), float(rows.squares(static).sum()))
+    rows = PlainRows(source, named)
     for _ in range(ROUNDS):
         before = {c.candidate.key for c in found}
         found = merged_laws(rows, completed(rows, found))
@@ -98,12 +107,12 @@ def account_of_waves(
     rows = PlainRows(source, candidates, found)
     course = _course(rows, found, courses)
     if course is None:
-        return PlainAccount(tuple(static), tuple(found), (), float(rows.squares(found).sum()))
+        return PlainAccount(tuple(found), (), float(rows.squares(found).sum()))
     course = _course(rows, static, courses) or course
     kept = [*static, *(c for c in found if c not in static and _does_most(rows, static, c, course))]
     beside = grown(rows, [*kept, course], [c for c in named if not c.static])
     kept += [c for c in beside if c.candidate.named and c not in kept]
-    return PlainAccount(tuple(static), tuple(kept), (course,), float(rows.squares(kept).sum()))
+    return PlainAccount(tuple(kept), (course,), float(rows.squares(kept).sum()))
 
 
 def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]) -> Choice | None:
@@ -112,15 +121,12 @@ def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]
     It may hold what the choices do: only what they leave of it is told.
     """
     before = rows.squares(choices)
-    offers = [
-        (c, rows.squares([*choices, c]))
-        for one in courses
-        for c in [Choice(one, k) for k in range(len(one.forms))]
-    ]
+    every = [Choice(one, number) for one in courses for number in range(len(one.forms))]
+    after = [rows.squares([*choices, course]) for course in every]
     clear = [
-        (float(after.sum()), choice)
-        for choice, after in offers
-        if rms_fall(before, after) >= GAIN and int(np.sum(after < before)) >= IN_BLOCKS
+        (float(squares.sum()), course)
+        for course, squares in zip(every, after, strict=True)
+        if rms_fall(before, squares) >= GAIN and int(np.sum(squares < before)) >= IN_BLOCKS
     ]
     return min(clear, key=lambda one: one[0])[1] if clear else None
 
