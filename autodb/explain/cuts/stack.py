@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 GLITCH = 300.0
 """A force this many times the median is damage, not a cut."""
 FEWEST = 8
+NEVER_TURNED = frozenset({"slot", "side-up", "side-down", "ramp", "pocket", "drill"})
 EDGE_SHARE = 0.02
 """A simulation has an edge force when it gives this share of its output, read by regression."""
 ROUNDINGS_MM = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04)
@@ -38,6 +39,9 @@ VARIABLES = (
 class Conditions:
     """What is known of every cut, (n,); depth is 1 where it was not recorded.
 
+    ``cutting_time_s``: of the edge before the cut; where that was not recorded, the clock since the
+    edge's first cut, of one edge if none was recorded (``by_clock``). ``turns``: whether the cuts
+    are turned, as far as known.
     ``other``: every recorded variable that varies by its channel's name, those above included;
     ``recorded`` the names of all that were recorded.
     """
@@ -52,6 +56,8 @@ class Conditions:
     cutting_time_s: Array | None
     other: dict[str, Array] = field(default_factory=dict)
     recorded: frozenset[str] = frozenset()
+    by_clock: bool = False
+    turns: bool = True
 
     def __len__(self) -> int:
         return len(self.number)
@@ -148,8 +154,11 @@ def table_conditions(table: CutTable) -> Conditions:
     depth, edge, feed = known("cutting.depth"), known(EDGE), known("cutting.feed")
     thickness, clock = known("chip.thickness"), known("t")
     time = known("tool.cutting_time")
-    if edge is None and time is not None and EDGE not in table:
+    by_clock = time is None and clock is not None
+    if edge is None and EDGE not in table and (time is not None or by_clock):
         edge = np.zeros(len(table))
+    if time is None and clock is not None and edge is not None:
+        time = _since_first_cut(clock, edge)
     labels = table.texts.get(EDGE) or ([] if edge is None else [f"{e:g}" for e in edge])
     other = {name: values for name in VARIABLES if (values := known(name)) is not None}
     return Conditions(
@@ -163,7 +172,15 @@ def table_conditions(table: CutTable) -> Conditions:
         cutting_time_s=time if edge is not None else None,
         other={name: values for name, values in other.items() if np.ptp(values) > 0},
         recorded=frozenset([*other, *([] if clock is None else ["t"])]),
+        by_clock=by_clock,
+        turns=not NEVER_TURNED.intersection(table.texts.get("operation", ())),
     )
+
+
+def _since_first_cut(clock_s: Array, edge: Array) -> Array:
+    """Return the time since the first cut of each cut's edge (n,)."""
+    first = {one: float(clock_s[edge == one].min()) for one in np.unique(edge).tolist()}
+    return np.asarray(clock_s - np.array([first[one] for one in edge.tolist()]))
 
 
 def recorded_and_simulated(table: CutTable, simulation: dict[str, Array]) -> tuple[Array, Array]:

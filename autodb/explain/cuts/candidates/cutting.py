@@ -179,7 +179,8 @@ def depth_candidates(stack: Stack) -> list[Candidate]:
 def nose_candidates(stack: Stack) -> list[Candidate]:
     """A nose takes from the axial chip force and gives to the radial; the tangential stays."""
     depth = stack.known.depth_mm
-    if np.ptp(stack.frame.known.depth_mm) == 0 or "force.z" not in stack.names:
+    known = stack.frame.known
+    if not known.turns or np.ptp(known.depth_mm) == 0 or "force.z" not in stack.names:
         return []
     forms = [
         CandidateForm(columns, {"radius": radius}, allowed=turns_away(columns))

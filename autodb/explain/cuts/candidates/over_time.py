@@ -9,7 +9,7 @@ settles, so that it is not searched for.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,10 @@ def _cutting_time(known: Conditions) -> Array:
 
 
 def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
-    """Return what grows with the cutting time of an edge; none where no such time is known."""
+    """Return what grows with the cutting time of an edge; none where no such time is known.
+
+    By the clock it is no law that comes before others: any order of cuts goes with it.
+    """
     time, seen = stack.known.cutting_time_s, stack.frame.known.cutting_time_s
     if "tool_wear" in own or time is None or seen is None or np.ptp(seen) == 0:
         return []
@@ -77,10 +80,10 @@ def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
         forms += _edge_forms(stack, spent, curve)
     bow = np.column_stack([spent, spent**2, spent**3])
     detail = each(stack, per_depth(stack, values_of(bow), 3))
-    variables = ("tool.cutting_time", "tool.edge")
-    return [
-        Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail, static=True)
-    ]
+    by_clock = stack.frame.known.by_clock
+    variables = ("t",) if by_clock else ("tool.cutting_time", "tool.edge")
+    wear = Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail)
+    return [replace(wear, static=not by_clock)]
 
 
 def _fresh(curve: SmoothCurve) -> Array:
