@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 GLITCH = 300.0
 """A force this many times the median is damage, not a cut."""
-FEWEST = 8
+FEWEST = 6
 NEVER_TURNED = frozenset({"slot", "side-up", "side-down", "ramp", "pocket", "drill"})
 EDGE_SHARE = 0.02
 """A simulation has an edge force when it gives this share of its output, read by regression."""

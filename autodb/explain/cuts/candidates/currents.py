@@ -25,11 +25,13 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.library import SHORTEST, Library
 from autodb.explain.cuts.candidates.over_time import drift_courses
-from autodb.explain.cuts.stack import FEWEST, Conditions, Stack, table_conditions
+from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records import CutTable
 
 Array = NDArray[np.float64]
+FEWEST = 8
+"""Standard cuts of a run in which something is looked for, at least. Chosen."""
 Make = Callable[[Stack, Callable[[Rows], Array], int], SpreadLaw]
 Course = tuple[Callable[[Rows], Array], int, dict[str, float], int]
 """Columns over the cuts, their number, what their shape is, and how many were tried."""
