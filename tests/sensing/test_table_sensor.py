@@ -206,7 +206,7 @@ def test_mass_that_left_weighs_no_more(model: TableModel) -> None:
 
 def test_envelopes_are_the_extremes_of_a_turn() -> None:
     force = np.sin(2.0 * np.pi * np.arange(400) / 20.0)
-    low, high = envelopes(force, rows=21)
+    low, high = envelopes(force, [slice(0, len(force))], rows=21)
     assert_allclose(low[20:-20], -1.0, atol=1e-9)
     assert_allclose(high[20:-20], 1.0, atol=1e-9)
 
