@@ -32,7 +32,8 @@ def first_order(driven: Array, t_s: Array, *, time_constant_s: float, meanwhile:
     for run in unbroken_rows(t_s):
         if parts:
             lasts_s = float(t_s[run.start] - t_s[run.start - 1])
-            state += (float(meanwhile[run.start - 1]) - state) * -np.expm1(-lasts_s / time_constant_s)
+            share = -float(np.expm1(-lasts_s / time_constant_s))
+            state += share * (float(meanwhile[run.start - 1]) - state)
         own, _ = signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], driven[run], zi=[state])
         state = float(own[-1])
         parts.append(own)

@@ -86,8 +86,8 @@ def compliance(
 
     a_load = ω²/(s² + 2ζωs + ω²) · a_motor (bilinear transform), ω = 2π·frequency. Effort =
     coefficient · column, coefficient the load's inertia: with the inertia term the motor moves
-    M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling; after
-    a gap of the clock the load is at rest on its spring.
+    M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling;
+    after a gap of the clock the load is at rest on its spring.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
     rate_hz = 1.0 / step_s(t_s)

@@ -146,7 +146,8 @@ def _wholly_inside(recording: Recording, rpm: float, fed_mm_s: float) -> slice:
     power = np.sum(np.array([*_forces(recording).values()]) ** 2, axis=0)
     rate_hz, pieces = recording.timing.rate_hz, recording.pieces
     turn = max(2, round(60.0 / rpm * rate_hz))
-    smooth = by_piece(lambda own: np.convolve(own, np.ones(turn) / turn, mode="same"), power, pieces)
+    even = np.ones(turn) / turn
+    smooth = by_piece(lambda own: np.convolve(own, even, mode="same"), power, pieces)
     cuts = smooth > CUTS * np.quantile(smooth, 0.75)
     longest = max(flagged_runs(cuts, pieces), key=lambda run: run.stop - run.start)
     first, last = longest.start, longest.stop
@@ -176,9 +177,7 @@ def _at(recording: Recording, rows: slice) -> Recording:
     count = rows.stop - rows.start
     return replace(
         recording,
-        examined_as=replace(
-            recording.timing, pieces=(slice(0, count),), rows=count, layout=None
-        ),
+        examined_as=replace(recording.timing, pieces=(slice(0, count),), rows=count, layout=None),
         as_written=None,
         channels={name: values[rows] for name, values in recording.channels.items()},
         texts={name: values[rows] for name, values in recording.texts.items()},

@@ -50,8 +50,8 @@ def look_in_waves(
 ) -> FoundInWaves:
     """Return the effects that force components of a recording hold beside a simulation (n,).
 
-    Raises UnusableInput where the side file says too little of the mill and its cut, or gaps make up
-    most of the recording.
+    Raises UnusableInput where the side file says too little of the mill and its cut, or gaps make
+    up most of the recording.
     """
     _refuse_mostly_gaps(recording)
     edged = includes is None or "edge_force" in includes

@@ -170,7 +170,7 @@ def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[
 def _steps_after(world: SimulatedWaves, places: Rows, rate_Hz: float) -> Rows:
     """Return how many steps after the first one each of the white rows (m,) is."""
     if len(world.timing.pieces) == 1:
-        return places - places[0]
+        return np.asarray(places - places[0], dtype=np.intp)
     t = world.waves.t_s[places]
     return np.asarray(np.round((t - t[0]) * rate_Hz), dtype=np.intp)
 

@@ -41,9 +41,9 @@ class Tilted:
 class SimulatedWaves:
     """A simulation's waves, rows (n,) of C components.
 
-    ``timing``: the pieces that its rows lie in · ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, and
-    ``deeper_mm`` how far the depth is off, where that was found; ``tilted``: how the table is,
-    None: it stands still.
+    ``timing``: the pieces that its rows lie in; ``has_edge``: the simulation has an edge force;
+    ``out``: how far each tooth stands out, and ``deeper_mm`` how far the depth is off, where that
+    was found; ``tilted``: how the table is, None: it stands still.
     """
 
     waves: Waves
@@ -89,7 +89,8 @@ class SimulatedWaves:
     def turns_a_s(self) -> float:
         """Turns of the spindle a second, over its pieces: between them turns are not counted."""
         angle = self.waves.teeth.angle_rad
-        turned = sum(abs(angle[piece.stop - 1] - angle[piece.start]) for piece in self.timing.pieces)
+        ends = ((angle[piece.start], angle[piece.stop - 1]) for piece in self.timing.pieces)
+        turned = sum(abs(last - first) for first, last in ends)
         return float(turned / (2.0 * np.pi) / self.measured_s)
 
     @cached_property

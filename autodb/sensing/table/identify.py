@@ -73,7 +73,7 @@ class TableMoves:
 
     def rests(self) -> Iterator[Rest]:
         """Give every rest that is long enough, without its beginning."""
-        still = (np.abs(self.motion.rates) < STILL_RAD_S).all(axis=0)
+        still = np.all(np.abs(self.motion.rates) < STILL_RAD_S, axis=0)
         timing = self.recording.timing
         columns = self.motion.columns()
         for rest in signals.flagged_runs(still, timing.pieces):
@@ -83,8 +83,7 @@ class TableMoves:
                 yield Rest(read.mean(axis=1), read.std(axis=1), columns[:, rows, 0].mean(axis=1))
 
     def blocks(self) -> Iterator[slice]:
-        """Give blocks of rows of BLOCK_S; next to a gap, where filters see one side, there is none.
-        """
+        """Give blocks of rows of BLOCK_S, none next to a gap, where filters see one side only."""
         timing = self.recording.timing
         length = max(1, round(BLOCK_S * timing.rate_hz))
         for inner in within_gaps(timing, cutoff_hz=self.cutoff_hz):

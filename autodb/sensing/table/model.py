@@ -218,9 +218,7 @@ def within_gaps(timing: Timing, *, cutoff_hz: float) -> list[slice]:
     edge = round(AT_GAP / cutoff_hz * timing.rate_hz)
     first, last = timing.pieces[0].start, timing.pieces[-1].stop
     inner = (
-        slice(
-            piece.start + edge * (piece.start > first), piece.stop - edge * (piece.stop < last)
-        )
+        slice(piece.start + edge * (piece.start > first), piece.stop - edge * (piece.stop < last))
         for piece in timing.pieces
     )
     return [piece for piece in inner if piece.stop > piece.start]
