@@ -188,8 +188,9 @@ def _slope(t_s: Array, number: Index) -> float:
     n = number.astype(np.float64)
     kept = np.ones(len(n), dtype=np.bool_)
     for _ in range(3):
-        slope, level = np.polyfit(n[kept] - n[0], t_s[kept] - t_s[0], 1)
-        off = t_s - t_s[0] - level - slope * (n - n[0])
-        scale = 1.4826 * float(np.median(np.abs(off - np.median(off))))
-        kept = np.abs(off - np.median(off)) <= 5.0 * scale + 1e-12
-    return float(slope)
+        count, since = n[kept] - np.mean(n[kept]), t_s[kept] - np.mean(t_s[kept])
+        slope = float(count @ since) / float(count @ count)
+        off = t_s - t_s[0] - slope * (n - n[0])
+        far = np.abs(off - np.median(off))
+        kept = far <= 5.0 * 1.4826 * float(np.median(far)) + 1e-12
+    return slope
