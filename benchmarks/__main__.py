@@ -1,8 +1,9 @@
 """`make bench`: what the program does most, as ratios to limits and to the last version's.
 
 A ratio that has grown by more than SLOWER over `benchmarks/figures.json` is measured once more; if
-it still has, or is beyond its own limit, the exit status is 1. `python -m benchmarks --keep` writes the figures anew, which
-every version does once; `python -m benchmarks WORD` measures only what has the word in its name.
+it still has, or is beyond its own limit, the exit status is 1. `python -m benchmarks --keep` writes
+the figures anew, which every version does once; `python -m benchmarks WORD` measures only what has
+the word in its name.
 """
 
 import argparse
