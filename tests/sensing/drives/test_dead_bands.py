@@ -56,7 +56,7 @@ def test_a_place_written_on_change_gives_the_coefficients(share: float) -> None:
 
 
 def test_a_place_whose_slow_motion_is_not_seen_is_refused() -> None:
-    with pytest.raises(UnusableInput, match=r"% of its motion is next to .*x\.velocity besides"):
+    with pytest.raises(UnusableInput, match=r"too coarse to derive .*x\.velocity besides"):
         identify(_on_change_of_place(0.4))
 
 
