@@ -45,16 +45,22 @@ MACHINE = "lathe-1"
 LOOK_UPS = 200
 CSV_S, ROWS, CUTS = 3000.0, 200_000, 20_000
 AXIS_S = 60.0
+COSTS_MOST = 0.01
+"""Share of an explanation's time that the examination of a recording's stamps may take. Chosen."""
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One thing that is timed: what, beside which limit, how often, and how both are made ready."""
+    """One thing that is timed: what, beside which limit, how often, and how both are made ready.
+
+    ``most``: the ratio that it must not exceed, where there is one.
+    """
 
     name: str
     limit: str
     runs: int
     prepared: Callable[[Path], Pair]
+    most: float | None = None
 
 
 def plain_work() -> None:
@@ -221,6 +227,24 @@ def _explained_axis(folder: Path) -> Pair:  # noqa: ARG001
     return lambda: explain(recording, simulation), plain_work
 
 
+def _even_stamps(folder: Path) -> Pair:
+    return _stamps(folder, scatter=0.0)
+
+
+def _uneven_stamps(folder: Path) -> Pair:
+    return _stamps(folder, scatter=0.1)
+
+
+def _stamps(folder: Path, *, scatter: float) -> Pair:
+    """Examine stamps that scatter by a share of a step, and explain the same moves."""
+    channels, _ = air_moves(1, seconds=AXIS_S)
+    step_s = float(channels["t"][1] - channels["t"][0])
+    off_s = np.random.default_rng(3).normal(0.0, scatter * step_s, len(channels["t"]))
+    raw = Recording(path=Path("moves.csv"), channels=channels | {"t": channels["t"] + off_s})
+    explained, _ = _explained_axis(folder)
+    return lambda: records.on_even_rows(raw), explained
+
+
 def _explained_cuts(folder: Path) -> Pair:  # noqa: ARG001
     rng = np.random.default_rng(2)
     cuts = 40
@@ -254,6 +278,8 @@ MEASURES: Sequence[Measure] = (
     Measure("refresh, a pair from 24 cuts", "plain work", 3, _refreshed),
     Measure("calibrate, three axes", "plain work", 3, _calibrated),
     Measure("explain, 60 s of an axis", "plain work", 3, _explained_axis),
+    Measure("even stamps examined, 60 s of an axis", "explain", 3, _even_stamps, COSTS_MOST),
+    Measure("uneven stamps examined, the same", "explain", 3, _uneven_stamps, COSTS_MOST),
     Measure("explain, 40 cuts", "plain work", 3, _explained_cuts),
     Measure("demo", "plain work", 2, _demo),
 )

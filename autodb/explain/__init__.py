@@ -53,6 +53,7 @@ def explain(
         found = _over_time(recording, simulation, shared, order, includes)
         for channel in effort_channels(list(found)):
             notes += _derived(recording, axis_of(channel), found[channel][1].cutoff_hz)
+            notes += _unseen(recording, axis_of(channel))
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
@@ -108,6 +109,19 @@ def _derived(recording: Recording, axis: str, cutoff_hz: float | None) -> list[s
     return [
         f"{' and '.join(missing)} derived from {source}: 4th-order Butterworth at "
         f"{protocol.cutoff_hz:g} Hz{protocol.lowered} forwards and backwards, central differences"
+    ]
+
+
+def _unseen(recording: Recording, axis: str) -> list[str]:
+    """Say which terms were not looked for, since rows written on change cannot show them."""
+    from autodb.explain.axis.look import unseen_terms
+
+    names = sorted(unseen_terms(recording, axis))
+    if not names:
+        return []
+    return [
+        f"{', '.join(names)} are not looked for: rows written on change do not show when a motion "
+        f"begins and ends; record {place_channel(axis)} on every row, or {axis}.velocity besides"
     ]
 
 

@@ -10,7 +10,14 @@ from autodb.records.tables import Array
 from autodb.timing import Timing
 from autodb.timing.clock import EVEN
 from autodb.timing.examined import is_even
-from autodb.timing.places import PLACES, filled_between, leaping, unwrapped
+from autodb.timing.places import (
+    EFFORTS,
+    PLACES,
+    drawn_between,
+    filled_between,
+    leaping,
+    unwrapped,
+)
 from autodb.timing.units import doubtful_rate, highest_acceleration
 
 TURNS_ON = "spindle.angle"
@@ -72,9 +79,10 @@ class StampsSoFar:
 
 
 def _odd_places(channels: Mapping[str, Array]) -> bool:
-    """Say whether a place wraps, leaps or is refreshed on some rows only."""
+    """Say whether a place wraps or leaps, or it or an effort is refreshed on some rows only."""
     places = {name: values for name, values in channels.items() if name.endswith(PLACES)}
-    return any(
+    efforts = {name: values for name, values in channels.items() if name.endswith(EFFORTS)}
+    return any(drawn_between(name, one)[1] is not None for name, one in efforts.items()) or any(
         leaping(place).size > 0
         or unwrapped(name, place)[1:] != (None, "")
         or filled_between(name, place)[1] is not None

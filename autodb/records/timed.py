@@ -8,7 +8,7 @@ from autodb.errors import UnusableInput
 from autodb.records.stamps import TURNS_ON, doubt_of_rate
 from autodb.records.tables import Array, Recording
 from autodb.timing import StampFinding, Timing, examined
-from autodb.timing.places import PLACES, filled_between, unwrapped
+from autodb.timing.places import EFFORTS, PLACES, drawn_between, filled_between, unwrapped
 from autodb.timing.units import highest_acceleration
 
 SMOOTH = (*PLACES, ".velocity")
@@ -41,7 +41,7 @@ def _same(one: Array, other: Array) -> bool:
 
 def _counted_on(raw: Recording) -> tuple[Recording, list[StampFinding]]:
     """Return a recording with its angles and positions counted on over their wraps, and filled
-    where they are refreshed on some rows only.
+    where they, or efforts, are refreshed on some rows only.
     """
     channels, unusable, wraps = dict(raw.channels), dict(raw.unusable), []
     for name in raw.channels:
@@ -52,6 +52,9 @@ def _counted_on(raw: Recording) -> tuple[Recording, list[StampFinding]]:
             if why:
                 unusable[name] = f"{raw.path}: {why}"
                 del channels[name]
+        elif name.endswith(EFFORTS):
+            channels[name], polled = drawn_between(name, raw.channels[name])
+            wraps += [] if polled is None else [polled]
     return replace(raw, channels=channels, unusable=unusable), wraps
 
 

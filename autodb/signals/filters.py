@@ -29,8 +29,12 @@ def by_piece(function: Callable[[Array], Array], values: Array, pieces: Sequence
 
 
 def slope(values: Array, timing: Timing, t_s: Array) -> Array:
-    """Return the slope of values (n,) by central differences, piece by piece, per s."""
-    if len(timing.pieces) == 1:
+    """Return the slope of values (n,) by central differences, piece by piece, per s.
+
+    Of rows that were laid out the step is known better than single times, which late in a day have
+    few digits.
+    """
+    if timing.layout is None:
         return np.gradient(values, t_s)
     return by_piece(lambda own: np.gradient(own, timing.step_s), values, timing.pieces)
 

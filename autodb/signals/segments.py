@@ -3,6 +3,7 @@
 What stops: the cut in the middle of its run, the spindle at its end.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,11 +68,14 @@ def two_levels(load: Array) -> LoadLevels | None:
     return LoadLevels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
 
 
-def flagged_runs(flags: Flags) -> list[slice]:
-    """Return where flags (n,) are set, as slices in order."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(int), [0]))))
-    pairs = zip(edges[::2], edges[1::2], strict=True)
-    return [slice(int(begin), int(end)) for begin, end in pairs]
+def flagged_runs(flags: Flags, pieces: Sequence[slice] = (slice(0, None),)) -> list[slice]:
+    """Return where flags (n,) are set, as slices in order, each within one piece of even rows."""
+    found = []
+    for piece in pieces:
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], flags[piece].astype(int), [0]))))
+        pairs = zip(edges[::2] + piece.start, edges[1::2] + piece.start, strict=True)
+        found += [slice(int(begin), int(end)) for begin, end in pairs]
+    return found
 
 
 def cut_segments(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) -> CutSegments:

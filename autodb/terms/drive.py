@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from autodb.terms._memory import by_run
 from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
 
 Array = NDArray[np.float64]
@@ -85,15 +86,15 @@ def compliance(
 
     a_load = ω²/(s² + 2ζωs + ω²) · a_motor (bilinear transform), ω = 2π·frequency. Effort =
     coefficient · column, coefficient the load's inertia: with the inertia term the motor moves
-    M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling.
+    M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling;
+    after a gap of the clock the load is at rest on its spring.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
     rate_hz = 1.0 / step_s(t_s)
     omega = 2.0 * np.pi * frequency_hz
     b, a = signal.bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], fs=rate_hz)
-    return np.asarray(signal.lfilter(b, a, acceleration_mm_s2), dtype=np.float64) - (
-        acceleration_mm_s2
-    )
+    swings = by_run(lambda own: signal.lfilter(b, a, own), acceleration_mm_s2, t_s)
+    return np.asarray(swings, dtype=np.float64) - acceleration_mm_s2
 
 
 def external_load(t_s: Array, *, start_s: float, end_s: float) -> Array:

@@ -10,9 +10,10 @@ others are its inputs in turn.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import constants, signal
+from scipy import constants
 
-from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
+from autodb.terms._memory import first_order
+from autodb.terms._term import Contribution, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -70,11 +71,10 @@ def thermal_drift(cutting: Array, t_s: Array, *, time_constant_s: float) -> Arra
     """Chips heat the sensor: column u, T·du/dt = cutting − u, 0 cold and 1 hot, (n,).
 
     Force = level · u: it rises while ``cutting`` is 1 and relaxes when cutting stops; u = 0 at the
-    first row. Even sampling. Source: P4 section 5 names the effect and leaves it out; first-order
-    heating is chosen.
+    first row. Even sampling; over a gap of the clock it cuts as before. Source: P4 section 5 names
+    the effect and leaves it out; first-order heating is chosen.
     """
-    keep = float(np.exp(-step_s(t_s) / time_constant_s))
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], cutting), dtype=np.float64)
+    return first_order(cutting, t_s, time_constant_s=time_constant_s, meanwhile=cutting)
 
 
 def crosstalk(other_force_N: Array) -> Array:

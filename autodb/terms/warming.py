@@ -2,9 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
-from autodb.terms._term import Factor, ParameterPrior, TermParameter, step_s
+from autodb.terms._memory import first_order
+from autodb.terms._term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -16,12 +16,12 @@ def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array
     """Return how warm the lubricant is, 0 cold, 1 after long running at WARM_SPEED_MM_S, (n,).
 
     T·dw/dt = |v|/WARM_SPEED − w, w = 0 at the first row: driven by friction work, which at nearly
-    constant friction goes as speed; it relaxes at rest. Even sampling. Source: P2 section 3, fitted
-    there as 1 − e^(−u/T).
+    constant friction goes as speed; it relaxes at rest. Even sampling; over a gap of the clock the
+    axis is taken to run as it does on average. Source: P2 section 3, fitted there as 1 − e^(−u/T).
     """
-    keep = float(np.exp(-step_s(t_s) / time_constant_s))
     heat = np.abs(velocity_mm_s) / WARM_SPEED_MM_S
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
+    usual = np.full_like(heat, heat.mean())
+    return first_order(heat, t_s, time_constant_s=time_constant_s, meanwhile=usual)
 
 
 def warmup(

@@ -6,12 +6,13 @@ taken the one is right under which places are smooth.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from autodb.timing.steps import AROUND, Numbered, rows_a_stamp
+from autodb.timing.steps import AROUND, FILLED_ROWS, Numbered, rows_a_stamp
 from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
@@ -29,6 +30,9 @@ SLOW_STAMPS = 101
 """Stamps over which a clock that wanders is smoothed. Chosen."""
 STEADY_RATE = 0.002
 """Share by which the rate of rows that share stamps may vary: clocks do by less, chosen."""
+FINE, LATE_S = 0.02, 0.5
+"""Share of a step by which rows are off besides, and time (s) that a clock is late in all at most,
+where it only gains or loses slowly: what moves is derived from rows that are truly even. Chosen."""
 ROUNDED = 1.0 + 1e-3
 """Share of their resolution by which stamps that are rounded, or cut off, are off at most."""
 WANDERS = 0.05
@@ -71,6 +75,8 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     largest = float(np.abs(off).max())
     if largest <= EVEN * rows.step_s:
         return Clock(even, True, ())
+    if (set_anew := _set_at_gaps(even, off, rows)) is not None:
+        return set_anew
     many = rows_a_stamp(t_s) if rows.shared else 1
     slow = _slow(off, many)
     fast = off - slow
@@ -78,6 +84,8 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     wanders = float(np.abs(slow).max()) > WANDERS * rows.step_s + rows.resolution_s + chance
     if not wanders:
         slow, fast = np.zeros_like(off), off
+    if wanders and not rows.shared and _nearly_even(slow, fast, rows):
+        return Clock(even, True, (_kept_as_it_came(slow, rows.step_s),))
     if np.abs(fast).max() <= ROUNDED * rows.resolution_s:
         known = _by_number(even, slow, fast, rows, wanders=wanders)
         return _unless_kinked(known, places, EVENLY) if rows.shared else known
@@ -86,6 +94,19 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     if not rows.shared and (honest or not alike):
         return _unless_kinked(_as_stamped(t_s, off, rows), places, UNEVENLY)
     return _unless_kinked(_by_number(even, slow, fast, rows, wanders=wanders), places, EVENLY)
+
+
+def _set_at_gaps(even: Array, off: Array, rows: Numbered) -> Clock | None:
+    """Return the clock of rows that are even between gaps, over which it was set; else None."""
+    gaps = np.flatnonzero(np.diff(rows.number) > 1 + FILLED_ROWS) + 1
+    if not gaps.size or rows.shared or rows.resolution_s > FINE * rows.step_s:
+        return None
+    set_by = np.empty_like(off)
+    for begin, end in pairwise([0, *gaps, len(off)]):
+        set_by[begin:end] = np.median(off[begin:end])
+    if np.abs(off - set_by).max() > EVEN * rows.step_s + ROUNDED * rows.resolution_s:
+        return None
+    return Clock(even + set_by, True, ())
 
 
 def _unless_kinked(found: Clock, places: Sequence[Array], most: float) -> Clock:
@@ -133,6 +154,21 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
         )
         return Clock(even, True, tuple(found), unfit=unfit)
     return Clock(even + slow, False, (*found, _wandering(slow, rows.step_s)))
+
+
+def _nearly_even(slow: Array, fast: Array, rows: Numbered) -> bool:
+    """Say whether a clock only gains or loses slowly: rows are as even as its rate is steady."""
+    rate = float(np.abs(np.diff(slow)).max()) / rows.step_s
+    blurred = FINE * rows.step_s + ROUNDED * rows.resolution_s
+    return bool(
+        rate <= STEADY_RATE and np.abs(fast).max() <= blurred and np.abs(slow).max() <= LATE_S
+    )
+
+
+def _kept_as_it_came(slow: Array, step_s: float) -> StampFinding:
+    rate = 100.0 * float(np.abs(np.diff(slow)).max()) / step_s
+    sentence = f"the clock gains or loses up to {rate:.2g} %: rows left as they came"
+    return StampFinding("wanders", sentence, len(slow))
 
 
 def _wandering(slow: Array, step_s: float) -> StampFinding:

@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 from autodb.timing.clock import Clock, clock
 from autodb.timing.layout import LaidPiece
 from autodb.timing.places import leaping
-from autodb.timing.steps import Numbered, numbered, share_stamps
+from autodb.timing.steps import FILLED_ROWS, Numbered, numbered, share_stamps
 from autodb.timing.verdict import StampFinding
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
-FILLED_ROWS = 5
-"""Missing rows in a row that are filled from their neighbours: chosen, so few change no filter."""
 HELD_S = 10.0
 """Longest time without a change over which rows written on change are held. Chosen."""
 BLURRED = ("jittered", "shared")

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from autodb.timing.steps import common_step
@@ -41,17 +42,26 @@ def runs_of_one_rate(t_s: Array) -> list[slice]:
     known = np.flatnonzero(whole & (own > 0))
     if len(known) < CLEAN * count:
         return [slice(0, len(t_s))]
-    rate = np.log(own[known])
-    turns = [0]
-    for k in range(LASTS, len(known) - LASTS + 1):
-        before, after = np.median(rate[turns[-1] : k]), np.median(rate[k : k + LASTS])
-        last = np.all(np.abs(rate[k : k + LASTS] - after) < 0.5 * np.log1p(APART))
-        if last and k - turns[-1] >= LASTS and _another(float(after - before)):
-            turns.append(k)
+    turns = _turns(np.log(own[known]))
     if len(turns) == 1:
         return [slice(0, len(t_s))]
     borders = [0, *(_border(np.diff(t_s), own, known, k) for k in turns[1:]), len(t_s)]
     return [slice(a, b) for a, b in pairwise(borders)]
+
+
+def _turns(rate: Array) -> list[int]:
+    """Return the blocks (k,) at which another rate begins, logarithms (n,) each; the first is 0."""
+    turns = [0]
+    if np.ptp(rate) <= np.log1p(APART):
+        return turns
+    ahead = sliding_window_view(rate, LASTS)
+    after = np.median(ahead, axis=1)
+    lasts = np.all(np.abs(ahead - after[:, None]) < 0.5 * np.log1p(APART), axis=1)
+    for k in (int(block) for block in np.flatnonzero(lasts)):
+        long = k - turns[-1] >= LASTS
+        if long and _another(float(after[k] - np.median(rate[turns[-1] : k]))):
+            turns.append(k)
+    return turns
 
 
 def _another(apart: float) -> bool:

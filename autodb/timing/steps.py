@@ -36,6 +36,8 @@ it explains all that they are off by, none is."""
 COARSE_STEP = 0.5
 """Share of a step from which on the resolution of stamps makes neighbours share one."""
 SAMPLED = 100_000
+FILLED_ROWS = 5
+"""Missing rows in a row that are filled from their neighbours: chosen, so few change no filter."""
 
 
 @dataclass(frozen=True)
@@ -180,16 +182,25 @@ def _missing(t_s: Array, steps: Array, step: float, *, shared: bool) -> Index:
 def _slope(t_s: Array, number: Index) -> float:
     """Return the step that fits stamps (n,) best, s, those far off left out.
 
-    Of rows that share a stamp the first counts: there the clock went on.
+    Of rows that share a stamp the first counts: there the clock went on. Over a gap it may have
+    been set: each part between gaps has a beginning of its own.
     """
+    part = np.cumsum(np.append(0, np.diff(number) > 1 + FILLED_ROWS))
     begins = np.flatnonzero(np.diff(t_s) > 0) + 1
     if FEWEST_STEPS <= len(begins) < len(t_s) - 1:
-        t_s, number = t_s[begins], number[begins]
+        t_s, number, part = t_s[begins], number[begins], part[begins]
     n = number.astype(np.float64)
     kept = np.ones(len(n), dtype=np.bool_)
     for _ in range(3):
-        slope, level = np.polyfit(n[kept] - n[0], t_s[kept] - t_s[0], 1)
-        off = t_s - t_s[0] - level - slope * (n - n[0])
-        scale = 1.4826 * float(np.median(np.abs(off - np.median(off))))
-        kept = np.abs(off - np.median(off)) <= 5.0 * scale + 1e-12
-    return float(slope)
+        count, since = (_about_means(values, part, kept) for values in (n, t_s - t_s[0]))
+        slope = float(count[kept] @ since[kept]) / float(count[kept] @ count[kept])
+        off = since - slope * count
+        far = np.abs(off - np.median(off))
+        kept = far <= 5.0 * 1.4826 * float(np.median(far)) + 1e-12
+    return slope
+
+
+def _about_means(values: Array, part: Index, kept: NDArray[np.bool_]) -> Array:
+    """Return values (n,) less the mean of those of their part that are kept."""
+    rows = np.maximum(np.bincount(part, kept), 1.0)
+    return np.asarray(values - (np.bincount(part, kept * values) / rows)[part], dtype=np.float64)

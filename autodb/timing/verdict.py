@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter1d
 
 from autodb.timing.layout import Layout
 
@@ -64,6 +65,20 @@ class Timing:
         """
         placed = None if self.layout is None else self.layout.placed
         return None if placed is None or placed.all() else placed
+
+    def known_within(self, reach_s: float) -> NDArray[np.bool_] | None:
+        """Whether a filter that reaches so far sees nothing but what was measured, (n,); None:
+        everywhere.
+
+        Rows that are missing here and there lie between two that were measured: only they are left
+        out. Rows that were not written since nothing changed may last, and so what is derived from
+        them is unknown as far as a filter reaches.
+        """
+        if "on change" not in self.kinds or self.placed is None:
+            return self.measured
+        size = 2 * round(reach_s * self.rate_hz) + 1
+        near = minimum_filter1d(self.placed.astype(np.uint8), size, mode="nearest")
+        return np.asarray(near, dtype=np.bool_)
 
     @property
     def is_even(self) -> bool:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.records import Recording
+from autodb.records.timed import on_even_rows
 from autodb.sensing.table.forces import envelopes, heat_of, table_forces
-from autodb.sensing.table.identify import identify_table
+from autodb.sensing.table.identify import air_left_N, identify_table
 from autodb.sensing.table.kinematics import Kinematics, about, order_of
 from autodb.sensing.table.model import TableModel
 from autodb.terms.table import table_gravity_x, table_gravity_y, table_gravity_z
@@ -89,6 +90,22 @@ def model() -> TableModel:
     """What quick moves with rests between them tell."""
     a, c = _moved(T, STOPS, 1.0)
     return identify_table([_recording(T, a, c, _read(T, a, c, NOTHING))], Kinematics())
+
+
+def test_rows_that_are_missing_change_no_mass_nor_lever_arm() -> None:
+    """Two stretches are gone, one amid a turn: filters see no row across them."""
+    a, c = _moved(T, STOPS, 1.0)
+    whole = _recording(T, a, c, _read(T, a, c, NOTHING))
+    there = ~((T > 6.4) & (T < 7.6)) & ~((T > 20.0) & (T < 21.0))
+    channels = {name: values[there] for name, values in whole.channels.items()}
+    recording = on_even_rows(Recording(Path("table.csv"), channels))
+    assert len(recording.pieces) == 3
+    found = identify_table([recording], Kinematics())
+    assert_allclose(found.zero_N, ZERO_N, atol=0.15)
+    assert_allclose(found.mass_kg, MASS_KG, rtol=0.005)
+    assert_allclose(found.lever_m, LEVER_M, atol=0.002)
+    left = air_left_N(found, [recording])
+    assert np.all(left < 1.5 * air_left_N(found, [whole]))
 
 
 def test_rotations_are_orthogonal_and_those_of_the_paper() -> None:
@@ -206,7 +223,7 @@ def test_mass_that_left_weighs_no_more(model: TableModel) -> None:
 
 def test_envelopes_are_the_extremes_of_a_turn() -> None:
     force = np.sin(2.0 * np.pi * np.arange(400) / 20.0)
-    low, high = envelopes(force, rows=21)
+    low, high = envelopes(force, [slice(0, len(force))], rows=21)
     assert_allclose(low[20:-20], -1.0, atol=1e-9)
     assert_allclose(high[20:-20], 1.0, atol=1e-9)
 

@@ -175,5 +175,14 @@ def test_heat_rises_while_cutting_and_relaxes_after() -> None:
     assert_allclose(heat[t == 300.0], heat[t == 200.0] * np.exp(-2.0), rtol=1e-9)
 
 
+def test_heat_goes_on_over_rows_that_are_missing() -> None:
+    t = np.arange(0.0, 400.0, 0.5)
+    whole = thermal_drift((t < 200.0).astype(float), t, time_constant_s=50.0)
+    there = ~((t > 90.0) & (t < 150.0)) & ~((t > 300.0) & (t < 340.0))
+    seen = t[there]
+    heat = thermal_drift((seen < 200.0).astype(float), seen, time_constant_s=50.0)
+    assert_allclose(heat, whole[there], rtol=1e-9)
+
+
 def test_crosstalk_is_the_other_component() -> None:
     assert_allclose(crosstalk(np.array([1.0, -2.0])), [1.0, -2.0])

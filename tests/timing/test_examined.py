@@ -184,6 +184,47 @@ def test_even_stamps_stay_as_they_are() -> None:
     assert str(timing) == "even, 400 Hz"
 
 
+def test_a_clock_that_is_set_leaves_even_rows_even() -> None:
+    """It jumps by 10.37 steps: a gap, on whose sides rows keep their numbers and their step."""
+    t = even_s()
+    t[3000:] += 10.37 / RATE
+    place = written_mm(even_s())
+    timing = examined(np.round(t, 6), {"x.position": place}, where="f")
+    assert timing.kinds == ("gap",)
+    assert timing.rate_hz == pytest.approx(RATE, rel=1e-8)
+    assert timing.layout is not None
+    assert_array_equal(timing.layout.laid_out(place, smooth=True), place)
+    assert_allclose(timing.layout.t_s, t, atol=2e-6)
+
+
+def test_a_clock_that_slowly_gains_leaves_rows_as_they_came() -> None:
+    """By 0.05 %, then back: no row is resampled, and none is dated wrong by more than 3 ms."""
+    t = even_s()
+    gains = t + 5e-4 * np.minimum(t, np.maximum(t[-1] - t, 0.0))
+    place = written_mm(t)
+    timing = examined(gains, {"x.position": place}, where="f")
+    assert timing.kinds == ("wanders",)
+    assert "rows left as they came" in str(timing)
+    assert timing.layout is not None
+    assert_array_equal(timing.layout.laid_out(place, smooth=True), place)
+    assert_allclose(timing.layout.t_s, gains, atol=3e-3)
+
+
+def test_what_lies_next_to_rows_that_were_not_written_is_not_known() -> None:
+    t = even_s()
+    place = written_mm(t, 0.01)
+    rows = np.append(True, np.diff(place) != 0)
+    timing = examined(t[rows], {"x.position": place[rows]}, where="f")
+    assert timing.layout is not None
+    assert timing.placed is not None
+    known, reach = timing.known_within(0.01), round(0.01 * RATE)
+    assert known is not None
+    unknown = np.convolve(~timing.placed, np.ones(2 * reach + 1), mode="same") > 0.5
+    assert_array_equal(known, ~unknown)
+    filled = examined(np.delete(t, [700, 2200]), {}, where="f")
+    assert filled.known_within(0.01) is filled.measured
+
+
 def test_rows_written_on_change_hold_their_value() -> None:
     """Held at rest, straight where the axis creeps; a rest that is held was not measured."""
     t, rng = even_s(), np.random.default_rng(6)

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.timing import examined
-from autodb.timing.places import filled_between, leaping, unwrapped
+from autodb.timing.places import drawn_between, filled_between, leaping, unwrapped
 from tests.helpers.stamped import effort_A, place_mm, written_mm
 
 T = np.arange(8000) / 400.0
@@ -68,6 +68,31 @@ def test_a_place_refreshed_on_some_rows_is_filled_between(every: int) -> None:
     assert found.kind == "polled place"
     inside = slice(0, len(T) - every)
     assert_allclose(filled[inside], place_mm(T)[inside], atol=0.02)
+
+
+@pytest.mark.parametrize("every", [3, 8, 20])
+def test_an_effort_refreshed_on_some_rows_is_drawn_between(every: int) -> None:
+    """Held, it is late by half of that time: straight lines between are not."""
+    effort = effort_A(T, np.random.default_rng(3))
+    row = np.arange(len(T))
+    held = effort[row - row % every]
+    drawn, found = drawn_between("x.current", held)
+    assert found is not None
+    assert found.sentence.startswith(f"x.current is refreshed every {every} rows only")
+    inside = row[: len(T) - every]
+    assert_array_equal(drawn[inside[::every]], effort[inside[::every]])
+    smooth = effort_A(T, np.random.default_rng(3), noise_A=0.0)
+    late, off = (np.mean((one - smooth)[inside] ** 2) for one in (held, drawn))
+    assert off < 0.7 * late
+
+
+def test_an_effort_of_every_row_or_of_few_steps_stays_as_it_is() -> None:
+    effort = effort_A(T, np.random.default_rng(3))
+    coarse = np.round(effort / 0.5) * 0.5
+    for one in (effort, coarse, np.sign(effort), np.zeros_like(effort)):
+        drawn, found = drawn_between("x.current", one)
+        assert found is None
+        assert_array_equal(drawn, one)
 
 
 def test_an_effort_is_no_place() -> None:

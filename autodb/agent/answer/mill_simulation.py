@@ -18,6 +18,7 @@ from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import DEPTH, DIRECTION, FEED, RPM, WIDTH
 from autodb.pairs.posterior import PairPosterior
 from autodb.records import Recording
+from autodb.signals import by_piece, flagged_runs
 from autodb.store import models
 
 Array = NDArray[np.float64]
@@ -138,23 +139,24 @@ def _forces(recording: Recording) -> dict[str, Array]:
 
 
 def _wholly_inside(recording: Recording, rpm: float, fed_mm_s: float) -> slice:
-    """Return the rows of the longest stretch in the work, without the ways in and out.
+    """Return the rows of the longest stretch in the work, without a gap nor the ways in and out.
 
     On its way in a mill goes at most its radius, and is in when its force's power is the usual one.
     """
     power = np.sum(np.array([*_forces(recording).values()]) ** 2, axis=0)
-    turn = max(2, round(60.0 / rpm * recording.rate_hz))
-    smooth = np.convolve(power, np.ones(turn) / turn, mode="same")
+    rate_hz, pieces = recording.timing.rate_hz, recording.pieces
+    turn = max(2, round(60.0 / rpm * rate_hz))
+    even = np.ones(turn) / turn
+    smooth = by_piece(lambda own: np.convolve(own, even, mode="same"), power, pieces)
     cuts = smooth > CUTS * np.quantile(smooth, 0.75)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], cuts.astype(np.int8), [0]])))
-    begins, ends = edges[::2], edges[1::2]
-    longest = int(np.argmax(ends - begins))
-    first, last = int(begins[longest]), int(ends[longest])
-    way = round(_radius_mm(recording) / fed_mm_s * recording.rate_hz)
+    longest = max(flagged_runs(cuts, pieces), key=lambda run: run.stop - run.start)
+    first, last = longest.start, longest.stop
+    piece = next(one for one in pieces if one.start <= first < one.stop)
+    way = round(_radius_mm(recording) / fed_mm_s * rate_hz)
     usual = smooth > WHOLLY * np.median(smooth[first:last])
-    if first > turn:
+    if first > piece.start + turn:
         first += min(int(np.argmax(usual[first:])), way) + turn
-    if last < len(recording) - turn:
+    if last < piece.stop - turn:
         last -= min(int(np.argmax(usual[:last][::-1])), way) + turn
     if last - first < TURNS * turn:
         raise UnusableInput(
@@ -171,8 +173,12 @@ def _radius_mm(recording: Recording) -> float:
 
 
 def _at(recording: Recording, rows: slice) -> Recording:
+    """Return some rows of one piece of a recording."""
+    count = rows.stop - rows.start
     return replace(
         recording,
+        examined_as=replace(recording.timing, pieces=(slice(0, count),), rows=count, layout=None),
+        as_written=None,
         channels={name: values[rows] for name, values in recording.channels.items()},
         texts={name: values[rows] for name, values in recording.texts.items()},
     )

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
-from autodb.agent.ingest.importing import cuts_as_table
+from autodb.agent.ingest.importing import cuts_as_table, time_sentences
 from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
@@ -57,7 +57,8 @@ def trace(store: Store, kind: str, number: int) -> Node:
 
 def _recording(_session: Session, row: models.StoredRecording) -> Node:
     path = Path(row.path)
-    said = [] if path.exists() else ["the file is no longer there"]
+    said = [f"time: {one}" for one in time_sentences(row, but_even=True)]
+    said += [] if path.exists() else ["the file is no longer there"]
     if row.withdrawn_at is not None:
         said.append(f"withdrawn {row.withdrawn_at}: {row.withdrawn_why}")
     if row.looked_at is not None:

@@ -273,9 +273,16 @@ def _aside(session: Session, recording: models.StoredRecording, cuts: list[model
     )
 
 
-def time_sentences(row: models.StoredRecording) -> tuple[str, ...]:
-    """Return what a recording's stamps are, a sentence for each time base."""
-    bases = row.timing or {}
+def time_sentences(row: models.StoredRecording, *, but_even: bool = False) -> tuple[str, ...]:
+    """Return what a recording's stamps are, a sentence for each time base.
+
+    ``but_even``: of those alone that are not even.
+    """
+    bases = {
+        name: one
+        for name, one in (row.timing or {}).items()
+        if not but_even or one["kinds"] != ["even"]
+    }
     return tuple(f"{name}: {one['said']}".removeprefix(": ") for name, one in bases.items())
 
 

@@ -129,7 +129,7 @@ def forces_on_table(
             f"--machine {machine} --table' to identify one"
         )
     model, version = found
-    hz = HIGHEST * recording.rate_hz if bandwidth_hz is None else bandwidth_hz
+    hz = HIGHEST * recording.timing.rate_hz if bandwidth_hz is None else bandwidth_hz
     told = told_on_table(model, recording, bandwidth_hz=hz, removed_kg=removed_kg)
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
@@ -137,7 +137,9 @@ def forces_on_table(
     return [
         ReconstructedLoad(
             load, said, None, said=heat, share=GAIN_SD,
-            envelope_N=None if rows is None else envelopes(-load.value, rows=rows),
+            envelope_N=None
+            if rows is None
+            else envelopes(-load.value, recording.pieces, rows=rows),
         )
         for load in loads
     ]  # fmt: skip
@@ -147,7 +149,7 @@ def _rows_of_a_turn(recording: Recording) -> int | None:
     """Return how many rows a turn of the spindle has; None where its speed is not known."""
     speed = recording.get("spindle.speed")
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(np.abs(speed)))
-    return round(60.0 * recording.rate_hz / rpm) if rpm else None
+    return round(60.0 * recording.timing.rate_hz / rpm) if rpm else None
 
 
 def told_on_table(
@@ -158,7 +160,7 @@ def told_on_table(
     removed_kg: float = 0.0,
 ) -> TableForces:
     """Return the forces of a recording on a table, as ``forces_on_table`` does, with its heat."""
-    hz = HIGHEST * recording.rate_hz if bandwidth_hz is None else bandwidth_hz
+    hz = HIGHEST * recording.timing.rate_hz if bandwidth_hz is None else bandwidth_hz
     cutting = engaged(recording)
     gone = _gone(cutting, removed_kg)
     return table_forces(model, recording, cutting, cutoff_hz=hz, removed_kg=gone)

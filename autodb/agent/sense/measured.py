@@ -207,7 +207,7 @@ def measured_means(recording: Recording) -> dict[str, MeasuredMean]:
     """
     there = {name.removeprefix("force."): recording[name] for name in FORCES if name in recording}
     forces = np.array(list(there.values()))
-    rows = steady_rows(forces, rate_hz=recording.rate_hz, where=str(recording.path))
+    rows = steady_rows(forces, recording.timing, where=str(recording.path))
     return {c: _mean(force[rows]) for c, force in there.items()}
 
 

@@ -169,7 +169,7 @@ def _means(
     sensors: Mapping[str, tuple[int, str]],
 ) -> list[SensedMean]:
     forces = np.array([-one.load.value for one in sensed.values()])
-    rows = steady_rows(forces, rate_hz=recording.rate_hz, where=str(recording.path))
+    rows = steady_rows(forces, recording.timing, where=str(recording.path))
     found = []
     for c, (number, kind) in sensors.items():
         if c not in sensed:

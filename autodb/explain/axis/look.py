@@ -38,7 +38,9 @@ from autodb.explain.engine.normal import columns_side_by_side
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
+from autodb.files.channels import axis_of
 from autodb.records import Recording
+from autodb.sensing.drives.moves.dead_bands import is_on_change, refuse_unknown_rests
 
 Array = NDArray[np.float64]
 
@@ -52,6 +54,8 @@ SHORTEST_ROWS = 200
 GLITCH = 1000.0
 GLITCH_ROWS = 20
 """A value GLITCH times the 20th largest is a glitch of the logger, not an effort."""
+AT_STARTS = frozenset({"stribeck", "presliding", "backlash", "compliance"})
+"""Terms that act where a motion begins or ends, and nowhere else to speak of."""
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on: noise is correlated over such times."""
 REST = 1e-3
@@ -70,10 +74,12 @@ def explain_axis(
     ``simulation`` (n,) on the recording's time; ``includes`` the terms it already has, read off it
     when None; ``parts`` what of it is known to come from which term, (n,) each.
 
-    Raises UnusableInput on a recording too short to judge, or a glitch that outweighs everything.
+    Raises UnusableInput on a recording too short to judge, one without the effort at rest, or a
+    glitch that outweighs everything.
     """
     measured, unit = recording[channel], recording.unit(channel)
     _check(recording, channel, measured, simulation)
+    refuse_unknown_rests(recording, axis_of(channel))
     signals = axis_signals(recording, simulation, channel, parts, includes)
     trace = ChannelTrace(
         x_name="t",
@@ -100,7 +106,7 @@ def explain_axis(
         own_sizes=[signals.had.get(name, 1.0) for name in own],
         gap=round(GAP_S / (factor * recording.timing.step_s)),
     )
-    inquiry = inquire(bench, AxisField(signals, bench))
+    inquiry = inquire(bench, AxisField(signals, bench, unseen_terms(recording, axis_of(channel))))
     had = frozenset(own) | frozenset(includes or ())
     trace = replace(trace, considered=_considered(inquiry))
     read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
@@ -134,15 +140,25 @@ def _read(
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
 
 
+def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:
+    """Return the terms that rows written on change cannot show: when a motion begins and ends is
+    known to a dead band only, where its speed is derived from its place.
+    """
+    derived = f"{axis}.velocity" not in recording
+    return AT_STARTS if derived and is_on_change(recording) else frozenset()
+
+
 @dataclass(frozen=True)
 class AxisField:
     """The candidates of an axis; those that the simulation has as own terms are left out.
 
-    One that it has as a known part is none of them: it may be there in another form.
+    One that it has as a known part is none of them: it may be there in another form. ``unseen``:
+    terms that the recording cannot show.
     """
 
     signals: AxisSignals
     bench: WhiteRows
+    unseen: frozenset[str] = frozenset()
 
     def standing(self) -> list[Candidate]:
         """Return every candidate but those that scans find."""
@@ -165,14 +181,15 @@ class AxisField:
 
     def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:
         """Return the candidates of a simulation that holds what was found too."""
-        return type(self)(self.signals.completed(retuned, parts), bench)
+        return type(self)(self.signals.completed(retuned, parts), bench, self.unseen)
 
     def _open(self, candidates: list[Candidate]) -> list[Candidate]:
         had = self.bench.own.keys()
         own = had & READ_OFF
         if self.signals.rotary and "gravity" in own:
             own = own - {"gravity"} | {TURNING} | ({"gravity"} if CONSTANT in had else set())
-        return [c for c in candidates if not {c.term, c.key} & own and c.key not in had]
+        closed = own | self.unseen
+        return [c for c in candidates if not {c.term, c.key} & closed and c.key not in had]
 
 
 def _factor(recording: Recording) -> int:

@@ -52,8 +52,9 @@ class WorkingRate:
         edge = int(np.ceil(EDGE_S * self.timing.rate_hz / self.factor))
         for seam in np.cumsum(rows[:-1]):
             broken[max(0, seam - edge) : seam + edge] = 1.0
-        if self.timing.placed is not None:
-            broken[self.reduced(self.timing.placed.astype(np.float64)) < HALF] = 1.0
+        known = self.timing.known_within(EDGE_S)
+        if known is not None:
+            broken[self.reduced(known.astype(np.float64)) < HALF] = 1.0
         return broken
 
 

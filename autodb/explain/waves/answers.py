@@ -332,9 +332,9 @@ def _course_words(choice: Choice) -> str:
 def _turns(looked: FoundInWaves, correction: Array) -> tuple[float, float]:
     """Return from when to when to look closely: turns in the work where most is corrected."""
     world = looked.world
-    t, angle = world.waves.t_s, world.waves.teeth.angle_rad
+    t = world.waves.t_s
     inside = np.flatnonzero(world.engaged > 0.0)
-    turn_s = 2.0 * np.pi * float((t[-1] - t[0]) / max(abs(angle[-1] - angle[0]), 1e-9))
+    turn_s = 1.0 / max(world.turns_a_s, 1e-9)
     middle = (
         inside[np.argmax(np.abs(correction[inside]))]
         if np.any(correction)

@@ -24,8 +24,10 @@ from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import ORDER, Whitener
 from autodb.explain.engine.normal import HELD, Normal, normal
 from autodb.explain.engine.search import DETAIL
+from autodb.explain.engine.working import WorkingRate
 from autodb.explain.waves.world import shape_columns
 from autodb.fitting import orthonormal_basis
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
@@ -41,20 +43,32 @@ MEMORY = 4000
 """Rows after which a noise of ORDER taps has forgotten a knock."""
 
 
-def whitener_of(left: Array) -> Whitener:
+def whitener_of(left: Array, timing: Timing | None = None) -> Whitener:
     """Return the filter that makes the noise in what is left (n,) white, of variance 1.
 
-    It is an autoregression with the spectrum's running median, divided by its sd.
+    It is an autoregression with the spectrum's running median, divided by its sd. Where there are
+    gaps, spectra are of pieces, and no row is filtered across; None: rows are in one piece.
     """
+    if timing is None or len(timing.pieces) == 1:
+        covariance = _covariance(left)
+    else:
+        lasts = [piece.stop - piece.start for piece in timing.pieces]
+        every = [_covariance(left[piece]) for piece in timing.pieces]
+        covariance = np.average(every, axis=0, weights=lasts)
+    covariance[0] *= 1.0 + 1e-9
+    taps = solve_toeplitz(covariance[:ORDER], covariance[1:])
+    linked = WorkingRate(1, timing).linked(ORDER)
+    return Whitener(np.asarray(taps, dtype=np.float64), linked)
+
+
+def _covariance(left: Array) -> Array:
+    """Return the covariance (ORDER + 1,) of rows (n,) so far apart, lines aside."""
     n = len(left)
     power = np.abs(np.fft.rfft(left - left.mean())) ** 2 / n
     width = max(FEWEST, 2 * int(WIDE * len(power) / 2) + 1)
     smooth = median_filter(power, size=width, mode="nearest") / np.log(2.0)
     smooth = np.maximum(smooth, FLOOR * float(np.max(power)) + 1e-300)
-    covariance = np.fft.irfft(smooth, n)[: ORDER + 1]
-    covariance[0] *= 1.0 + 1e-9
-    taps = solve_toeplitz(covariance[:ORDER], covariance[1:])
-    return Whitener(np.asarray(taps, dtype=np.float64))
+    return np.asarray(np.fft.irfft(smooth, n)[: ORDER + 1], dtype=np.float64)
 
 
 def variance_of(whitener: Whitener, left: Array) -> float:
@@ -75,6 +89,10 @@ class WhitenedNoise:
         """Return white rows (C · m, p) of columns (C, n, p)."""
         return np.concatenate(self.each(columns))
 
+    def places(self, rows: int) -> NDArray[np.intp]:
+        """Return the row, of so many, that each white row of a component stands at."""
+        return self.whiteners[0].places(rows)
+
     def each(self, columns: Array) -> list[Array]:
         """Return the white rows (m, ...) of each component of columns (C, n, ...)."""
         return [
@@ -86,11 +104,15 @@ class WhitenedNoise:
 class WhiteWaves:
     """A difference (C, n), the simulation's own columns, and candidates' columns at every row.
 
-    A form's columns are (C, n, p); those of ``own`` (C, n), by term.
+    A form's columns are (C, n, p); those of ``own`` (C, n), by term. ``timing``: the pieces that
+    the rows lie in; None: they are in one.
     """
 
-    def __init__(self, difference: Array, own: dict[str, Array]) -> None:
+    def __init__(
+        self, difference: Array, own: dict[str, Array], timing: Timing | None = None
+    ) -> None:
         self.difference = difference
+        self.timing = timing
         self.own = own
         self._own = np.stack(list(own.values()), axis=-1)
         self._kept: dict[tuple[str, int], tuple[CandidateForm | None, Array]] = {}
@@ -138,7 +160,7 @@ class WhiteWaves:
         """Return the noise that columns leave, each component by itself, fitted twice."""
         left = self.left(columns, None)
         for _ in range(2):
-            whiteners = tuple(whitener_of(one) for one in left)
+            whiteners = tuple(whitener_of(one, self.timing) for one in left)
             sd = tuple(
                 max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
                 for w, one, own in zip(whiteners, left, self._own, strict=True)
@@ -195,7 +217,8 @@ class WhiteWaves:
         columns = self.chosen(choices)
         white, target = quiet(columns), quiet(self.difference[:, :, None])[:, 0]
         count, rows = len(self.difference), self.difference.shape[1]
-        of_white = _folds(len(target) // count)
+        order = len(quiet.whiteners[0].coefficients)
+        of_white = _folds(rows - order)[quiet.places(rows) - order]
         folds = [
             normal(white[np.tile(of_white == k, count)], target[np.tile(of_white == k, count)])
             for k in range(FOLDS)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.errors import UnusableInput
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.plain import BEYOND
@@ -19,6 +20,7 @@ from autodb.explain.waves.teeth import table_angles, tilted_table
 from autodb.explain.waves.waves import Waves, waves_of
 from autodb.explain.waves.world import SimulatedWaves, Tilted, form, own_columns_of_waves
 from autodb.records import Recording
+from autodb.signals import by_piece
 
 Array = NDArray[np.float64]
 
@@ -27,6 +29,9 @@ EDGED = 0.02
 """Share of a simulation's squares from which on what no chip changes counts as its edge's."""
 BAR = 3.0
 SMOOTH_S = 0.02
+MEASURED = 0.5
+"""Share of the time from first to last row that must have been recorded: tones are looked for, and
+wear and drift followed, over gaps. Chosen."""
 FAINTEST = 0.002
 """`search.FAINT` of waves whose law is known exactly: shapes are then made of the very chips.
 Chosen."""
@@ -51,15 +56,31 @@ class FoundInWaves:
 def look_in_waves(
     recording: Recording, simulation: dict[str, Array], includes: list[str] | None
 ) -> FoundInWaves:
-    """Return the effects that force components of a recording hold beside a simulation (n,)."""
+    """Return the effects that force components of a recording hold beside a simulation (n,).
+
+    Raises UnusableInput where the side file says too little of the mill and its cut, or gaps make
+    up most of the recording.
+    """
+    _refuse_mostly_gaps(recording)
     waves = waves_of(recording, simulation, includes)
     measured = np.array([recording[name] for name in waves.names])
     world = SimulatedWaves(
         waves=waves,
+        timing=recording.timing,
         has_edge=_has_edge(waves, includes),
         tilted=_tilted(recording),
     )
     return _looked(world, measured)
+
+
+def _refuse_mostly_gaps(recording: Recording) -> None:
+    timing, t = recording.timing, recording.t_s
+    measured_s = len(recording) * timing.step_s
+    if measured_s < MEASURED * float(t[-1] - t[0]):
+        raise UnusableInput(
+            f"{recording.path}: column 't': {timing}; its gaps last longer than all that was "
+            f"recorded: give one piece as a file of its own ({timing.parted(t)})"
+        )
 
 
 def _has_edge(waves: Waves, includes: list[str] | None) -> bool:
@@ -74,14 +95,17 @@ def _tilted(recording: Recording) -> Tilted | None:
     tilt, turn = table_angles(recording)
     if np.ptp(tilt) == 0.0 and np.ptp(turn) == 0.0:
         return None
-    step = 1.0 / recording.rate_hz
+    step = 1.0 / recording.timing.rate_hz
     window = max(3, round(SMOOTH_S / step))
     smooth = np.hanning(window + 2)[1:-1]
     smooth /= smooth.sum()
 
-    def rate(values: Array) -> Array:
+    def slope(values: Array) -> Array:
         padded = np.pad(values, window, mode="edge")
         return np.gradient(np.convolve(padded, smooth, mode="same")[window:-window], step)
+
+    def rate(values: Array) -> Array:
+        return by_piece(slope, values, recording.pieces)
 
     about_x = np.array([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
     omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
@@ -205,7 +229,8 @@ def _anew(choices: Sequence[Choice], standing: Sequence[Candidate]) -> tuple[Cho
 
 def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[Candidate]]:
     difference = measured - world.waves.simulation
-    return WhiteWaves(difference, own_columns_of_waves(world)), candidates_of_waves(world)
+    bench = WhiteWaves(difference, own_columns_of_waves(world), world.timing)
+    return bench, candidates_of_waves(world)
 
 
 def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise) -> FoundSet:

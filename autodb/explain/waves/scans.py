@@ -10,6 +10,7 @@ from autodb.explain.waves.fit import WhitenedNoise
 from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
 BINS = 200
 SHORTEST, LONGEST = 0.02, 0.6
@@ -37,27 +38,23 @@ def proposals_of_waves(
     """Return what a residual (C, n) points to."""
     white = quiet(left[:, :, None]).reshape(world.components, -1)
     forced = quiet(world.simulated[:, :, None]).reshape(white.shape)
-    found = [_stretch(world, forced, white, number), *_tones(world, white, number)]
-    return [*found, _bands(world, forced, white, number)]
+    places = quiet.places(left.shape[1])
+    inside = world.waves.teeth.engaged[places] > 0.0
+    at_work = forced[:, inside], white[:, inside], places[inside]
+    found = [_stretch(world, *at_work, number), *_tones(world, white, places, number)]
+    return [*found, _bands(world, *at_work, number)]
 
 
-def _at_work(world: SimulatedWaves, white: Array) -> NDArray[np.intp]:
-    """Return which of white rows (C, m), the recording's last ones, are in the work."""
-    return np.flatnonzero(world.waves.teeth.engaged[-white.shape[1] :] > 0.0)
-
-
-def _stretch(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Candidate:
+def _stretch(
+    world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number: int
+) -> Candidate:
     """Return the stretch in which a factor on all forces, white rows (C, m), explains most."""
-    rows = _at_work(world, white)
-    force, rest = forced[:, rows], white[:, rows]
     product = np.concatenate([[0.0], np.cumsum(np.sum(force * rest, axis=0))])
     power = np.concatenate([[0.0], np.cumsum(np.sum(force**2, axis=0))])
     edges = np.unique(np.linspace(0, len(rows), BINS + 1).astype(np.intp))
     start, end = _strongest(product, power, edges, len(rows))
-    t = world.waves.t_s[-white.shape[1] :]
-    return hard_spot_of_waves(
-        world, float(t[rows[start]]), float(t[rows[end - 1]]), f"hard_spot {number}"
-    )
+    t = world.waves.t_s[rows]
+    return hard_spot_of_waves(world, float(t[start]), float(t[end - 1]), f"hard_spot {number}")
 
 
 def _strongest(product: Array, power: Array, edges: NDArray[np.intp], n: int) -> tuple[int, int]:
@@ -114,16 +111,20 @@ def harder_stretch(world: SimulatedWaves, start_s: float, end_s: float, number: 
     return np.asarray((world.simulated * course)[:, :, None])
 
 
-def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Candidate]:
-    """Return the strongest tones that are no multiple of the spindle's turn."""
-    n = white.shape[1]
-    rate = (len(world.waves.t_s) - 1) / (world.waves.t_s[-1] - world.waves.t_s[0])
-    angle = world.waves.teeth.angle_rad
-    turns = float(
-        abs(angle[-1] - angle[0]) / (2.0 * np.pi) / (world.waves.t_s[-1] - world.waves.t_s[0])
-    )
+def _tones(world: SimulatedWaves, white: Array, places: Rows, number: int) -> list[Candidate]:
+    """Return the strongest tones of white rows (C, m) that are no multiple of the spindle's turn.
+
+    Rows that are missing between them count as nothing.
+    """
+    pieces = world.timing.pieces
+    rate = sum(piece.stop - piece.start - 1 for piece in pieces) / world.measured_s
+    turns = world.turns_a_s
+    after = _steps_after(world, places, rate)
+    n = int(after[-1]) + 1
     window = np.hanning(n)
-    power = np.sum(np.abs(np.fft.rfft(white * window, axis=1)) ** 2, axis=0)
+    whole = np.zeros((len(white), n))
+    whole[:, after] = white
+    power = np.sum(np.abs(np.fft.rfft(whole * window, axis=1)) ** 2, axis=0)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
     multiples = np.arange(1, 1 + int(FOLDED * rate / turns)) * turns
     folded = np.abs(multiples - rate * np.round(multiples / rate))
@@ -139,7 +140,7 @@ def _tones(world: SimulatedWaves, white: Array, number: int) -> list[Candidate]:
             break
         exact = float(frequency[at])
         if width == 1:
-            exact = _sharpened(white, rate, exact)
+            exact = _sharpened(white * window[after], after, rate, exact)
         found += tone(world, exact, f"{number}.{k}", tries=n // 2)
         power[np.abs(frequency - frequency[at]) < (8.0 + width // 2) / (n / rate)] = 0.0
     return found
@@ -166,17 +167,24 @@ def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[
     return found
 
 
-def _sharpened(white: Array, rate_Hz: float, near_Hz: float) -> float:
-    """Return the frequency, between those of the transform, at which white rows (C, n) have most.
+def _steps_after(world: SimulatedWaves, places: Rows, rate_Hz: float) -> Rows:
+    """Return how many steps after the first one each of the white rows (m,) is."""
+    if len(world.timing.pieces) == 1:
+        return np.asarray(places - places[0], dtype=np.intp)
+    t = world.waves.t_s[places]
+    return np.asarray(np.round((t - t[0]) * rate_Hz), dtype=np.intp)
+
+
+def _sharpened(windowed: Array, after: Rows, rate_Hz: float, near_Hz: float) -> float:
+    """Return the frequency, between those of the transform, at which white rows (C, m), windowed,
+    so many steps after the first (m,), have most.
 
     A line half a step off would look as if it swelled and faded.
     """
-    rows = np.arange(white.shape[1])
-    window = np.hanning(len(rows))
-    step = rate_Hz / len(rows)
+    step = rate_Hz / (int(after[-1]) + 1)
     tried = near_Hz + step * np.linspace(-1.0, 1.0, 41)
-    waves = np.exp(-2j * np.pi * tried[:, None] / rate_Hz * rows)
-    power = np.sum(np.abs((white * window) @ waves.T) ** 2, axis=0)
+    waves = np.exp(-2j * np.pi * tried[:, None] / rate_Hz * after)
+    power = np.sum(np.abs(windowed @ waves.T) ** 2, axis=0)
     return float(tried[int(np.argmax(power))])
 
 
@@ -213,12 +221,11 @@ def on_each(world: SimulatedWaves, course: Array) -> Array:
     return made.reshape(count, n, -1)
 
 
-def _bands(world: SimulatedWaves, forced: Array, white: Array, number: int) -> Candidate:
-    """Return the factor on all forces, white rows, that comes round and explains most."""
-    rows = _at_work(world, white)
-    product = np.sum((forced * white)[:, rows], axis=0)
-    power = np.sum((forced**2)[:, rows], axis=0)
-    u = world.worn[-white.shape[1] :][rows]
+def _bands(world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number: int) -> Candidate:
+    """Return the factor on all forces, white rows (C, m), that comes round and explains most."""
+    product = np.sum(force * rest, axis=0)
+    power = np.sum(force**2, axis=0)
+    u = world.worn[rows]
     best, found = 0.0, BANDS[0]
     for count in np.arange(*BANDS, 0.125):
         wave = np.exp(2j * np.pi * count * u)

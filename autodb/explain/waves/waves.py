@@ -237,6 +237,8 @@ def heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach
 
     It is told where all of the arc is in the work, and goes on from there: by a line where that is
     but a part of the cut.
+
+    Raises UnusableInput where the speed is not known, or there is a gap.
     """
     speed = recording.get("spindle.speed")
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
@@ -245,13 +247,19 @@ def heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach
             f"{recording.path}: neither spindle.angle nor spindle.speed, and no speed_rpm in "
             "its side file; record one of them or state it there"
         )
+    if len(recording.pieces) > 1:
+        raise UnusableInput(
+            f"{recording.path}: column 't': {recording.timing}; teeth cannot be followed over a "
+            "gap: record spindle.angle, or give one piece as a file of its own "
+            f"({recording.timing.parted(recording.t_s)})"
+        )
     t = recording.t_s
     passing = mill.teeth * rpm / 60.0
     rows = np.flatnonzero(engaged > 0.0)
     turning = np.exp(-1j * TURN * passing * t[rows])
     strongest = forces[int(np.argmax(np.std(forces[:, rows], axis=1)))][rows]
     slow = (strongest - strongest.mean()) * turning
-    window = max(3, round(3.0 / (passing * float(np.median(np.diff(t))))))
+    window = max(3, round(3.0 / (passing * recording.timing.step_s)))
     smooth = np.convolve(slow, np.hanning(window + 2), mode="same")
     first = max(int(ENTRY * len(rows)), int(np.searchsorted(reach[rows], 1.0)))
     steady = slice(min(first, 2 * len(rows) // 3), len(rows) - window)

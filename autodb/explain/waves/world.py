@@ -12,6 +12,7 @@ from autodb.explain.engine.candidates import CandidateForm, spline
 from autodb.explain.waves.law import in_ways, rubbing
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.waves import Waves
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 Over = Callable[[Array], Array]
@@ -40,12 +41,13 @@ class Tilted:
 class SimulatedWaves:
     """A simulation's waves, rows (n,) of C components.
 
-    ``has_edge``: the simulation has an edge force; ``out``: how far each tooth stands out, and
-    ``deeper_mm`` how far the depth is off, where that was found; ``tilted``: how the table is,
-    None: it stands still.
+    ``timing``: the pieces that its rows lie in; ``has_edge``: the simulation has an edge force;
+    ``out``: how far each tooth stands out, and ``deeper_mm`` how far the depth is off, where that
+    was found; ``tilted``: how the table is, None: it stands still.
     """
 
     waves: Waves
+    timing: Timing
     has_edge: bool
     out: StandsOut | None = None
     deeper_mm: float | None = None
@@ -69,9 +71,27 @@ class SimulatedWaves:
 
     @cached_property
     def worn(self) -> Array:
-        """Time in the work, 0 to 1 (n,)."""
-        spent = np.cumsum(self.engaged)
+        """Time in the work, 0 to 1 (n,); over a gap in which it is there it goes on."""
+        lasts = np.ones(len(self.engaged))
+        for piece in self.timing.pieces[1:]:
+            missing_s = float(self.waves.t_s[piece.start] - self.waves.t_s[piece.start - 1])
+            lasts[piece.start] = missing_s * self.timing.rate_hz
+        spent = np.cumsum(self.engaged * lasts)
         return np.asarray(spent / max(float(spent[-1]), 1.0))
+
+    @cached_property
+    def measured_s(self) -> float:
+        """How long its pieces last together, s."""
+        t = self.waves.t_s
+        return float(sum(t[piece.stop - 1] - t[piece.start] for piece in self.timing.pieces))
+
+    @cached_property
+    def turns_a_s(self) -> float:
+        """Turns of the spindle a second, over its pieces: between them turns are not counted."""
+        angle = self.waves.teeth.angle_rad
+        ends = ((angle[piece.start], angle[piece.stop - 1]) for piece in self.timing.pieces)
+        turned = sum(abs(last - first) for first, last in ends)
+        return float(turned / (2.0 * np.pi) / self.measured_s)
 
     @cached_property
     def simulated(self) -> Array:

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from autodb import signals
 from autodb.errors import UnusableInput
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
@@ -28,20 +30,23 @@ class Mean:
     sd_N: float
 
 
-def steady_rows(forces_N: Array, *, rate_hz: float, where: str) -> slice:
-    """Return the rows of the longest stretch in which forces (c, n) are those of the cut.
+def steady_rows(forces_N: Array, timing: Timing, *, where: str) -> slice:
+    """Return the rows of the longest stretch, without a gap, in which forces (c, n) are those of
+    the cut.
 
     Raises UnusableInput, naming ``where``, for one that is too short.
     """
     size = np.sqrt(np.sum(np.nan_to_num(forces_N) ** 2, axis=0))
-    smooth = uniform_filter1d(size, max(1, round(SMOOTH_S * rate_hz)), mode="nearest")
+    window = max(1, round(SMOOTH_S * timing.rate_hz))
+    smooth = signals.by_piece(
+        lambda own: uniform_filter1d(own, window, mode="nearest"), size, timing.pieces
+    )
     inside = smooth > SHARE * np.quantile(smooth, HIGH)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
-    begins, ends = edges[::2], edges[1::2]
-    longest = int(np.argmax(ends - begins))
-    begin, end = int(begins[longest]), int(ends[longest])
+    stretches = signals.flagged_runs(inside, timing.pieces)
+    longest = max(stretches, key=lambda one: one.stop - one.start)
+    begin, end = longest.start, longest.stop
     trim = round(TRIMMED * (end - begin))
-    if end - begin - 2 * trim < SHORTEST_S * rate_hz:
+    if end - begin - 2 * trim < SHORTEST_S * timing.rate_hz:
         raise UnusableInput(f"{where}: no {SHORTEST_S:g} s of a steady cut; record one longer cut")
     return slice(begin + trim, end - trim)
 

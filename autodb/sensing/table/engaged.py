@@ -30,17 +30,20 @@ def engaged(recording: Recording) -> Rows:
 
     Raises UnusableInput for a rate at which no teeth are seen.
     """
-    rate_hz = recording.rate_hz
+    timing, rate_hz = recording.timing, recording.timing.rate_hz
     if rate_hz < 10.0 * SLOW_HZ:
         raise UnusableInput(
             f"{recording.path}: teeth do not show at {rate_hz:g} Hz; record at "
             f"{10.0 * SLOW_HZ:g} Hz or more"
         )
-    power = np.zeros(len(recording))
+    power, window = np.zeros(len(recording)), max(3, round(WINDOW_S * rate_hz))
     for name in FORCES:
         values = recording[name]
-        quick = values - signals.lowpass(values, rate_hz=rate_hz, cutoff_hz=SLOW_HZ)
-        power += uniform_filter1d(quick**2, max(3, round(WINDOW_S * rate_hz)), mode="nearest")
+        quick = values - signals.lowpass_pieces(values, timing, cutoff_hz=SLOW_HZ)
+        power += signals.by_piece(
+            lambda own: uniform_filter1d(own, window, mode="nearest"), quick**2, timing.pieces
+        )
     loud = power > LOUDER * float(np.quantile(power, QUIET))
     gap = np.ones(max(3, round(GAP_S * rate_hz)), dtype=np.bool_)
-    return np.asarray(binary_closing(loud, gap)) | loud
+    closed = [binary_closing(loud[piece], gap) for piece in timing.pieces]
+    return np.asarray(np.concatenate(closed)) | loud

@@ -6,6 +6,7 @@ heat the sensor (P4 section 5.2): in each recording its drift, level · u with T
 by its own level, all by one time constant.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.table.model import G_M_S2, UP, TableModel, readings, table_motion
+from autodb.signals import by_piece
 from autodb.terms.table import thermal_drift
 
 Array = NDArray[np.float64]
@@ -143,12 +145,12 @@ def _together(rest: Array) -> float:
     return float(np.mean(sums.var(axis=1) / np.maximum(length * rest.var(axis=1), 1e-300)))
 
 
-def envelopes(force_N: Array, *, rows: int) -> tuple[Array, Array]:
-    """Return lower and upper envelope (n,) of a force (n,) over ``rows``, of a spindle's turn say.
+def envelopes(force_N: Array, pieces: Sequence[slice], *, rows: int) -> tuple[Array, Array]:
+    """Return lower and upper envelope (n,) of a force (n,) over ``rows``, of a spindle's turn say,
+    within each of its pieces.
 
     Single tooth passes scatter, so that envelopes are compared (P4 section 5.2).
     """
-    return (
-        np.asarray(minimum_filter1d(force_N, rows, mode="nearest")),
-        np.asarray(maximum_filter1d(force_N, rows, mode="nearest")),
-    )
+    low = by_piece(lambda own: minimum_filter1d(own, rows, mode="nearest"), force_N, pieces)
+    high = by_piece(lambda own: maximum_filter1d(own, rows, mode="nearest"), force_N, pieces)
+    return np.asarray(low), np.asarray(high)

@@ -13,10 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.table.kinematics import Kinematics
-from autodb.sensing.table.model import G_M_S2, TableModel, TableMotion, readings, table_motion
+from autodb.sensing.table.model import (
+    G_M_S2,
+    TableModel,
+    TableMotion,
+    readings,
+    table_motion,
+    within_gaps,
+)
 
 Array = NDArray[np.float64]
 
@@ -56,23 +64,31 @@ class Rest:
 
 @dataclass(frozen=True)
 class TableMoves:
-    """A recording: readings (3, n) and how the table moved."""
+    """A recording: readings (3, n), low-passed at ``cutoff_hz``, and how the table moved."""
 
     recording: Recording
     read_N: Array
     motion: TableMotion
+    cutoff_hz: float
 
     def rests(self) -> Iterator[Rest]:
         """Give every rest that is long enough, without its beginning."""
-        still = (np.abs(self.motion.rates) < STILL_RAD_S).all(axis=0)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
-        rate_hz = self.recording.rate_hz
+        still = np.all(np.abs(self.motion.rates) < STILL_RAD_S, axis=0)
+        timing = self.recording.timing
         columns = self.motion.columns()
-        for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            rows = slice(begin + round(SETTLING_S * rate_hz), end)
-            if end - begin >= (SHORTEST_S + SETTLING_S) * rate_hz:
+        for rest in signals.flagged_runs(still, timing.pieces):
+            rows = slice(rest.start + round(SETTLING_S * timing.rate_hz), rest.stop)
+            if rest.stop - rest.start >= (SHORTEST_S + SETTLING_S) * timing.rate_hz:
                 read = self.read_N[:, rows]
                 yield Rest(read.mean(axis=1), read.std(axis=1), columns[:, rows, 0].mean(axis=1))
+
+    def blocks(self) -> Iterator[slice]:
+        """Give blocks of rows of BLOCK_S, none next to a gap, where filters see one side only."""
+        timing = self.recording.timing
+        length = max(1, round(BLOCK_S * timing.rate_hz))
+        for inner in within_gaps(timing, cutoff_hz=self.cutoff_hz):
+            for begin in range(inner.start, inner.stop, length):
+                yield slice(begin, min(begin + length, inner.stop))
 
 
 def identify_table(
@@ -88,6 +104,7 @@ def identify_table(
             one,
             readings(one, cutoff_hz=cutoff_hz),
             table_motion(one, kinematics, cutoff_hz=cutoff_hz),
+            cutoff_hz,
         )
         for one in recordings
     ]
@@ -109,8 +126,9 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
     for one in recordings:
         columns = table_motion(one, model.kinematics, cutoff_hz=model.cutoff_hz).columns()
         left = model.sensed_N(readings(one, cutoff_hz=model.cutoff_hz)) - model.added_N(columns)
-        squares += np.sum(left**2, axis=1)
-        rows += left.shape[1]
+        for inner in within_gaps(one.timing, cutoff_hz=model.cutoff_hz):
+            squares += np.sum(left[:, inner] ** 2, axis=1)
+            rows += inner.stop - inner.start
     return np.asarray(np.sqrt(squares / rows))
 
 
@@ -162,9 +180,7 @@ def _moments(
         columns = one.motion.columns()
         sensed = np.linalg.solve(matrix, one.read_N - zero_N[:, None])
         left = sensed - mass_kg * columns[:, :, 0]
-        length = max(1, round(BLOCK_S * one.recording.rate_hz))
-        for begin in range(0, left.shape[1], length):
-            rows = slice(begin, begin + length)
+        for rows in one.blocks():
             swung, rest = columns[:, rows, 1:].reshape(-1, 3), left[:, rows].ravel()
             inner += swung.T @ swung
             right += swung.T @ rest

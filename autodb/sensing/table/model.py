@@ -20,12 +20,15 @@ from autodb.errors import UnusableInput
 from autodb.records import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.terms.table import table_inertia
+from autodb.timing import Timing
 
 Array = NDArray[np.float64]
 
 G_M_S2 = constants.g
 FORCES = ("force.x", "force.y", "force.z")
 UP = np.array([0.0, 0.0, 1.0])
+AT_GAP = 2.0
+"""Periods of a low-pass' cutoff that its rows at a gap are uncertain over. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -189,16 +192,33 @@ def _faster(
 
 
 def readings(recording: Recording, *, cutoff_hz: float) -> Array:
-    """Return what the dynamometer read (3, n), N, low-passed without a shift in time.
+    """Return what the dynamometer read (3, n), N, low-passed without a shift in time, by piece.
 
     Raises UnusableInput without one of the three components, or a rate that is too slow.
     """
-    rate_hz = recording.rate_hz
+    rate_hz = recording.timing.rate_hz
     if cutoff_hz >= 0.5 * rate_hz:
         raise UnusableInput(
             f"{recording.path}: {cutoff_hz:g} Hz is too much at {rate_hz:g} Hz; use less than "
             "half of that"
         )
     return np.array(
-        [signals.lowpass(recording[n], rate_hz=rate_hz, cutoff_hz=cutoff_hz) for n in FORCES]
+        [
+            signals.lowpass_pieces(recording[n], recording.timing, cutoff_hz=cutoff_hz)
+            for n in FORCES
+        ]
     )
+
+
+def within_gaps(timing: Timing, *, cutoff_hz: float) -> list[slice]:
+    """Return the pieces of a recording without their rows at a gap.
+
+    Over AT_GAP periods of the cutoff a low-pass and the derivatives have but one side to go by.
+    """
+    edge = round(AT_GAP / cutoff_hz * timing.rate_hz)
+    first, last = timing.pieces[0].start, timing.pieces[-1].stop
+    inner = (
+        slice(piece.start + edge * (piece.start > first), piece.stop - edge * (piece.stop < last))
+        for piece in timing.pieces
+    )
+    return [piece for piece in inner if piece.stop > piece.start]

@@ -119,10 +119,12 @@ CUT = {"cutting.feed": 0.06, "cutting.depth": 2.0, "cutting.width": 3.0, "spindl
 INSIDE = (T > 0.1) & (T < 0.8)
 
 
-def _recorded(forces: Array, *, angle_deg: Array | None, side: str = SIDE) -> Path:
+def _recorded(
+    forces: Array, *, angle_deg: Array | None, side: str = SIDE, stamps_s: Array = T
+) -> Path:
     """Write a cut that begins and ends in air, with noise of 4 N."""
     forces = forces + 4.0 * np.random.default_rng(11).standard_normal(forces.shape)
-    columns = {"t": T, **{f"force.{axis}": forces[k] for k, axis in enumerate("xyz")}}
+    columns = {"t": stamps_s, **{f"force.{axis}": forces[k] for k, axis in enumerate("xyz")}}
     if angle_deg is not None:
         columns["spindle.angle"] = angle_deg
     path = Path("cut.csv")
@@ -194,6 +196,24 @@ def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) 
         assert {cause["kind"] for cause in causes.values()} <= {"mistuned"}
         assert causes["shear"]["parameters"]["factor"]["value"] == pytest.approx(1.03, abs=0.004)
     assert ("its zero is taken from them" in ran.err) == (angle_deg is not None)
+
+
+def test_stamps_rounded_to_a_millisecond_change_no_number(milled: Cli) -> None:
+    """Two rows share a stamp; what is explained is a part of the recording."""
+    waves = waves_N(_learnt(), ToolOf("mill-10", TOOL), "side-up", CUT, ANGLE).T
+    answers, corrected = [], []
+    for stamps_s in (T, np.floor(1000.0 * T) / 1000.0):
+        path = _recorded(1.03 * waves * INSIDE, angle_deg=np.degrees(ANGLE), stamps_s=stamps_s)
+        ran = milled("explain", path, "--machine", "mill-1", "--json", "--out", "answer")
+        answers.append(_answer(ran))
+        corrected.append(np.loadtxt("answer/corrected.csv", delimiter=",", skiprows=1))
+    assert "stamps rounded to 1 ms" in ran.err
+    for channel, answer in answers[0].items():
+        pairs = zip(answer["missing"], answers[1][channel]["missing"], strict=True)
+        for one, other in pairs:
+            size, again = (cause["parameters"]["size"]["value"] for cause in (one, other))
+            assert again == pytest.approx(size, rel=1e-4)
+    assert_allclose(corrected[1], corrected[0], rtol=1e-4, atol=0.01)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill.reference_milling import ORDERS, MillEngagement, orders, waves
+from autodb.records import Recording, on_even_rows
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
+from autodb.timing.verdict import even
 from tests.conftest import Cli, Once
 
 Array = NDArray[np.float64]
@@ -168,14 +170,26 @@ def test_a_recording_that_is_gone_is_said_not_to_be_sensed(milled: Cli) -> None:
 
 
 def test_where_the_cut_is_steady() -> None:
-    rows = steady_rows(_forces(0.05, 2.0)[0], rate_hz=RATE_HZ, where="cut.csv")
+    rows = steady_rows(_forces(0.05, 2.0)[0], even(T), where="cut.csv")
     assert 1.2 < T[rows.start] < 1.6
     assert 3.4 < T[rows.stop] < 3.8
     mean = mean_of(_forces(0.05, 2.0)[0][1], np.full(len(T), 3.0), rows)
     assert mean.force_N == pytest.approx(_forces(0.05, 2.0)[1][1], rel=0.01)
     assert mean.sd_N == pytest.approx(3.0)
     with pytest.raises(UnusableInput, match=r"no 0\.5 s of a steady cut"):
-        steady_rows(_forces(0.05, 2.0)[0][:, 1100:1500], rate_hz=RATE_HZ, where="cut.csv")
+        steady_rows(_forces(0.05, 2.0)[0][:, 1100:1500], even(T[1100:1500]), where="cut.csv")
+
+
+def test_a_steady_cut_is_not_taken_over_a_gap() -> None:
+    """Rows 1.5 to 2.2 s are missing: the longer stretch, behind them, is taken."""
+    there = (T < 1.5) | (T >= 2.2)
+    forces = _forces(0.05, 2.0)[0][:, there]
+    raw = Recording(Path("cut.csv"), {"t": T[there], "force.x": forces[0]})
+    timing = on_even_rows(raw).timing
+    assert len(timing.pieces) == 2
+    rows = steady_rows(forces, timing, where="cut.csv")
+    assert T[there][rows.start] > 2.2
+    assert 3.4 < T[there][rows.stop] < 3.8
 
 
 def test_a_drive_in_newtons_feels_recorded_cuts_too(cli: Cli) -> None:

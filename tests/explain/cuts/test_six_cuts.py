@@ -23,9 +23,10 @@ def _sure(seed: int, cuts: int, *, softer: float, edge_N_mm: float) -> set[str]:
     depth, feed, speed = (values[:cuts] for values in (DEPTH_MM, FEED_MM, SPEED_M_MIN))
     simulated = 1900.0 * depth * feed
     force = simulated * (speed / 150.0) ** -softer + edge_N_mm * depth
+    number = np.arange(1, cuts + 1).astype(np.float64)
     conditions: dict[str, Array] = {
-        "cut": np.arange(cuts, dtype=np.float64) + 1.0,
-        "t": 60.0 * np.arange(cuts),
+        "cut": number,
+        "t": 60.0 * number,
         "cutting.feed": feed,
         "cutting.depth": depth,
         "cutting.speed": speed,

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer import Cause, Explained
 from autodb.explain.waves.answers import APART, STATEMENTS, words_that_tell
@@ -17,6 +18,7 @@ from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording
+from autodb.records.timed import on_even_rows
 from autodb.reports.explanation import explanation_fragment
 from autodb.terms.vocabulary import vocabulary
 from tests.conftest import Cli
@@ -122,6 +124,55 @@ def test_chatter_and_a_hard_stretch_beside_each_other() -> None:
     squares = {"chatter": ring, "hard_spot": (PLAIN * (hard - 1.0))[0]}
     assert list(causes) == sorted(squares, key=lambda name: -float(np.sum(squares[name] ** 2)))
     assert list(trace.takes) == sorted(trace.takes, reverse=True)
+
+
+def _with_a_gap(*, angle: bool) -> tuple[Recording, Recording]:
+    """A cut of 1.5 s that rings at 713.3 Hz, of which rows 0.6 to 0.9 s are missing."""
+    t = np.arange(0.0, 1.5, 1.0 / RATE_HZ)
+    turned = 2.0 * np.pi * RPM / 60.0 * t
+    inside = (t > 0.1) & (t < 1.4)
+    plain = Teeth(MILL, turned, inside.astype(np.float64), np.ones(len(t))).forces(_law)
+    ring = 6.0 * np.sin(2.0 * np.pi * 713.3 * t) * inside
+    noise = NOISE_N * np.random.default_rng(12).standard_normal(plain.shape)
+    forces = plain + np.array([1.0, 0.6, 0.2])[:, None] * ring + noise
+    there = (t < 0.6) | (t >= 0.9)
+
+    def table(values: Array) -> dict[str, Array]:
+        return {"t": t[there], **{f"force.{a}": values[i, there] for i, a in enumerate("xyz")}}
+
+    channels = table(forces) | ({"spindle.angle": np.degrees(turned[there])} if angle else {})
+    side = SideFile.model_validate(SIDE)
+    recording = on_even_rows(Recording(Path("cut.csv"), channels, side=side))
+    return recording, on_even_rows(Recording(Path("s.csv"), table(plain)), like=recording)
+
+
+def test_chatter_is_followed_over_a_gap() -> None:
+    recording, simulation = _with_a_gap(angle=True)
+    assert len(recording.pieces) == 2
+    explained = explain(recording, simulation)
+    causes = _causes(explained, "force.x")
+    assert set(causes) == {"chatter"}
+    assert _holds(causes["chatter"], "frequency", 713.3, within=1e-4)
+    assert causes["chatter"].parameters["size"].value == pytest.approx(6.0, abs=0.4)
+    assert any("2 pieces of even rows" in note for note in explained.notes)
+
+
+def test_teeth_that_only_forces_tell_are_not_followed_over_a_gap() -> None:
+    with pytest.raises(UnusableInput, match=r"record spindle\.angle, or give one piece"):
+        explain(*_with_a_gap(angle=False))
+
+
+def test_a_recording_that_is_mostly_gap_is_refused() -> None:
+    t = np.concatenate([T, T + 5.0])
+    turned = 2.0 * np.pi * RPM / 60.0 * t
+    forces = np.tile(PLAIN, 2)
+    channels = {"t": t, **{f"force.{a}": forces[i] for i, a in enumerate("xyz")}}
+    simulation = Recording(Path("s.csv"), channels)
+    more = {"spindle.angle": np.degrees(turned), "force.x": 1.1 * forces[0]}
+    side = SideFile.model_validate(SIDE)
+    recording = on_even_rows(Recording(Path("cut.csv"), channels | more, side=side))
+    with pytest.raises(UnusableInput, match=r"gaps last longer .* one piece as a file of its own"):
+        explain(recording, on_even_rows(simulation, like=recording))
 
 
 def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:

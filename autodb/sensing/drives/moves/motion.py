@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting, signals
-from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, place_channel
 from autodb.records import Recording
+from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction
 
@@ -31,9 +31,6 @@ coefficient. Chosen."""
 DROWNED = 1.0
 """The same where the effort is not filtered with it: a filter then takes off what is there. Chosen;
 on recordings of real axes shares of 0.01 to 0.3 fitted worse than none."""
-DEAD_BAND = 0.015
-"""Share of its way in a row at top speed by which a place may have to change until it is written:
-up to here coefficients of a known axis were within 0.3 %, from 0.018 on up to 9 % off."""
 LOWEST_HZ, LOWER = 5.0, 0.8
 """Lowest cutoff, and by what it is lowered at a time. Chosen."""
 SPINDLE = "spindle"
@@ -62,13 +59,14 @@ def axis_motion(
     out below STANDSTILL_MM_S, with ``own_speeds`` below a share of the recording's top speed: two
     recordings of one axis have one direction with the first, two units of one with the second.
 
-    Raises UnusableInput when there is not even a position, or one with a coarse dead band.
+    Raises UnusableInput when there is not even a position, or one or an effort with a coarse dead
+    band.
     """
     position = recording[place_channel(axis)]
     velocity = recording.get(f"{axis}.velocity")
     acceleration = recording.get(f"{axis}.acceleration")
+    refuse_dead_bands(recording, axis, derived=velocity is None)
     if velocity is None:
-        _refuse_dead_band(recording, axis)
         timing = recording.timing
         smooth, v, a = signals.derivatives(
             recording.t_s, position, cutoff_hz=cutoff_hz, timing=timing
@@ -83,27 +81,6 @@ def axis_motion(
     still = standstill_speed(position, velocity, noise) if own_speeds else STANDSTILL_MM_S
     sense = direction(velocity, standstill_mm_s=max(still, NOISE_BAND * noise))
     return AxisMotion(position, velocity, acceleration, sense)
-
-
-def _refuse_dead_band(recording: Recording, axis: str) -> None:
-    """Refuse a place that is written on change, by too much of its way in a step at top speed.
-
-    Slower than a dead band a step nobody knows when it moved.
-    """
-    timing, name = recording.timing, place_channel(axis)
-    if "on change" not in timing.kinds:
-        return
-    steps = np.abs(np.diff(recording.written[name]))
-    ways = np.abs(np.diff(recording[name]))
-    if not np.any(steps > 0) or not np.any(ways > 0):
-        return
-    band, top = float(np.quantile(steps[steps > 0], 0.01)), float(np.quantile(ways, 0.99))
-    if band > DEAD_BAND * top:
-        raise UnusableInput(
-            f"{recording.path}: {name} is written when it has changed by {band:.2g}, "
-            f"{100.0 * band / top:.2g} % of its way in a row at top speed: too coarse to derive "
-            f"velocity and acceleration; record it on every row, or {axis}.velocity besides"
-        )
 
 
 def _slope_of(recording: Recording, values: Array, *, cutoff_hz: float) -> Array:

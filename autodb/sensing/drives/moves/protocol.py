@@ -68,11 +68,11 @@ class FilterProtocol:
         return signals.by_piece(cropped, values, timing.pieces)
 
     def _kept(self, rows: Array, timing: Timing) -> Array:
-        """Return the rows, less those that were not measured."""
-        if timing.measured is None:
+        """Return the rows, less those that were not measured, as far as the cutoff reaches."""
+        known = timing.known_within(1.0 / self.cutoff_hz)
+        if known is None:
             return rows
-        measured = timing.measured.astype(np.float64)
-        return rows[self._by_piece(self._picked, measured, timing) > 0]
+        return rows[self._by_piece(self._picked, known.astype(np.float64), timing) > 0]
 
 
 @dataclass(frozen=True)
