@@ -89,7 +89,8 @@ def account_of_waves(
 
     Where a course without a name does better than these, it stands beside the static laws, and
     of the others those stay that blocks need beside it, or that do by themselves most of what it
-    does.
+    does. What the laws can mostly give is theirs: a sensor's offset along a slot, say, where an
+    edge's axial force is as constant.
     """
     named = [c for c in candidates if c.named]
     courses = [c for c in candidates if c.key == OVER_TURN]
@@ -112,6 +113,7 @@ def account_of_waves(
     kept = [*static, *(c for c in found if c not in static and _does_most(rows, static, c, course))]
     beside = grown(rows, [*kept, course], [c for c in named if not c.static])
     kept += [c for c in beside if c.candidate.named and c not in kept]
+    kept = [c for c in kept if c in static or rows.own_share([*static, c]) > OWN]
     return PlainAccount(tuple(kept), (course,), float(rows.squares(kept).sum()))
 
 
