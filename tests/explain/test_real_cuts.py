@@ -79,3 +79,6 @@ def test_a_sensor_that_fails_and_comes_back_does_not_hide_wear() -> None:
         assert "tool_wear" in {c.term for c in answer.missing if c.confidence >= SURE}, channel
     assert [c.term for c in answers["force.x"].missing if c.term == "gain"]
     assert not [c for n in ("force.y", "force.z") for c in answers[n].missing if c.term == "gain"]
+    ((_, nothing_hidden),) = _cases("phm-null")
+    for answer in nothing_hidden.values():
+        assert "hard_spot" not in {c.term for c in answer.missing if c.confidence >= HALF}

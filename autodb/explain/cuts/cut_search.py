@@ -12,7 +12,7 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.library import Library, of_forces
 from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
-from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_rows, held_out_square
 from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
@@ -122,7 +122,39 @@ def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts
         if not result.found.choices:
             break
     assert result is not None
+    result = _scaled_alike(result)
     return replace(result, found=_vetoed(result, library.confirmed))
+
+
+def _scaled_alike(result: FoundInCuts) -> FoundInCuts:
+    """Return the set in which harder material is harder in most components, by cuts left out: what
+    scales one of several alone is its sensor, and is looked for as that.
+    """
+    held = result.founded
+    while True:
+        found = result.found
+        alone = [
+            c
+            for c in found.choices
+            if c.candidate.term == "hard_spot" and not _helps_most(result, found, c)
+        ]
+        if not alone:
+            return result
+        for choice in alone:
+            for number in range(len(choice.candidate.forms)):
+                result.search.bar(Choice(choice.candidate, number))
+        best = settled_set(result.search, result.search.best(), held=held)
+        result = replace(result, found=result.search.cleared(best))
+
+
+def _helps_most(result: FoundInCuts, found: FoundSet, choice: Choice) -> bool:
+    """Whether most components of cuts left out of the fit are predicted better with an effect."""
+    stack, own = result.stack, result.own
+    whole, without = (
+        np.sum(held_out_rows(stack, own, choices) ** 2, axis=1)
+        for choices in (found.choices, found.without(choice.candidate.key))
+    )
+    return bool(2 * np.count_nonzero(whole < without) > len(stack.names))
 
 
 def _strong(found: FoundSet) -> tuple[Choice, ...]:
