@@ -260,7 +260,7 @@ def _deflection(world: SimulatedWaves) -> Candidate:
 def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
     """The force depends smoothly on time; something turns with the spindle, slowly or anyhow."""
     angle, z = world.waves.teeth.angle_rad, world.waves.teeth.mill.teeth
-    slow, all_ = (1, 2), sorted({*range(1, 2 * z + 1), 3 * z, 4 * z})
+    slow, all_ = (1, 2), [*range(1, 3 * z + 1), 4 * z]
     turns, whole = (
         np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
         for orders in (slow, all_)

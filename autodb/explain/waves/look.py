@@ -166,7 +166,7 @@ def _seen_plainly(
         world, bench, standing, account = anew, other, others, now
     if not account.beside:
         return None
-    plain = bench.plain(bench.chosen((*account.laws, *account.beside)))
+    plain = bench.plain(bench.chosen(account.laws))
     beside = [_but_for_laws(bench, account.laws, course, plain) for course in account.beside]
     courses = {c.candidate.key: c.candidate for c in beside}
     every = [courses.get(one.key, one) for one in (*standing, *scanned)]

@@ -87,10 +87,9 @@ def account_of_waves(
 ) -> PlainAccount:
     """Return what blocks of time left out clearly need: static laws first, then any with a name.
 
-    Where a course without a name does better than these, it stands beside the static laws, and
-    of the others those stay that blocks need beside it, or that do by themselves most of what it
-    does. What the laws can mostly give is theirs: a sensor's offset along a slot, say, where an
-    edge's axial force is as constant.
+    Where a course without a name does better than these, those stay that do by themselves most of
+    what it does, or that blocks need beside it. What the laws can mostly give is theirs: a sensor's
+    offset along a slot, say, where an edge's axial force is as constant.
     """
     named = [c for c in candidates if c.named]
     courses = [c for c in candidates if c.key == OVER_TURN]
@@ -110,10 +109,13 @@ def account_of_waves(
     if course is None:
         return PlainAccount(tuple(found), (), float(rows.squares(found).sum()))
     course = _course(rows, static, courses) or course
-    kept = [*static, *(c for c in found if c not in static and _does_most(rows, static, c, course))]
-    beside = grown(rows, [*kept, course], [c for c in named if not c.static])
-    kept += [c for c in beside if c.candidate.named and c not in kept]
-    kept = [c for c in kept if c in static or rows.own_share([*static, c]) > OWN]
+    kept: list[Choice] = []
+    for choice in found:
+        mostly_given = bool(kept) and rows.own_share([*kept, choice]) <= OWN
+        if mostly_given and not choice.candidate.static:
+            continue
+        if _does_most(rows, kept, choice, course) or _is_needed(rows, kept, choice, course):
+            kept.append(choice)
     return PlainAccount(tuple(kept), (course,), float(rows.squares(kept).sum()))
 
 
@@ -133,9 +135,15 @@ def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]
     return min(clear, key=lambda one: one[0])[1] if clear else None
 
 
-def _does_most(rows: PlainRows, static: list[Choice], choice: Choice, course: Choice) -> bool:
+def _does_most(rows: PlainRows, beside: list[Choice], choice: Choice, course: Choice) -> bool:
     """Whether an effect takes most of the squares away that a course over the turn does."""
     none, its, all_ = (
-        float(rows.squares([*static, *one]).sum()) for one in ([], [choice], [course])
+        float(rows.squares([*beside, *one]).sum()) for one in ([], [choice], [course])
     )
     return none - its > OWN * (none - all_)
+
+
+def _is_needed(rows: PlainRows, beside: list[Choice], choice: Choice, course: Choice) -> bool:
+    """Whether the held-out rms clearly falls with an effect beside a course over the turn."""
+    without, whole = (rows.squares([*beside, course, *one]) for one in ([], [choice]))
+    return rms_fall(without, whole) >= GAIN
