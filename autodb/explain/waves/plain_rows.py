@@ -15,7 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.explain.engine.laws import GAIN, IN_BLOCKS, ROUNDS, completed, grown, merged_laws
+from autodb.explain.engine.laws import (
+    CLEAR,
+    GAIN,
+    IN_BLOCKS,
+    ROUNDS,
+    completed,
+    grown,
+    merged_laws,
+)
 from autodb.explain.engine.plain import OWN, ROWS, PlainRows, rms_fall
 from autodb.explain.waves.candidates import OVER_TURN
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, component_noise_sd
@@ -87,9 +95,10 @@ def account_of_waves(
 ) -> PlainAccount:
     """Return what blocks of time left out clearly need: static laws first, then any with a name.
 
-    Where a course without a name does better than these, those stay that do by themselves most of
-    what it does, or that blocks need beside it. What the laws can mostly give is theirs: a sensor's
-    offset along a slot, say, where an edge's axial force is as constant.
+    Where a course without a name does better than these, static laws that are clear stay, and of
+    the others what does by itself most of what the course does, or is needed beside it. What laws
+    can mostly give is theirs: a sensor's offset along a slot, say, where an edge's axial force is
+    as constant.
     """
     named = [c for c in candidates if c.named]
     courses = [c for c in candidates if c.key == OVER_TURN]
@@ -111,10 +120,7 @@ def account_of_waves(
     course = _course(rows, static, courses) or course
     kept: list[Choice] = []
     for choice in found:
-        mostly_given = bool(kept) and rows.own_share([*kept, choice]) <= OWN
-        if mostly_given and not choice.candidate.static:
-            continue
-        if _does_most(rows, kept, choice, course) or _is_needed(rows, kept, choice, course):
+        if _stays(rows, kept, choice, course):
             kept.append(choice)
     return PlainAccount(tuple(kept), (course,), float(rows.squares(kept).sum()))
 
@@ -143,7 +149,13 @@ def _does_most(rows: PlainRows, beside: list[Choice], choice: Choice, course: Ch
     return none - its > OWN * (none - all_)
 
 
-def _is_needed(rows: PlainRows, beside: list[Choice], choice: Choice, course: Choice) -> bool:
-    """Whether the held-out rms clearly falls with an effect beside a course over the turn."""
+def _stays(rows: PlainRows, beside: list[Choice], choice: Choice, course: Choice) -> bool:
+    """Whether an effect is one of its own where a course over the turn does better than all."""
+    if choice.candidate.static:
+        without, whole = (rows.squares([*beside, *one]) for one in ([], [choice]))
+        if rms_fall(without, whole) >= CLEAR:
+            return True
+    elif beside and rows.own_share([*beside, choice]) <= OWN:
+        return False
     without, whole = (rows.squares([*beside, course, *one]) for one in ([], [choice]))
-    return rms_fall(without, whole) >= GAIN
+    return _does_most(rows, beside, choice, course) or rms_fall(without, whole) >= GAIN
