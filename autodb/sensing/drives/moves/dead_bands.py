@@ -89,7 +89,7 @@ def refuse_unknown_rests(recording: Recording, axis: str) -> None:
     while the axis rested nobody knows.
     """
     name = place_channel(axis)
-    if not is_on_change(recording):
+    if not is_on_change(recording) or name not in recording:
         return
     steps = np.abs(np.diff(recording.written[name]))
     if steps.min() > SMALLER * _least_change(recording.written[name]):
