@@ -57,10 +57,10 @@ def grown(
     for _ in range(min(most, MOST - len(found))):
         taken = {c.candidate.key for c in found}
         offers = [_offered(rows, found, c) for c in among if c.key not in taken]
-        worth = [(fall - rows.richness(choice), choice) for fall, choice in offers if choice]
-        gain, best = max(worth, key=lambda offer: offer[0], default=(0.0, None))
-        if best is None or gain < GAIN:
+        able = [(f, c) for f, c in offers if c and f >= GAIN + rows.asked_more(c)]
+        if not able:
             break
+        best = max(able, key=lambda offer: offer[0] - rows.richness(offer[1]))[1]
         found = [*beside(found, best.candidate), best]
     return pruned(rows, found)
 

@@ -235,6 +235,13 @@ class PlainRows:
         """Return the share by which the held-out rms must fall for a choice's further columns."""
         return NEEDED * (len(self._places[choice.key]) - 1)
 
+    def asked_more(self, choice: Choice) -> float:
+        """Return the share by which the held-out rms must fall further for a choice to be taken at
+        all: nothing, where each of its columns has a meaning of its own.
+        """
+        del choice
+        return 0.0
+
     def with_one_more(
         self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
     ) -> tuple[Array, Choice] | None:

@@ -68,6 +68,16 @@ class WaveRows:
         return self._flat(self._bench.columns(key, form))
 
 
+class PlainWaves(PlainRows):
+    """Plain rows of a waveform, where a law's tangential, radial and axial part trade with those of
+    the others: each has to be worth it.
+    """
+
+    def asked_more(self, choice: Choice) -> float:
+        """Return the share that its further columns cost."""
+        return self.richness(choice)
+
+
 @dataclass(frozen=True)
 class PlainAccount:
     """What plain rows need: named ``laws``, and ``beside`` them the course without a name that they
@@ -86,7 +96,7 @@ def static_laws(
 ) -> tuple[Choice, ...]:
     """Return the laws that go with the chip alone which blocks of time left out clearly need."""
     laws = [c for c in candidates if c.named and c.static]
-    rows = PlainRows(WaveRows(bench, quiet), laws)
+    rows = PlainWaves(WaveRows(bench, quiet), laws)
     return tuple(merged_laws(rows, grown(rows, [], laws)))
 
 
@@ -104,16 +114,16 @@ def account_of_waves(
     courses = [c for c in candidates if c.key == OVER_TURN]
     source = WaveRows(bench, quiet)
     found = static = list(static_laws(bench, quiet, candidates))
-    rows = PlainRows(source, [*courses, *(c.candidate for c in static)], static)
+    rows = PlainWaves(source, [*courses, *(c.candidate for c in static)], static)
     if _course(rows, static, courses) is None:
         return PlainAccount(tuple(static), (), float(rows.squares(static).sum()))
-    rows = PlainRows(source, named)
+    rows = PlainWaves(source, named)
     for _ in range(ROUNDS):
         before = {c.candidate.key for c in found}
         found = merged_laws(rows, completed(rows, found))
         if {c.candidate.key for c in found} == before:
             break
-    rows = PlainRows(source, candidates, found)
+    rows = PlainWaves(source, candidates, found)
     course = _course(rows, found, courses)
     if course is None:
         return PlainAccount(tuple(found), (), float(rows.squares(found).sum()))
