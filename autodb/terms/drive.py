@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
 
@@ -88,6 +87,8 @@ def compliance(
     M·a_motor + M_load·(a_load − a_motor). 0 in steady motion and at standstill. Even sampling.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
+    from scipy import signal
+
     rate_hz = 1.0 / step_s(t_s)
     omega = 2.0 * np.pi * frequency_hz
     b, a = signal.bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], fs=rate_hz)

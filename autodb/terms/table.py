@@ -10,7 +10,7 @@ others are its inputs in turn.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import constants, signal
+from scipy import constants
 
 from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
 
@@ -73,8 +73,10 @@ def thermal_drift(cutting: Array, t_s: Array, *, time_constant_s: float) -> Arra
     first row. Even sampling. Source: P4 section 5 names the effect and leaves it out; first-order
     heating is chosen.
     """
+    from scipy.signal import lfilter
+
     keep = float(np.exp(-step_s(t_s) / time_constant_s))
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], cutting), dtype=np.float64)
+    return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], cutting), dtype=np.float64)
 
 
 def crosstalk(other_force_N: Array) -> Array:

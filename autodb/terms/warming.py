@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.terms._term import Factor, ParameterPrior, TermParameter, step_s
 
@@ -19,9 +18,11 @@ def warmth(t_s: Array, velocity_mm_s: Array, *, time_constant_s: float) -> Array
     constant friction goes as speed; it relaxes at rest. Even sampling. Source: P2 section 3, fitted
     there as 1 − e^(−u/T).
     """
+    from scipy.signal import lfilter
+
     keep = float(np.exp(-step_s(t_s) / time_constant_s))
     heat = np.abs(velocity_mm_s) / WARM_SPEED_MM_S
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
+    return np.asarray(lfilter([0.0, 1.0 - keep], [1.0, -keep], heat), dtype=np.float64)
 
 
 def warmup(
