@@ -157,7 +157,7 @@ class _Rounds:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
         self._most = most
-        self._rounds, self._steps, self._length, self._halvings = 0, 0, 1.0, 0
+        self._rounds, self._steps, self._length = 0, 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -237,11 +237,11 @@ class _Rounds:
             length = promised / bend if bend > 0.0 else 1.0
             self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)
         step = self._length * step
-        for halvings in range(max(self._halvings - 1, 0), HALVINGS):
-            there = self._model.seen(self._mean(z + 0.5**halvings * step))
-            if misfit(there, z + 0.5**halvings * step) <= best * (1.0 + 1e-9):
-                self._halvings = halvings
-                return z + 0.5**halvings * step, there
+        for _ in range(HALVINGS):
+            there = self._model.seen(self._mean(z + step))
+            if misfit(there, z + step) <= best * (1.0 + 1e-9):
+                return z + step, there
+            step = 0.5 * step
         return z, seen
 
     def _scatter(self, seen: Seen, known: Array, now: Scatter) -> Scatter:
