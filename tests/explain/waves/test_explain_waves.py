@@ -124,6 +124,7 @@ def test_chatter_and_a_hard_stretch_beside_each_other() -> None:
     assert list(trace.takes) == sorted(trace.takes, reverse=True)
 
 
+@pytest.mark.campaign
 def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:
     """The simulation has no edge force; the sensor of x drifts by 9 N/s, in air too."""
     forces = PLAIN + np.array([9.0, 0.0, 0.0])[:, None] * T
