@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 from scipy.linalg import solve_triangular
-from scipy.signal import lfilter
 
 from autodb.fitting.covariance import autoregression
 from autodb.fitting.linear import RANK, triangle
@@ -146,6 +145,8 @@ def _noise(matrix: Array, values: Array, order: int) -> Array:
 
 
 def _whitened(columns: Array, a: Array) -> Array:
+    from scipy.signal import lfilter
+
     taps = np.concatenate([[1.0], -a])
     return np.asarray(lfilter(taps, [1.0], columns, axis=0)[len(a) :], dtype=np.float64)
 
@@ -268,7 +269,7 @@ def _widened(ratio: Array, freedom: int) -> Array:
     the stated and the shown one, weighed by their likelihoods: both weigh alike where chance would
     show as much in 1 − SURE of all cases, so that nothing jumps there.
     """
-    limit = stats.chi2.ppf(SURE, freedom) / freedom
+    limit = special.gammaincinv(0.5 * freedom, SURE) / (0.5 * freedom)  # quantile of χ²
     more = np.maximum(ratio, 1.0)
     odds = 0.5 * freedom * ((more - np.log(more)) - (limit - np.log(limit)))
     return np.asarray(np.sqrt(1.0 + special.expit(odds) * (more - 1.0)))
@@ -279,4 +280,4 @@ def _few_blocks(count: int) -> float:
 
     Student's t over the normal, at 97.5 %.
     """
-    return float(stats.t.ppf(0.975, count - 1) / stats.norm.ppf(0.975))
+    return float(special.stdtrit(count - 1, 0.975) / special.ndtri(0.975))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 COVERAGE = 0.9545
 """Share that an expanded uncertainty with k = 2 covers of a normal distribution."""
@@ -65,7 +65,7 @@ class UncertaintyBudget:
     @property
     def coverage_factor(self) -> float:
         """What the combined uncertainty is multiplied by: 2 where the degrees are many."""
-        return float(stats.t.ppf(0.5 * (1.0 + COVERAGE), self.freedom))
+        return float(stdtrit(self.freedom, 0.5 * (1.0 + COVERAGE)))
 
     @property
     def expanded(self) -> float:

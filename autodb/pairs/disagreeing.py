@@ -25,7 +25,7 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from autodb.cutting.shear import BETA, EDGE_R, EDGE_T, TAU, Edge, chip_coefficients
 from autodb.fitting import Gaussian
@@ -251,7 +251,7 @@ def _beyond(value: Array, covariance: Array) -> float:
     if not len(value):
         return 1.0
     misfit = float(value @ np.linalg.pinv(covariance) @ value)
-    return float(chi2.sf(misfit, np.linalg.matrix_rank(covariance)))
+    return float(chdtrc(np.linalg.matrix_rank(covariance), misfit))
 
 
 def _log_density(value: Array, covariance: Array) -> float:

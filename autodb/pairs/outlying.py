@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import PairPosterior
@@ -53,4 +53,4 @@ def outlier_test(posterior: PairPosterior, observed: Observed) -> OutlierTest:
 
 
 def _probability(left: Array, covariance: Array) -> float:
-    return float(chi2.sf(left @ np.linalg.solve(covariance, left), len(left)))
+    return float(chdtrc(len(left), left @ np.linalg.solve(covariance, left)))

@@ -56,17 +56,27 @@ def _is_of_several(folder: Path) -> bool:
     return all(p.is_dir() and _is_answer(p) for p in others)
 
 
+def check_folder(folder: Path, *, several: bool = False) -> None:
+    """Refuse a folder whose place no answer, of one recording or of several, may take.
+
+    Raises UnusableInput when it is a file or holds anything but an earlier answer.
+    """
+    _check(folder.resolve(), _is_of_several if several else _is_answer)
+
+
+def _check(folder: Path, ours: Callable[[Path], bool]) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise UnusableInput(f"{folder}: is a file; --out needs a folder")
+    if folder.is_dir() and not ours(folder):
+        raise UnusableInput(f"{folder}: holds other files, it would be replaced; give a new --out")
+
+
 def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path], bool]) -> None:
     """Put a folder that ``write`` fills in the place of an earlier answer, or of nothing."""
     folder = folder.resolve()
     folder.parent.mkdir(parents=True, exist_ok=True)
     with hidden(folder) as new:
-        if folder.exists() and not folder.is_dir():
-            raise UnusableInput(f"{folder}: is a file; --out needs a folder")
-        if folder.is_dir() and not ours(folder):
-            raise UnusableInput(
-                f"{folder}: holds other files, it would be replaced; give a new --out"
-            )
+        _check(folder, ours)
         new.mkdir()
         write(new)
         replace_by(new, folder)

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.timing import Timing
 
@@ -46,6 +45,8 @@ def lowpass(values: Array, *, rate_hz: float, cutoff_hz: float) -> Array:
     """
     if cutoff_hz >= 0.5 * rate_hz:
         return values
+    from scipy import signal
+
     sos = signal.butter(BUTTERWORTH_ORDER, cutoff_hz, fs=rate_hz, output="sos")
     return np.asarray(signal.sosfiltfilt(sos, values, axis=0), dtype=np.float64)
 
@@ -79,6 +80,8 @@ def decimate(values: Array, factor: int) -> Array:
     """
     if factor == 1:
         return values
+    from scipy import signal
+
     return np.asarray(signal.decimate(values, factor, axis=0), dtype=np.float64)
 
 

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.terms._term import step_s
 
@@ -27,6 +26,8 @@ def first_order(driven: Array, t_s: Array, *, time_constant_s: float, meanwhile:
 
     ``meanwhile`` (n,): what drives it over a gap of the clock that follows a row.
     """
+    from scipy import signal
+
     keep = float(np.exp(-step_s(t_s) / time_constant_s))
     parts, state = list[Array](), 0.0
     for run in unbroken_rows(t_s):

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.terms._memory import by_run
 from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
@@ -90,6 +89,8 @@ def compliance(
     after a gap of the clock the load is at rest on its spring.
     Source: two-mass model of a feed drive; named as the gap of the rigid model in Janot 2019.
     """
+    from scipy import signal
+
     rate_hz = 1.0 / step_s(t_s)
     omega = 2.0 * np.pi * frequency_hz
     b, a = signal.bilinear([omega**2], [1.0, 2.0 * damping * omega, omega**2], fs=rate_hz)

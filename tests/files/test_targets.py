@@ -20,7 +20,7 @@ from autodb.store.restoring import restore
 from tests.helpers.children import at_once, begun
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
-ROUNDS = 4
+ROUNDS = 2
 ROWS = 20_000
 """Rows of a database that takes long enough to copy for two copies to meet."""
 

@@ -28,15 +28,26 @@ def url(tmp_path: Path) -> str:
     return f"sqlite:///{tmp_path / 'a.sqlite3'}"
 
 
-@pytest.fixture
-def store(url: str) -> Iterator[Store]:
-    create_store(url)
-    opened = open_store(url)
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Return a database whose audit log spans three groups of rows."""
+    path = tmp_path_factory.mktemp("made") / "a.sqlite3"
+    create_store(f"sqlite:///{path}")
+    opened = open_store(f"sqlite:///{path}")
     with opened.writing() as session:
         for n in range(N):
             add_to_chain(
                 session, models.AuditEntry(who=f"panel {n}", action="read", detail={"n": n})
             )
+    opened.close()
+    assert not path.with_name("a.sqlite3-wal").exists()
+    return path.read_bytes()
+
+
+@pytest.fixture
+def store(url: str, tmp_path: Path, made: bytes) -> Iterator[Store]:
+    (tmp_path / "a.sqlite3").write_bytes(made)
+    opened = open_store(url)
     yield opened
     opened.close()
 

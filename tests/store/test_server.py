@@ -26,9 +26,9 @@ from autodb.store import Store, create_store, head, migrate, models, open_store,
 from autodb.store.engines import engine_of
 from autodb.store.restoring import restore
 from tests.conftest import Cli
+from tests.helpers.campaigns import first
 from tests.helpers.servers import Server, wait_for
 
-WRITERS = 8
 FILES, CUTS = 2, 3
 SEED = 12
 JOB = RECORDINGS.parent / "job.toml"
@@ -81,7 +81,7 @@ def _taken_up(cli: Cli, url: str) -> list[str]:
     cli("init", "--db", url)
     cli("machine", "add", "lathe-1", "--db", url)
     said = []
-    for name in ("standard-cuts.csv", "shop-week-1.csv", "air-moves.csv"):
+    for name in ("standard-cuts.csv", "air-moves.csv"):
         cli("import", RECORDINGS / name, "--machine", "lathe-1", "--db", url)
     for command in (
         ("calibrate", "--machine", "lathe-1"),
@@ -173,13 +173,13 @@ def test_schedule_never_prints_a_password(cli: Cli, url: str) -> None:
     engine_of(with_password).dispose()
 
 
-def _shop(folder: Path) -> list[str]:
-    """Make an inbox for each of eight machines; return the machines' names.
+def _shop(folder: Path, writers: int) -> list[str]:
+    """Make an inbox for each of some machines; return the machines' names.
 
     Of each machine's cuts none is another's; their materials and tools are.
     """
     week = pd.read_csv(RECORDINGS / "shop-week-1.csv").drop(columns=["cut"])
-    names = [f"lathe-{number}" for number in range(WRITERS)]
+    names = [f"lathe-{number}" for number in range(writers)]
     for number, name in enumerate(names):
         (folder / name).mkdir()
         for k in range(FILES):
@@ -191,13 +191,13 @@ def _shop(folder: Path) -> list[str]:
     return names
 
 
-def _calibrated(file: Path) -> None:
-    """Make the database of eight calibrated machines."""
+def _calibrated(file: Path, writers: int) -> None:
+    """Make the database of some calibrated machines."""
     url = f"sqlite:///{file}"
     create_store(url)
     store = open_store(url)
     standard = pd.read_csv(RECORDINGS / "standard-cuts.csv").drop(columns="tool")
-    for number in range(WRITERS):
+    for number in range(writers):
         path = file.with_name(f"standard-{number}.csv")
         standard.assign(t=standard["t"] + number).to_csv(path, index=False)
         add_machine(store, f"lathe-{number}", LATHE)
@@ -264,20 +264,21 @@ def _by_content(url: str) -> dict[str, Any]:
     return found
 
 
-def test_eight_writers_that_are_killed_end_as_one_after_the_other(
-    server: Server, tmp_path: Path
+@pytest.mark.parametrize("writers", first(1, [4, 8]))
+def test_writers_that_are_killed_end_as_one_after_the_other(
+    server: Server, tmp_path: Path, writers: int
 ) -> None:
     urls = {way: server.database() for way in ("serial", "at once")}
-    _calibrated(tmp_path / "eight.sqlite3")
+    _calibrated(tmp_path / "calibrated.sqlite3", writers)
     for way, made in urls.items():
-        restore(made, tmp_path / "eight.sqlite3")
+        restore(made, tmp_path / "calibrated.sqlite3")
         (tmp_path / way).mkdir()
-        _shop(tmp_path / way)
+        _shop(tmp_path / way, writers)
     start = time.perf_counter()
-    for number in range(WRITERS):
+    for number in range(writers):
         _take(urls["serial"], tmp_path / "serial", f"lathe-{number}")
     took_s = time.perf_counter() - start
-    all_take_s = took_s / min(WRITERS, os.cpu_count() or 1)
+    all_take_s = took_s / min(writers, os.cpu_count() or 1)
 
     # Each writer is killed twice, and begun again; then let end
     rng, url, folder = random.Random(SEED), urls["at once"], tmp_path / "at once"
@@ -286,7 +287,7 @@ def test_eight_writers_that_are_killed_end_as_one_after_the_other(
     for last in (False, False, True):
         children = [
             _forked(lambda n=number: _take(url, folder, f"lathe-{n}"))  # type: ignore[misc]
-            for number in range(WRITERS)
+            for number in range(writers)
         ]
         at_s = sorted(rng.uniform(0.0, 0.75 * all_take_s) for _ in children)
         begun = time.perf_counter()
@@ -295,10 +296,10 @@ def test_eight_writers_that_are_killed_end_as_one_after_the_other(
             os.kill(child, signal.SIGKILL)
         ended = [os.waitpid(child, 0)[1] for child in children]
         killed += sum(os.WIFSIGNALED(status) for status in ended)
-        assert not last or ended == [0] * WRITERS
-    assert killed >= WRITERS // 2  # the others had ended before
+        assert not last or ended == [0] * writers
+    assert killed >= writers // 2  # the others had ended before
     found = _by_content(url)
-    assert len(found["beliefs"]) == WRITERS
+    assert len(found["beliefs"]) == writers
     assert found == _by_content(urls["serial"])
     for one in urls.values():
         engine_of(one).dispose()
@@ -340,7 +341,7 @@ def test_a_server_that_restarts_in_the_middle_loses_nothing(server: Server, tmp_
         urls[way] = server.database()
         create_store(urls[way])
         (tmp_path / way).mkdir()
-        _shop(tmp_path / way)
+        _shop(tmp_path / way, 1)
         store = open_store(urls[way])
         add_machine(store, "lathe-0", LATHE)
         store.close()

@@ -128,8 +128,11 @@ def sorted_forces(
     UnusableInput where the pair's tool cannot make the cuts.
     """
     known = before or LearntBefore()
-    posterior, kept, outliers = start, Forces(), Forces()
+    posterior, kept, outliers, usual = start, Forces(), Forces(), Forces()
     for some in _by_recording(forces):
+        if usual:  # of the recording before; nobody asks for what the last of them would teach
+            taught = posterior_of_readings if posterior.cuts else learn_averaging
+            posterior = taught(posterior, as_observed(usual, wear=posterior.wear)).past()
         outlying = {force.cut_id for force in some if known.still_excluded(force)}
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
@@ -137,9 +140,6 @@ def sorted_forces(
         usual = [force for force in some if force.cut_id not in outlying]
         outliers += [force for force in some if force.cut_id in outlying]
         kept += usual
-        if usual:
-            taught = posterior_of_readings if posterior.cuts else learn_averaging
-            posterior = taught(posterior, as_observed(usual, wear=posterior.wear)).past()
     return SortedForces(kept, outliers)
 
 

@@ -120,8 +120,9 @@ def _check(
 
 
 def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: Step) -> None:
-    from autodb.reports.explanation_files import write_answer
+    from autodb.reports.explanation_files import check_folder, write_answer
 
+    check_folder(folder)
     progress(recording.name)
     _, explained, kept = look(0)
     progress("writing the report")
@@ -142,8 +143,9 @@ def _several(
     recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
 ) -> None:
     from autodb.explain.several_recordings import explain_together
-    from autodb.reports.explanation_files import write_together
+    from autodb.reports.explanation_files import check_folder, write_together
 
+    check_folder(folder, several=True)
     explained_all = []
     for number, recording in enumerate(recordings):
         progress(f"{recording.name}, {number + 1} of {len(recordings)}")

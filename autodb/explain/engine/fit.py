@@ -92,14 +92,14 @@ class Folds:
     def __init__(self, rows: Array, gap: int, *, blocks: int = BLOCKS, folds: int = FOLDS) -> None:
         edges = np.linspace(0, len(rows), blocks + 1).astype(np.intp)
         shape = (folds, rows.shape[1], rows.shape[1])
-        self.test, near = np.zeros(shape), np.zeros(shape)
-        for number, (start, end) in enumerate(pairwise(edges)):
-            inside = _products(rows[start:end])
-            before, after = rows[max(0, start - gap) : start], rows[end : end + gap]
-            self.test[number % folds] += inside
-            near[number % folds] += inside + _products(before) + _products(after)
+        self.test, self.train = np.empty(shape), np.empty(shape)
+        for fold, (test, train) in enumerate(zip(self.test, self.train, strict=True)):
+            own = list(pairwise(edges))[fold::folds]
+            _products([rows[start:end] for start, end in own], out=test)
+            near = [rows[max(0, start - gap) : end + gap] for start, end in own]
+            _products(near, out=train)
         self.whole = self.test.sum(axis=0)
-        self.train = self.whole - near
+        np.subtract(self.whole, self.train, out=self.train)
 
     def by_fold(self, columns: Sequence[int] | Index, weight: Array) -> Array:
         """Return the sum of squares of each fold (folds,), predicted by a fit of ``columns`` to
@@ -126,5 +126,7 @@ class Folds:
         return float(self.by_fold(columns, weight).sum())
 
 
-def _products(rows: Array) -> Array:
-    return np.asarray(rows.T @ rows)
+def _products(blocks: Sequence[Array], *, out: Array) -> None:
+    """Write the inner products (q, q) of the rows (., q) of several blocks."""
+    rows = np.concatenate(blocks)
+    np.matmul(rows.T, rows, out=out)

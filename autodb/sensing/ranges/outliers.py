@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from autodb import fitting
 from autodb.sensing.ranges.forms import FittedForm
@@ -141,7 +141,7 @@ def outliers(law: FittedForm, slopes: Array, error: Array, cut: Array) -> tuple[
     leverage = np.minimum(np.einsum("ij,jk,ik->i", slopes, law.covariance, slopes) / variance, 1.0)
     rest = np.maximum(squares * (1.0 - leverage) - error**2, np.finfo(float).tiny)
     studentised = error * np.sqrt(freedom / rest)
-    limit = float(stats.t.ppf(1.0 - 0.5 * BY_CHANCE / n, freedom))
+    limit = float(stdtrit(freedom, 1.0 - 0.5 * BY_CHANCE / n))
     off = np.abs(studentised) > limit
     alone = leverage > HIGH_LEVERAGE * p / n
     named = np.flatnonzero(off | alone)

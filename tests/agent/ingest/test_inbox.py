@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -111,6 +112,7 @@ def _counting() -> list[tuple[float, str]]:
         return sorted((cut.number, json.dumps([cut.conditions, cut.measured])) for cut in cuts)
 
 
+@cache
 def _undisturbed() -> tuple[list[tuple[float, str]], PairPosterior]:
     """Return the cuts and the posterior of a database that the whole week came to, once."""
     before = Path("autodb.sqlite3").read_bytes()

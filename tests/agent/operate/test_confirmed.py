@@ -364,6 +364,7 @@ def test_the_doctor_misses_the_version_of_a_confirmed_cause(machine: Cli) -> Non
     assert f"mismatch {number}: x.current: asymmetry" in done.out
 
 
+@pytest.mark.campaign
 def test_uneven_friction_of_the_real_axis(
     cli: Cli, emps: Path, pulses: Path, sample_jobs: Path
 ) -> None:

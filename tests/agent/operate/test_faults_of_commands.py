@@ -18,6 +18,7 @@ from autodb.proofs.runs.keeping.forked import CASES
 from autodb.proofs.runs.keeping.writing_commands import COMMANDS, Command
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.store import create_store
+from tests.helpers.campaigns import first
 
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 PAUSE_S = 0.1
@@ -133,7 +134,7 @@ def test_every_command_that_writes_is_killed() -> None:
     assert len({one.name for one in COMMANDS}) == len(COMMANDS)
 
 
-@pytest.mark.parametrize("name", ["import", "mismatch confirm", "backup --replace"])
+@pytest.mark.parametrize("name", first(2, ["import", "backup --replace", "mismatch confirm"]))
 def test_kills_and_two_at_once_leave_what_one_leaves(name: str) -> None:
     """Some; `autodb prove faults-commands` has five hundred kills, of all commands."""
     command = next(one for one in COMMANDS if one.name == name)

@@ -22,6 +22,7 @@ from autodb.cli import run
 from autodb.proofs.runs.keeping.faults_run import CLOCKS, MACHINE, State, prepare, state_of, take
 from autodb.store import models, open_store
 from autodb.store.engines import LOCKED_MS
+from tests.helpers.campaigns import first
 
 URL = "sqlite:///autodb.sqlite3"
 
@@ -229,12 +230,13 @@ def _believed(work: Path) -> models.CuttingParameters:
 
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
-def test_kills_lose_nothing_and_count_nothing_twice() -> None:
+@pytest.mark.parametrize("last", first(1, [4, 8]))
+def test_kills_lose_nothing_and_count_nothing_twice(last: int) -> None:
     """Some kills; `autodb prove faults` has two hundred."""
     from autodb.proofs.runs.keeping.faults_run import run_faults
     from autodb.proofs.runs.keeping.faults_summary import PHASES
 
-    kills = [one for seed in range(1, 9) for one in run_faults(seed)]
+    kills = [one for seed in range(1, last + 1) for one in run_faults(seed)]
     assert all(one.sound and one.rows and one.files for one in kills), kills
     assert sum(one.phase in PHASES[1:3] for one in kills) >= 2
 

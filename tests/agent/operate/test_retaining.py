@@ -1,5 +1,6 @@
 """How long recordings are kept: compressed without a change, dropped without losing a value."""
 
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date, timedelta
@@ -18,7 +19,7 @@ from autodb.assets import kit
 from autodb.files.side import SideFile
 from autodb.records import CutTable, open_as_stored
 from autodb.store import Store, models, open_store
-from tests.conftest import Cli
+from tests.conftest import Cli, Once
 
 URL = "sqlite:///autodb.sqlite3"
 MACHINE = "lathe-1"
@@ -38,19 +39,26 @@ def _opened() -> Iterator[Store]:
 
 
 @pytest.fixture
-def kept(standard_learnt: Cli) -> Cli:
+def kept(standard_learnt: Cli, once: Once) -> Cli:
     """Return a lathe whose inbox keeps two halves of a week, the first 59 days older."""
-    Path("in").mkdir()
-    week = pd.read_csv(RECORDINGS / WEEK)
-    for name, rows in (("old", slice(0, 6)), ("new", slice(6, 12))):
-        week.iloc[rows].to_csv(f"in/{name}.csv", index=False)
-        Path(f"in/{name}.toml").write_text('[recording]\ncoolant = "dry"\n', encoding="utf-8")
-        with _opened() as store:
-            refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
-            with store.writing() as session:
-                mine = models.StoredRecording.path.endswith(f"{name}.csv")
-                came = OLD if name == "old" else NEW
-                session.execute(update(models.StoredRecording).where(mine).values(imported_at=came))
+    learnt = Path.cwd()
+
+    def keep() -> None:
+        shutil.copytree(learnt, ".", dirs_exist_ok=True)
+        Path("in").mkdir()
+        week = pd.read_csv(RECORDINGS / WEEK)
+        for name, rows in (("old", slice(0, 6)), ("new", slice(6, 12))):
+            week.iloc[rows].to_csv(f"in/{name}.csv", index=False)
+            Path(f"in/{name}.toml").write_text('[recording]\ncoolant = "dry"\n', encoding="utf-8")
+            with _opened() as store:
+                refresh(store, MACHINE, inbox=Inbox(Path("in"), settled_s=0.0))
+                with store.writing() as session:
+                    mine = models.StoredRecording.path.endswith(f"{name}.csv")
+                    came = OLD if name == "old" else NEW
+                    row = update(models.StoredRecording).where(mine).values(imported_at=came)
+                    session.execute(row)
+
+    once(keep)
     return standard_learnt
 
 

@@ -58,7 +58,7 @@ def _missing(answer: ChannelAnswer) -> set[str]:
     return {cause.term for cause in answer.missing if cause.kind == "missing"}
 
 
-@pytest.mark.parametrize("seed", first(4, range(NULLS)))
+@pytest.mark.parametrize("seed", first(2, range(NULLS)))
 def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
     recording, simulation, _ = _pair(100 + seed, ())
     done = explain(recording, simulation)

@@ -22,6 +22,7 @@ from autodb.explain.engine.search import CandidateSearch, FoundSet
 from autodb.explain.engine.symbolic import Variable, forms, written
 from autodb.proofs.machines.axis.axis import air_moves
 from autodb.records import Recording
+from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def _values(short: Short) -> dict[str, tuple[float, float]]:
     return values | {name: (value, short.law.sd[name]) for name, value in form.shape.items()}
 
 
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", first(1, [4, 5]))
 @pytest.mark.parametrize("power", [0.5, 1.5, 3.0])
 def test_a_power_of_another_axis_place_is_found(seed: int, power: float) -> None:
     recording, _ = _recording(seed)
@@ -74,7 +75,7 @@ def test_a_power_of_another_axis_place_is_found(seed: int, power: float) -> None
     assert short.share > 0.97
 
 
-@pytest.mark.parametrize("seed", [6, 7])
+@pytest.mark.parametrize("seed", first(1, [6, 7]))
 def test_place_times_speed_is_found_with_its_place_and_speed(seed: int) -> None:
     recording, _ = _recording(seed)
     x, speed = recording["x.position"], np.abs(recording["x.velocity"])
@@ -126,7 +127,7 @@ def _unknown(recording: Recording, simulation: Array, effect: Array) -> Cause:
     return cause
 
 
-@pytest.mark.parametrize("seed", range(20, 26))
+@pytest.mark.parametrize("seed", first(2, range(20, 26)))
 @pytest.mark.parametrize("key", ["direction × y.position", "position × speed", "acceleration"])
 def test_noise_has_no_form(seed: int, key: str) -> None:
     assert short_form(_reading(seed, key, 0.0), 0) is None

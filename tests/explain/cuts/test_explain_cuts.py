@@ -5,6 +5,7 @@ follow none of the terms' own formulas.
 """
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -179,10 +180,16 @@ def _assert_within(found: IntervalValue, truth: float, *, rtol: float) -> None:
 BOTH = ["shear", "edge_force"]
 
 
+@cache
+def _left_out(term: str) -> dict[str, ChannelAnswer]:
+    """Explain a table whose simulation lacks an effect; once for all tests that ask."""
+    table = _table(3)
+    return _answers(_pair(table, EFFECTS[term](table), seed=3), BOTH)
+
+
 @pytest.mark.parametrize("term", first(5, EFFECTS))
 def test_an_effect_left_out_is_named(term: str) -> None:
-    table = _table(3)
-    answers = _answers(_pair(table, EFFECTS[term](table), seed=3), BOTH)
+    answers = _left_out(term)
     assert _missing(answers) == {term}
     for answer in answers.values():
         if answer.mismatch:
@@ -250,14 +257,12 @@ def test_two_effects_are_named_together() -> None:
 
 
 def test_a_drift_of_one_component_leaves_the_others_alone() -> None:
-    table = _table(3)
-    answers = _answers(_pair(table, _drift(table), seed=3), BOTH)
+    answers = _left_out("sensor_drift")
     assert [name for name, answer in answers.items() if answer.mismatch] == ["force.z"]
 
 
 def test_a_hard_spot_says_which_cuts() -> None:
-    table = _table(3)
-    answers = _answers(_pair(table, _hard_spot(table), seed=3), BOTH)
+    answers = _left_out("hard_spot")
     cause = _cause(answers, "hard_spot", "force.y")
     _assert_within(cause.parameters["factor"], 1.2, rtol=0.02)
     ((first, last),) = answers["force.y"].where.intervals
@@ -266,8 +271,7 @@ def test_a_hard_spot_says_which_cuts() -> None:
 
 
 def test_wear_has_a_rate_for_each_edge() -> None:
-    table = _table(3)
-    parameters = _cause(_answers(_pair(table, _wear(table), seed=3), BOTH), "tool_wear", "force.z")
+    parameters = _cause(_left_out("tool_wear"), "tool_wear", "force.z")
     assert {f"rate edge {e}" for e in (1, 2, 3, 4)} <= set(parameters.parameters)
     rates = [parameters.parameters[f"rate edge {e}"].value for e in (1, 2, 3, 4)]
     truth = [1.0 + 0.25 * np.sin(2.0 * e) for e in (1, 2, 3, 4)]
@@ -275,10 +279,9 @@ def test_wear_has_a_rate_for_each_edge() -> None:
 
 
 def test_parameters_are_those_of_the_truth() -> None:
-    table = _table(3)
-    depth = _cause(_answers(_pair(table, _depth(table), seed=3), BOTH), "depth_error", "force.y")
+    depth = _cause(_left_out("depth_error"), "depth_error", "force.y")
     _assert_within(depth.parameters["error"], 0.06, rtol=0.12)
-    nose = _cause(_answers(_pair(table, _nose(table), seed=3), BOTH), "nose_radius", "force.z")
+    nose = _cause(_left_out("nose_radius"), "nose_radius", "force.z")
     _assert_within(nose.parameters["radius"], truths.RADIUS_MM, rtol=0.25)
 
 

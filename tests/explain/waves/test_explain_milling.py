@@ -153,7 +153,7 @@ KINDS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "seed"), first(3, KINDS))
+@pytest.mark.parametrize(("kind", "seed"), first(2, KINDS))
 def test_what_is_clear_is_named(kind: str, seed: int) -> None:
     """One effect of clarity 100; cases of development, which the search was written on."""
     case = _case(kind, seed, 100.0)

@@ -1,5 +1,6 @@
 """Channels in another unit are named with what would mend them; unusual cuts are let through."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from autodb.proofs.machines.lathe.process import STEEL
 from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
 from autodb.sensing.ranges import faults, raw
+from tests.helpers.campaigns import first
 from tests.helpers.lathe_tables import (
     AXES,
     CURRENTS,
@@ -41,17 +43,24 @@ NAMED = (
 )
 
 
+@pytest.fixture(params=first(1, [SEEDS[:6], SEEDS[6:]]), ids=["six", "more"])
+def lathes(request: pytest.FixtureRequest) -> Sequence[int]:
+    """Return the numbers of drawn lathes: two for each work material, and in campaigns the rest."""
+    seeds: Sequence[int] = request.param
+    return seeds
+
+
 @pytest.mark.parametrize("mistake", NAMED, ids=str)
-def test_a_wrong_unit_is_named(mistake: Mistake) -> None:
-    for seed in SEEDS:
+def test_a_wrong_unit_is_named(mistake: Mistake, lathes: Sequence[int]) -> None:
+    for seed in lathes:
         (check,) = faults.checks_of_units(wrong(lathe_cuts(seed), mistake), AXES)
         assert not check.passed
         assert f"as if {mistake}; {mistake.remedy}" in check.sentence
 
 
-def test_a_feed_a_minute_is_distinguished_from_a_feed_in_micrometres() -> None:
+def test_a_feed_a_minute_is_distinguished_from_a_feed_in_micrometres(lathes: Sequence[int]) -> None:
     """Both are some hundreds; over several speeds only one goes with the force."""
-    for seed in SEEDS:
+    for seed in lathes:
         table = lathe_cuts(seed)
         a_minute = table["cutting.feed"] * table["spindle.speed"]
         (check,) = faults.checks_of_units(with_channels(table, cutting__feed=a_minute), AXES)
@@ -61,8 +70,8 @@ def test_a_feed_a_minute_is_distinguished_from_a_feed_in_micrometres() -> None:
         )
 
 
-def test_what_cannot_be_singled_out_is_said_as_candidates() -> None:
-    for seed in SEEDS:
+def test_what_cannot_be_singled_out_is_said_as_candidates(lathes: Sequence[int]) -> None:
+    for seed in lathes:
         daN = Mistake(("force.y",), "daN")
         (check,) = faults.checks_of_units(wrong(lathe_cuts(seed), daN), AXES)
         assert "force.y in daN or force.y in lbf; its unit" in check.sentence.replace(
@@ -119,9 +128,9 @@ def test_unusual_cuts_are_no_wrong_unit() -> None:
     assert faults.checks_of_units(replace(table, channels=plastic), AXES)[0].passed
 
 
-def test_noise_of_one_raw_cut_is_given_no_unit() -> None:
+def test_noise_of_one_raw_cut_is_given_no_unit(lathes: Sequence[int]) -> None:
     """A phase that is not plugged in, in a recording of one cut: too little to judge."""
-    for seed in SEEDS:
+    for seed in lathes:
         cut = cut_at((2.0, 0.2, 1500.0, 60.0), duration_s=2.0)
         channels = raw_cut(Lathe.draw(seed), STEEL, cut, seed, True)
         rng = np.random.default_rng([seed, 82])
@@ -133,8 +142,8 @@ def test_noise_of_one_raw_cut_is_given_no_unit() -> None:
 
 
 @pytest.mark.parametrize("unit", ["lbf", "daN"])
-def test_with_references_a_factor_of_four_is_named(unit: str) -> None:
-    for seed in SEEDS:
+def test_with_references_a_factor_of_four_is_named(unit: str, lathes: Sequence[int]) -> None:
+    for seed in lathes:
         table = lathe_cuts(seed)
         known = faults.KnownOfCuts(protocol_of(table))
         assert faults.checks_of_units(table, AXES, known)[0].passed
@@ -153,8 +162,10 @@ def test_with_references_a_factor_of_four_is_named(unit: str) -> None:
     ],
     ids=str,
 )
-def test_without_a_dynamometer_the_protocol_names_the_unit(mistake: Mistake) -> None:
-    for seed in SEEDS:
+def test_without_a_dynamometer_the_protocol_names_the_unit(
+    mistake: Mistake, lathes: Sequence[int]
+) -> None:
+    for seed in lathes:
         table = lathe_cuts(seed)
         protocol = protocol_of(table)
         bare = without_forces(table)
