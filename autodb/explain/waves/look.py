@@ -16,8 +16,9 @@ from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.plain_rows import account_of_waves, static_laws
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
+from autodb.explain.waves.simulation import waves_of
 from autodb.explain.waves.teeth import table_angles, tilted_table
-from autodb.explain.waves.waves import Waves, waves_of
+from autodb.explain.waves.waves import Waves
 from autodb.explain.waves.world import SimulatedWaves, Tilted, form, own_columns_of_waves
 from autodb.records import Recording
 from autodb.signals import by_piece

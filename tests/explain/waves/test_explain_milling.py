@@ -11,8 +11,9 @@ from autodb.explain.waves.candidates import OWN_WAYS
 from autodb.explain.waves.fit import variance_of, whitener_of
 from autodb.explain.waves.law import ReadLaw, chip_functions, in_ways, read_off
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
+from autodb.explain.waves.simulation import waves_of
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
-from autodb.explain.waves.waves import mill_of, waves_of
+from autodb.explain.waves.waves import mill_of
 from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill_case
