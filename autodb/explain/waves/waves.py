@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.explain.waves.law import (
-    ReadLaw,
-)
+from autodb.explain.waves.law import ReadLaw
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts
 from autodb.records import Recording
 
