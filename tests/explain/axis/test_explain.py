@@ -336,16 +336,22 @@ def test_the_three_files_are_written(cli: Cli, files: tuple[Path, Path]) -> None
     assert cli("explain", files[0], "--simulation", files[1]).code == 0
 
 
-def test_a_folder_with_other_files_is_kept(
-    refused: Callable[..., str], files: tuple[Path, Path], tmp_path: Path
+def test_a_folder_with_other_files_is_kept_before_anything_is_searched(
+    refused: Callable[..., str],
+    files: tuple[Path, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.delattr("autodb.cli.understand.explaining._against_file")
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.txt").write_text("years of work")
-    line = refused("explain", files[0], "--simulation", files[1], "--out", mine)
-    assert "holds other files" in line
+    asked = ("explain", files[0], "--simulation", files[1], "--out")
+    assert "holds other files" in refused(*asked, mine)
     assert (mine / "thesis.txt").read_text() == "years of work"
-    assert "is a file" in refused("explain", files[0], "--simulation", files[1], "--out", files[1])
+    assert "is a file" in refused(*asked, files[1])
+    several = ("explain", files[0], files[0], *("--simulation", files[1]) * 2, "--out", mine)
+    assert "holds other files" in refused(*several)
 
 
 def test_what_does_not_fit_together_says_so(
