@@ -150,7 +150,8 @@ class _Told:
         known = looked.plainly or OWN_WAYS in looked.found.keys
         beside = [] if known else [Choice(one, len(one.forms) - 1) for one in ways]
         choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
-        return fit_waves(looked.bench, choices, looked.quiet, beside=beside)
+        fit = fit_waves(looked.bench, choices, looked.quiet, beside=beside)
+        return replace(fit, covariance=(looked.repeats or 1.0) * fit.covariance)
 
     @cached_property
     def standing(self) -> list[Standing]:
@@ -175,7 +176,12 @@ class _Told:
         looked = self.looked
         return [
             EffectInWaves(
-                looked.world, looked.bench, looked.quiet, c, looked.found.without(c.candidate.key)
+                looked.world,
+                looked.bench,
+                looked.quiet,
+                c,
+                looked.found.without(c.candidate.key),
+                looked.repeats or 1.0,
             )
             for c in self.choices
         ]
@@ -273,11 +279,17 @@ class _Told:
                 rms_after=rms(before - correction),
                 heldout_before=rms(before),
                 heldout_after=rms(held),
-                noise_floor=float(component_noise_sd(self.looked.quiet)[component]),
+                noise_floor=self._noise(component),
             ),
         )
         trace = self._trace(name, component, correction, signals)
         return answer, replace(trace, takes=takes)
+
+    def _noise(self, component: int) -> float:
+        """Return the noise of a component: of plain rows all that the fit leaves."""
+        if self.looked.plainly:
+            return rms(self.looked.bench.difference[component] - self.fit.correction[component])
+        return float(component_noise_sd(self.looked.quiet)[component])
 
     def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
         return tuple(

@@ -318,7 +318,8 @@ def component_noise_sd(quiet: WhitenedNoise) -> Array:
 class BesideWaves:
     """White rows after own terms and other effects are projected out of them.
 
-    ``minus`` (C, n): what is taken off the difference first.
+    ``minus`` (C, n): what is taken off the difference first; ``repeats``: rows for each value that
+    their noise is free to take, where it comes round.
     """
 
     def __init__(
@@ -328,8 +329,9 @@ class BesideWaves:
         quiet: WhitenedNoise,
         *,
         minus: Array | None = None,
+        repeats: float = 1.0,
     ) -> None:
-        self.quiet = quiet
+        self.quiet, self._repeats = quiet, repeats
         white = quiet(bench.chosen(others))
         self._basis = orthonormal_basis(white, least=HELD)
         difference = bench.difference if minus is None else bench.difference - minus
@@ -342,9 +344,9 @@ class BesideWaves:
     def fitted(self, columns: Array) -> tuple[Array, Array]:
         """Return coefficients (p,) of columns (C, n, p) and their covariance (p, p)."""
         found = normal(self._clear(columns), self._left)
-        return found.solved(), found.inverse()
+        return found.solved(), self._repeats * found.inverse()
 
     def gain(self, columns: Array) -> float:
         """Return by how much the sum of squares falls by columns (C, n, p)."""
         found = normal(self._clear(columns), self._left)
-        return float(found.right @ found.solved())
+        return float(found.right @ found.solved()) / self._repeats

@@ -19,7 +19,13 @@ from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.simulation import waves_of
 from autodb.explain.waves.teeth import table_angles, tilted_table
 from autodb.explain.waves.waves import Waves
-from autodb.explain.waves.world import SimulatedWaves, Tilted, form, own_columns_of_waves
+from autodb.explain.waves.world import (
+    SimulatedWaves,
+    Tilted,
+    form,
+    own_columns_of_waves,
+    shape_columns,
+)
 from autodb.records import Recording
 from autodb.signals import by_piece
 
@@ -42,7 +48,8 @@ Chosen."""
 class FoundInWaves:
     """What was found, with the world and the bench that it was found on.
 
-    ``laws``: those that plain rows need; ``plainly``: these rows decided alone.
+    ``laws``: those that plain rows need; where ``plainly``, these rows decided alone. What they
+    leave is no noise but comes round: ``repeats`` rows for each value that it is free to take.
     """
 
     world: SimulatedWaves
@@ -51,7 +58,12 @@ class FoundInWaves:
     found: FoundSet
     quiet: WhitenedNoise
     laws: tuple[Choice, ...] = ()
-    plainly: bool = False
+    repeats: float | None = None
+
+    @property
+    def plainly(self) -> bool:
+        """Whether plain rows decided alone."""
+        return self.repeats is not None
 
 
 def look_in_waves(
@@ -124,7 +136,7 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
     scanned = proposals_of_waves(world, bench.left(bench.chosen(()), quiet), quiet, 0)
-    plain = _seen_plainly(world, measured, quiet, scanned)
+    plain = _seen_plainly(world, measured, bench, quiet, [*standing, *scanned])
     if plain is not None:
         return plain
     quiet = bench.quiet(bench.everything([*standing, *scanned]))
@@ -151,11 +163,15 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
 
 
 def _seen_plainly(
-    world: SimulatedWaves, measured: Array, quiet: WhitenedNoise, scanned: Sequence[Candidate]
+    world: SimulatedWaves,
+    measured: Array,
+    bench: WhiteWaves,
+    quiet: WhitenedNoise,
+    candidates: Sequence[Candidate],
 ) -> FoundInWaves | None:
     """Return what plain rows say where the laws that they need leave more than noise; else None."""
-    bench, standing = _laid_out(world, measured)
-    account = account_of_waves(bench, quiet, [*standing, *scanned])
+    account = account_of_waves(bench, quiet, candidates)
+    scanned = [one for one in candidates if one.scanned]
     for _ in range(ROUNDS):
         anew, moved = seen_anew(world, bench, FoundSet(account.laws), quiet)
         if not moved:
@@ -164,16 +180,18 @@ def _seen_plainly(
         now = account_of_waves(other, quiet, [*others, *scanned])
         if now.left >= account.left:
             break
-        world, bench, standing, account = anew, other, others, now
-    if not account.beside:
+        world, bench, account, candidates = anew, other, now, [*others, *scanned]
+    if account.course is None:
         return None
     plain = bench.plain(bench.chosen(account.laws))
-    beside = [_but_for_laws(bench, account.laws, course, plain) for course in account.beside]
-    courses = {c.candidate.key: c.candidate for c in beside}
-    every = [courses.get(one.key, one) for one in (*standing, *scanned)]
-    bench.forget(courses)
-    search = CandidateSearch(bench.products(every, plain), every, begin=(*account.laws, *beside))
-    return FoundInWaves(world, bench, search, search.begin, plain, account.laws, plainly=True)
+    course = _but_for_laws(bench, account.laws, account.course, plain)
+    key = course.candidate.key
+    every = [course.candidate if one.key == key else one for one in candidates]
+    bench.forget([key])
+    search = CandidateSearch(bench.products(every, plain), every, begin=(*account.laws, course))
+    free = shape_columns(course.shape).shape[-1]
+    repeats = max(1.0, bench.difference.size / free)
+    return FoundInWaves(world, bench, search, search.begin, plain, account.laws, repeats)
 
 
 def _but_for_laws(

@@ -41,11 +41,12 @@ class EffectInWaves:
     quiet: WhitenedNoise
     choice: Choice
     others: tuple[Choice, ...]
+    repeats: float = 1.0
 
     @cached_property
     def beside(self) -> BesideWaves:
         """White rows without own terms and the other effects."""
-        return BesideWaves(self.bench, self.others, self.quiet)
+        return BesideWaves(self.bench, self.others, self.quiet, repeats=self.repeats)
 
     @property
     def work_s(self) -> float:
@@ -129,7 +130,13 @@ def _runout(effect: EffectInWaves) -> dict[str, IntervalValue]:
     z = world.waves.teeth.mill.teeth
     out = world.out or StandsOut((0.0,) * z)
     shape = contrasts(z)
-    beside = BesideWaves(effect.bench, effect.others, effect.quiet, minus=world.stands_out)
+    beside = BesideWaves(
+        effect.bench,
+        effect.others,
+        effect.quiet,
+        minus=world.stands_out,
+        repeats=effect.repeats,
+    )
     more, covariance = beside.fitted(nudged(world, out) @ shape)
     mm, spread = np.array(out.mm) + shape @ more, shape @ covariance @ shape.T
     axis = off_axis(z) * 2.0 / z if z > 2 else off_axis(z) / z

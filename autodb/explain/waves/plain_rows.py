@@ -80,14 +80,14 @@ class PlainWaves(PlainRows):
 
 @dataclass(frozen=True)
 class PlainAccount:
-    """What plain rows need: named ``laws``, and ``beside`` them the course without a name that they
-    leave; none where the laws are all there is.
+    """What plain rows need: named ``laws``, and the ``course`` without a name that they leave; None
+    where the laws are all there is.
 
     ``left``: the sum of squares of blocks of time predicted with the laws.
     """
 
     laws: tuple[Choice, ...]
-    beside: tuple[Choice, ...]
+    course: Choice | None
     left: float
 
 
@@ -116,7 +116,7 @@ def account_of_waves(
     found = static = list(static_laws(bench, quiet, candidates))
     rows = PlainWaves(source, [*courses, *(c.candidate for c in static)], static)
     if _course(rows, static, courses) is None:
-        return PlainAccount(tuple(static), (), float(rows.squares(static).sum()))
+        return PlainAccount(tuple(static), None, float(rows.squares(static).sum()))
     rows = PlainWaves(source, named)
     for _ in range(ROUNDS):
         before = {c.candidate.key for c in found}
@@ -126,13 +126,13 @@ def account_of_waves(
     rows = PlainWaves(source, candidates, found)
     course = _course(rows, found, courses)
     if course is None:
-        return PlainAccount(tuple(found), (), float(rows.squares(found).sum()))
+        return PlainAccount(tuple(found), None, float(rows.squares(found).sum()))
     course = _course(rows, static, courses) or course
     kept: list[Choice] = []
     for choice in found:
         if _stays(rows, kept, choice, course):
             kept.append(choice)
-    return PlainAccount(tuple(kept), (course,), float(rows.squares(kept).sum()))
+    return PlainAccount(tuple(kept), course, float(rows.squares(kept).sum()))
 
 
 def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]) -> Choice | None:

@@ -14,6 +14,7 @@ from autodb.explain import explain
 from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.explain.waves.fit import WhiteWaves, fit_waves
 from autodb.files.side import SideFile
+from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 
 Array = NDArray[np.float64]
@@ -102,8 +103,10 @@ def test_what_is_missing_is_named_with_its_size_beside_what_no_law_has(
     for component, answer in enumerate(answers.values()):
         sure = _sure(answer)
         assert set(sure) <= {hidden, "unknown"}
-        size = sure[hidden].parameters["size"].value
-        assert size == pytest.approx(np.abs(_part(hidden)[component]).max(), rel=0.25)
+        size, truth = sure[hidden].parameters["size"], np.abs(_part(hidden)[component]).max()
+        assert size.value == pytest.approx(truth, rel=0.25)
+        assert abs(size.value - truth) <= 3.0 * (size.high - size.low) / (2.0 * NORMAL_95)
+        assert answer.fit.noise_floor <= answer.fit.heldout_after
 
 
 @pytest.mark.parametrize("seed", [3, 4])
