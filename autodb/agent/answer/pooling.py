@@ -302,7 +302,7 @@ class _Keeping:
             one.decided_by = f"refresh, as one with mismatch {row.id}"
         every = [*self._pool.recordings, *(r for one in same for r in one.recordings)]
         there = recordings_of([row])
-        row.further += {one.id: one for one in every if one.id not in there}.values()
+        row.further += list({one.id: one for one in every if one.id not in there}.values())
         row.pairs = [] if self._pool.pair is None else [self._pool.pair]
 
     def _counted(self, row: models.Mismatch) -> dict[str, object] | None:
