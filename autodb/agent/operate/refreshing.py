@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.pooling import open_mismatches
+from autodb.agent.answer.pooled_mismatches import open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.learning import AT_ONCE, learn_pair

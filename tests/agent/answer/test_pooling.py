@@ -184,17 +184,21 @@ def test_rejected_it_stays_closed_and_the_cuts_are_learnt(pooled: Cli) -> None:
 
 
 def test_one_of_two_rejected_is_not_opened_again(pooled: Cli) -> None:
-    first, second = _mismatches()
+    found = _mismatches()
+    first, second = found
     assert pooled("mismatch", "reject", first).code == 0
     pooled("refresh", *MACHINE)
     _later(pooled)
     pooled("refresh", *MACHINE)
     open_ones = _mismatches("open")
     assert open_ones[second]["key"][0] == "force.z"
-    old = set(_mismatches()[first]["recordings"])
-    print(open_ones)
-    again = [one for one in open_ones.values() if one["key"][0] == "force.y"]
-    assert all(not old & set(one["recordings"]) for one in again)
+    old = set(found[first]["recordings"])
+    worn = [one for one in open_ones.values() if one["key"] == found[first]["key"]]
+    assert all(not old & set(one["recordings"]) for one in worn)
+
+    # Nor does a cause stand twice in the same channel
+    keys = [(one["key"], *one["recordings"]) for one in open_ones.values()]
+    assert len(keys) == len(set(keys))
 
 
 def _later(cli: Cli, *others: pd.DataFrame) -> None:
