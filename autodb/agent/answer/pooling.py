@@ -5,7 +5,6 @@ A shop's files are small, and wear grows over weeks: what no file shows alone, a
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import cached_property
 from itertools import pairwise
 
@@ -14,6 +13,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
 from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.rows.posteriors import pair_name
+from autodb.agent.rows.recordings import stated_start
 from autodb.agent.sense.sensed import usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -82,7 +82,7 @@ def _began_s(cuts: Sequence[models.Cut]) -> dict[int, float]:
     other as they came in; else they are laid one behind the other, a day apart.
     """
     rows = {cut.recording_id: cut.recording for cut in sorted(cuts, key=lambda c: c.recording_id)}
-    started = {number: _start(row) for number, row in rows.items()}
+    started = {number: stated_start(row) for number, row in rows.items()}
     known = {number: start.timestamp() for number, start in started.items() if start is not None}
     if len(known) == len(rows):
         return {number: at - min(known.values()) for number, at in known.items()}
@@ -96,15 +96,6 @@ def _began_s(cuts: Sequence[models.Cut]) -> dict[int, float]:
         found[number] = end + DAY_S - min(own)
         end = found[number] + max(own)
     return found
-
-
-def _start(row: models.StoredRecording) -> datetime | None:
-    """Return when a recording began, as its side file states; one without an offset is local."""
-    said = row.side.get("recording", {}).get("start")
-    try:
-        return datetime.fromisoformat(said).astimezone(UTC) if said else None
-    except (ValueError, OverflowError):
-        return None
 
 
 def _time_s(cut: models.Cut) -> float:

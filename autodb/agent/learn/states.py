@@ -92,16 +92,23 @@ def _found_in_forces(
     session: Session, forces: Sequence[models.SensedForce], *conditions: ColumnElement[bool]
 ) -> Sequence[models.Mismatch]:
     """Return the mismatches of a pair that were found in recordings of its forces, oldest first."""
-    pair = next((force.cut.pair_id for force in forces if force.cut.pair_id is not None), None)
-    if pair is None:
+    cuts = {force.cut_id: force.cut for force in forces if force.cut.pair_id is not None}
+    if not cuts:
         return []
-    query = select(models.Mismatch).where(
-        models.Mismatch.found_in_any({force.cut.recording_id for force in forces}),
-        models.Mismatch.of_pair(pair),
-        models.Mismatch.channel.startswith("force."),
-        *conditions,
+    recordings = {cut.recording_id for cut in cuts.values()}
+    one = next(iter(cuts.values()))
+    query = (
+        select(models.Mismatch)
+        .join(models.StoredRecording)
+        .where(
+            models.StoredRecording.machine_id == one.recording.machine_id,
+            models.Mismatch.of_pair(one.pair_id),
+            models.Mismatch.channel.startswith("force."),
+            *conditions,
+        )
     )
-    return session.scalars(query.order_by(models.Mismatch.id)).all()
+    rows = session.scalars(query.order_by(models.Mismatch.id))
+    return [row for row in rows if recordings & recordings_of([row])]
 
 
 def causes_of(
