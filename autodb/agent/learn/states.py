@@ -92,23 +92,23 @@ def _found_in_forces(
     session: Session, forces: Sequence[models.SensedForce], *conditions: ColumnElement[bool]
 ) -> Sequence[models.Mismatch]:
     """Return the mismatches of a pair that were found in recordings of its forces, oldest first."""
-    cuts = {force.cut_id: force.cut for force in forces if force.cut.pair_id is not None}
-    if not cuts:
+    pair = next((force.cut.pair for force in forces if force.cut.pair is not None), None)
+    if pair is None:
         return []
-    recordings = {cut.recording_id for cut in cuts.values()}
-    one = next(iter(cuts.values()))
+    recordings = {force.cut.recording_id: force.cut.recording for force in forces}
+    machine_id = next(iter(recordings.values())).machine_id
     query = (
         select(models.Mismatch)
         .join(models.StoredRecording)
         .where(
-            models.StoredRecording.machine_id == one.recording.machine_id,
-            models.Mismatch.of_pair(one.pair_id),
+            models.StoredRecording.machine_id == machine_id,
+            models.Mismatch.of_pair(pair.id),
             models.Mismatch.channel.startswith("force."),
             *conditions,
         )
     )
     rows = session.scalars(query.order_by(models.Mismatch.id))
-    return [row for row in rows if recordings & recordings_of([row])]
+    return [row for row in rows if recordings.keys() & recordings_of([row])]
 
 
 def causes_of(
