@@ -132,7 +132,8 @@ def test_requests_that_are_sent_at_once_wait_unread(
         said = b"".join(iter(lambda: one.recv(65_536), b""))
     assert said.count(b"HTTP/1.1 404") == 1000
     assert said.count(b"HTTP/1.1 200") == 1
-    assert 0 < max(waiting) <= turns.PIECE_BYTES / len(asked)
+    carried = len(asked) - 1  # at most what the piece before ended with
+    assert 0 < max(waiting) <= (turns.PIECE_BYTES + carried) // len(asked)
 
 
 def test_who_sends_what_is_long_to_parse_gives_others_their_turn(

@@ -7,11 +7,12 @@ from urllib.parse import quote, urlencode
 
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import select
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
-from autodb.store import Store
+from autodb.store import Store, models
 from autodb.web.http.static import FILES, at
 from autodb.web.routes.asked import as_cut
 from tests.helpers.asked import client_of
@@ -138,6 +139,28 @@ def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
 
 
 # What could break a page
+
+
+def test_a_mismatch_of_several_recordings_names_all_of_them(
+    client: TestClient, store: Store
+) -> None:
+    number = _open_mismatch(store)
+    with store.writing() as session:
+        row = session.get_one(models.Mismatch, number)
+        other = session.scalars(
+            select(models.StoredRecording).where(models.StoredRecording.id != row.recording_id)
+        ).first()
+        assert other is not None
+        row.further = [other]
+        row.found_in = {"cuts": 24, "excluded": 7, "edges": ["B1", "B2"]}
+        names = [f"{Path(one.path).name} (number {one.id})" for one in row.recordings]
+        ids = [one.id for one in row.recordings]
+    words = "24 cuts of 2 recordings, 7 excluded, edges B1, B2"
+    page = _text(client.get(f"/mismatches/{number}").text)
+    assert f"Found in {words} Recordings {', '.join(names)}" in page
+    assert f"In {words}." in _text(client.get(f"{MACHINE}/mismatches").text)
+    said = client.get(f"/api/v1/mismatches/{number}").json()
+    assert (said["recordings"], said["found_in"]) == (ids, words)
 
 
 def test_names_are_escaped_everywhere(client: TestClient) -> None:

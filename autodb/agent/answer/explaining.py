@@ -1,8 +1,9 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,8 @@ from autodb.store import Store, models
 
 Array = NDArray[np.float64]
 
-
-EXPLAINED = 10
-"""Cuts of a recording from which on its differences are explained. Chosen."""
+Stamps = Mapping[int, tuple[float, float]]
+"""Number and time, s, of cuts by id, in an order and on a clock that several recordings share."""
 Key = tuple[str, str, str]
 """Channel, term and kind of a cause."""
 
@@ -100,20 +100,31 @@ def _over_time(session: Session, owner: models.Machine, recording: Recording) ->
 
 
 def expected_and_sensed(
-    session: Session, owner: models.Machine, cuts: list[models.Cut]
+    session: Session,
+    owner: models.Machine,
+    cuts: list[models.Cut],
+    *,
+    stamps: Stamps | None = None,
 ) -> tuple[CutTable, CutTable, list[str]]:
     """Return the sensed forces of cuts, those that the pairs' posteriors expect, and these' terms.
 
     Both hold the components that are sensed in every cut; cuts of pairs not learnt yet, and those
-    whose forces cannot be worked out, are left out. Raises UnusableInput when nothing is left.
+    whose forces cannot be worked out, are left out. ``stamps``: of cuts of several recordings;
+    None: each has its own number and time. Raises UnusableInput when nothing is left.
     """
     kept, expected_N, has = _expected(session, owner, cuts)
+    if stamps is not None:
+        order = sorted(range(len(kept)), key=lambda k: stamps[kept[k].id])
+        kept, expected_N = [kept[k] for k in order], expected_N[order]
     if not kept:
         raise UnusableInput(
             "no cut belongs to a work-tool pair that the machine has parameters of; run 'autodb "
             "refresh' first"
         )
     table = cuts_as_table(kept, path=Path(kept[0].recording.path))
+    if stamps is not None:
+        number, t_s = np.array([stamps[cut.id] for cut in kept]).T
+        table = replace(table, channels={**table.channels, "cut": number, "t": t_s})
     sensed: dict[str, Array] = {}
     predicted: dict[str, Array] = {}
     for axis in owner.axes:
@@ -168,82 +179,41 @@ def keep_mismatches(
 ) -> dict[Key, KeptCause]:
     """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
     old = session.scalars(
-        select(models.Mismatch).where(models.Mismatch.recording_id == recording_id)
+        select(models.Mismatch).where(models.Mismatch.found_in_any([recording_id]))
     )
-    known = {(row.channel, row.confirmed_term or row.term, row.kind): row for row in old}
+    known = {key_of(row): row for row in old}
     found = [
-        ((channel, cause.term, cause.kind), _row(recording_id, channel, answer, cause))
+        ((channel, cause.term, cause.kind), cause_columns(channel, answer, cause))
         for channel, answer in explained.explanation.channels.items()
         for cause in answer.missing
     ]
-    rows = {key: known.get(key, row) for key, row in found}
+    rows = {
+        key: known.get(key) or models.Mismatch(recording_id=recording_id, **columns)
+        for key, columns in found
+    }
     session.add_all(rows.values())
     session.flush()
     return {key: KeptCause(row.id, row.status) for key, row in rows.items()}
 
 
-def _row(recording_id: int, channel: str, answer: ChannelAnswer, cause: Cause) -> models.Mismatch:
-    return models.Mismatch(
-        recording_id=recording_id,
-        channel=channel,
-        term=cause.term,
-        kind=cause.kind,
-        confidence=cause.confidence,
-        parameters={k: v.model_dump() for k, v in cause.parameters.items()},
-        statement=cause.statement,
-        alternatives=list(cause.alternatives),
-        variables=list(cause.variables),
-        intervals=[list(interval) for interval in answer.where.intervals],
-        regime=[regime.model_dump() for regime in answer.where.regime],
-        to_tell_apart=cause.to_tell_apart,
-        status="open",
-    )
+def key_of(row: models.Mismatch) -> Key:
+    """Return what tells a mismatch from others of its recordings."""
+    return (row.channel, row.confirmed_term or row.term, row.kind)
 
 
-def open_mismatches(
-    session: Session,
-    owner: models.Machine,
-    outlying_cuts: Sequence[int],
-    *,
-    progress: Callable[[str], None] = lambda _: None,
-) -> list[str]:
-    """Explain the recordings of outlying cuts, and keep what is found as mismatches.
-
-    A recording that has mismatches of forces already is left as it is. Returns what to say.
-    """
-    cuts = session.scalars(select(models.Cut).where(models.Cut.id.in_(outlying_cuts))).all()
-    recordings = {cut.recording_id: cut.recording for cut in cuts}
-    known = set(
-        session.scalars(
-            select(models.Mismatch.recording_id).where(
-                models.Mismatch.recording_id.in_(recordings),
-                models.Mismatch.channel.startswith("force."),
-            )
-        )
-    )
-    said = []
-    for recording_id in sorted(recordings.keys() - known):
-        progress(f"explaining {recordings[recording_id].path}")
-        explained = _explained(session, owner, recordings[recording_id])
-        if explained is not None:
-            said += [
-                f"mismatch {row.number}: {channel}: {term} ({kind})"
-                for (channel, term, kind), row in keep_mismatches(
-                    session, recording_id, explained
-                ).items()
-            ]
-    return said
-
-
-def _explained(
-    session: Session, owner: models.Machine, recording: models.StoredRecording
-) -> Explained | None:
-    """Explain all cuts of a recording against what was expected; None: too few, or none sensed."""
-    cuts = counted_cuts(recording)
-    if len(cuts) < EXPLAINED:
-        return None
-    try:
-        sensed, expected, has = expected_and_sensed(session, owner, cuts)
-    except UnusableInput:
-        return None
-    return explain(sensed, expected, includes=has)
+def cause_columns(channel: str, answer: ChannelAnswer, cause: Cause) -> dict[str, Any]:
+    """Return what a mismatch keeps of a cause, by column; nobody has decided on it."""
+    return {
+        "channel": channel,
+        "term": cause.term,
+        "kind": cause.kind,
+        "confidence": cause.confidence,
+        "parameters": {k: v.model_dump() for k, v in cause.parameters.items()},
+        "statement": cause.statement,
+        "alternatives": list(cause.alternatives),
+        "variables": list(cause.variables),
+        "intervals": [list(interval) for interval in answer.where.intervals],
+        "regime": [regime.model_dump() for regime in answer.where.regime],
+        "to_tell_apart": cause.to_tell_apart,
+        "status": "open",
+    }

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session, selectinload
 
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holding
 from autodb.agent.rows.machines import as_file, find_machine, limits_of
+from autodb.agent.rows.mismatches import found_words
 from autodb.files.machine import AxisLimits
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
 from autodb.store import models
@@ -67,12 +68,15 @@ class MismatchSaid:
     """What a simulation left out of a recording: ``term`` by name, in one sentence, and how sure.
 
     ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would
-    distinguish.
+    distinguish. ``recordings``: all that it was found in, by id, ``recording_id`` the first;
+    ``found_in``: of how many cuts, recordings and edges, in words, where they are several.
     """
 
     id: int
     machine: str
     recording_id: int
+    recordings: tuple[int, ...]
+    found_in: str
     channel: str
     term: str
     kind: str
@@ -201,7 +205,13 @@ def mismatch_said(session: Session, row: models.Mismatch) -> MismatchSaid:
     """Return a mismatch as it stands."""
     machine = session.get_one(models.Machine, row.recording.machine_id).name
     own = {name: getattr(row, name) for name in _OF_MISMATCH}
-    return MismatchSaid(machine=machine, alternatives=tuple(row.alternatives or ()), **own)
+    return MismatchSaid(
+        machine=machine,
+        recordings=tuple(one.id for one in row.recordings),
+        found_in=found_words(row),
+        alternatives=tuple(row.alternatives or ()),
+        **own,
+    )
 
 
 def calibrations_said(session: Session, machine: str) -> list[CalibrationSaid]:

@@ -296,11 +296,11 @@ def _cause(session: Session, row: models.Mismatch) -> Node:
     when = f" on {row.decided_at}" if row.decided_at else ""
     status = f"{row.status}{called}{by}{when}"
     text = f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {status}): {row.statement}"
-    return Node(text, [_recording(session, row.recording)])
+    return Node(text, [_recording(session, one) for one in row.recordings])
 
 
 def _mismatch(session: Session, row: models.Mismatch) -> Node:
-    """A mismatch leads to its recording, and to the version that confirming it made."""
+    """A mismatch leads to its recordings, and to the version that confirming it made."""
     node = _cause(session, row)
     node.sources += [Node(f"confirmed, it made {_version(model)}") for model in row.models]
     node.sources += [Node(f"confirmed, it is in {_named(row)}") for row in row.parameters_of_pairs]

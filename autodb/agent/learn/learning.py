@@ -14,6 +14,7 @@ from autodb.agent.learn.states import (
     named_states,
     newest_states,
     outlying_cuts,
+    recordings_of,
     sorted_forces,
     worn_forces,
 )
@@ -128,9 +129,7 @@ class _Pair:
         causes = causes_of(self._session, self._found.forces, WEAR)
         if last is None or not causes:
             return
-        recordings, known = (
-            {row.recording_id for row in some} for some in (causes, last.mismatches)
-        )
+        recordings, known = recordings_of(causes), recordings_of(last.mismatches)
         if recordings <= known:
             last.mismatches = list(causes)
             return

@@ -35,8 +35,8 @@ class CameIn:
 @dataclass
 class RefreshReport:
     """What passes did: files that came in; forces; versions as (pair, version, cuts behind it) and
-    what they moved; what is excluded (``set_aside``); mismatches opened for it; calibrations that
-    are due.
+    what they moved; what is excluded (``set_aside``); mismatches opened for it or brought up to
+    date; calibrations that are due.
 
     ``waiting``: how many of the machine's mismatches nobody has decided on; ``retained``: what
     became of old recordings afterwards. ``measured``: forces that a dynamometer measured.

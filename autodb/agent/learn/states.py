@@ -6,14 +6,14 @@ recording is explained against what was expected; where a person confirms the ca
 its cuts are excluded, they become a state of the pair with a posterior of its own.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.posteriors import latest
-from autodb.agent.sense.sensed import as_observed
+from autodb.agent.rows.posteriors import as_posterior, latest, version_chain
+from autodb.agent.sense.sensed import as_observed, usable
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME
@@ -76,32 +76,52 @@ def learnt_before(
     ``old``: the last cut, by id, that was examined; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
-    rows = session.execute(
-        select(
-            models.Mismatch.recording_id, models.Mismatch.status, models.Mismatch.confirmed_term
-        ).where(
-            models.Mismatch.recording_id.in_(recordings),
-            models.Mismatch.channel.startswith("force."),
-        )
-    ).all()
-    holds = {row.recording_id for row in rows if row.status != "rejected"}
-    cleared = {row.recording_id for row in rows} - holds
-    anew = {row.recording_id for row in rows if worn and row.confirmed_term == WEAR}
+    causes = [
+        (row, one.id)
+        for row in _found_in_forces(session, seen)
+        for one in row.recordings
+        if one.id in recordings
+    ]
+    holds = {recording for row, recording in causes if row.status != "rejected"}
+    cleared = {recording for _, recording in causes} - holds
+    anew = {recording for row, recording in causes if worn and row.confirmed_term == WEAR}
     return LearntBefore(recordings - anew, {force.cut_id for force in seen}, cleared, old)
+
+
+def _found_in_forces(
+    session: Session, forces: Sequence[models.SensedForce], *conditions: ColumnElement[bool]
+) -> Sequence[models.Mismatch]:
+    """Return the mismatches of a pair that were found in recordings of its forces, oldest first."""
+    pair = next((force.cut.pair for force in forces if force.cut.pair is not None), None)
+    if pair is None:
+        return []
+    recordings = {force.cut.recording_id: force.cut.recording for force in forces}
+    machine_id = next(iter(recordings.values())).machine_id
+    query = (
+        select(models.Mismatch)
+        .join(models.StoredRecording)
+        .where(
+            models.StoredRecording.machine_id == machine_id,
+            models.Mismatch.of_pair(pair.id),
+            models.Mismatch.channel.startswith("force."),
+            *conditions,
+        )
+    )
+    rows = session.scalars(query.order_by(models.Mismatch.id))
+    return [row for row in rows if recordings.keys() & recordings_of([row])]
 
 
 def causes_of(
     session: Session, forces: Sequence[models.SensedForce], term: str
 ) -> Sequence[models.Mismatch]:
-    """Return the mismatches confirmed as a term that were found in the recordings of forces."""
-    recordings = {force.cut.recording_id for force in forces}
-    query = select(models.Mismatch).where(
-        models.Mismatch.recording_id.in_(recordings),
-        models.Mismatch.status == "confirmed",
-        models.Mismatch.channel.startswith("force."),
-        models.Mismatch.confirmed_term == term,
-    )
-    return session.scalars(query.order_by(models.Mismatch.id)).all()
+    """Return the mismatches confirmed as a term that were found in a pair's forces."""
+    confirmed = models.Mismatch.status == "confirmed"
+    return _found_in_forces(session, forces, confirmed, models.Mismatch.confirmed_term == term)
+
+
+def recordings_of(causes: Iterable[models.Mismatch]) -> set[int]:
+    """Return the recordings, by id, that mismatches were found in."""
+    return {one.id for row in causes for one in row.recordings}
 
 
 def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
@@ -110,7 +130,7 @@ def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
     None where those of the causes' recordings are fewer than PERSISTS, or all at the same time.
     """
     stated = [force for force in forces if CUTTING_TIME in force.cut.conditions]
-    recordings = {row.recording_id for row in causes}
+    recordings = recordings_of(causes)
     of_cause = {f.cut_id: f.cut for f in stated if f.cut.recording_id in recordings}
     times = {float(cut.conditions[CUTTING_TIME]) for cut in of_cause.values()}
     return stated if len(of_cause) >= PERSISTS and len(times) > 1 else []
@@ -175,21 +195,51 @@ def newest_states(
     return [row for row in rows if row is not None]
 
 
+def excluded_cuts(
+    session: Session, machine_id: int, pair_id: int, *, upto: int
+) -> Sequence[models.Cut]:
+    """Return cuts of a pair, up to an id, that are sensed and of no state that it has learnt."""
+    states = [latest(session, machine_id, pair_id), *newest_states(session, machine_id, pair_id)]
+    usual = states[0]
+    if usual is None:
+        return []
+    versions = [one.id for row in states if row is not None for one in version_chain(row)]
+    seen = models.cutting_parameters_force.c
+    learnt = (
+        select(models.SensedForce.cut_id)
+        .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
+        .where(seen.cutting_parameters_id.in_(versions))
+    )
+    query = select(models.Cut).where(
+        models.Cut.recording.has(machine_id=machine_id),
+        models.Cut.pair_id == pair_id,
+        models.Cut.id <= upto,
+        models.Cut.superseded_at.is_(None),
+        models.Cut.id.in_(
+            select(models.SensedForce.cut_id).where(models.SensedForce.value_N.is_not(None))
+        ),
+        models.Cut.id.not_in(learnt),
+    )
+    cuts = session.scalars(query.order_by(models.Cut.id)).all()
+    worn = as_posterior(usual).wear is not None
+    return [cut for cut in cuts if usable(cut) and (not worn or CUTTING_TIME in cut.conditions)]
+
+
 def named_states(session: Session, outliers: Forces) -> dict[str, Forces]:
     """Return the outlying cuts by the cause that was confirmed for their recording.
 
     Only where there are PERSISTS of them.
     """
-    confirmed = select(models.Mismatch).where(
-        models.Mismatch.recording_id.in_({force.cut.recording_id for force in outliers}),
+    confirmed = _found_in_forces(
+        session,
+        outliers,
         models.Mismatch.status == "confirmed",
-        models.Mismatch.channel.startswith("force."),
         models.Mismatch.confirmed_term != UNKNOWN,
     )
     states: dict[str, Forces] = {}
-    for row in session.scalars(confirmed.order_by(models.Mismatch.id)):
-        name = str(row.confirmed_term)
-        own = [force for force in outliers if force.cut.recording_id == row.recording_id]
+    for row in confirmed:
+        name, recordings = str(row.confirmed_term), recordings_of([row])
+        own = [force for force in outliers if force.cut.recording_id in recordings]
         states[name] = [*states.get(name, []), *(f for f in own if f not in states.get(name, []))]
     return {
         name: forces

@@ -8,7 +8,7 @@ of the job or program that they name, else of the only job of their pair that th
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from itertools import groupby
 
 from sqlalchemy import select
@@ -21,6 +21,7 @@ from autodb.agent.matching.asked_jobs import (
     asked_jobs,
     newest_before,
 )
+from autodb.agent.rows.recordings import stated_start
 from autodb.errors import near
 from autodb.forward.matching import Match, matched
 from autodb.store import models
@@ -77,16 +78,12 @@ def _recordings(
 
 
 def made_at(cut: models.Cut) -> str:
-    """Return when a cut was made, by its recording's start and its `t`, or when it came in.
-
-    A start without an offset is this computer's.
-    """
+    """Return when a cut was made, by its recording's start and its `t`, or when it came in."""
     came_in = cut.recording.imported_at
-    said = cut.recording.side.get("recording", {}).get("start")
+    start = stated_start(cut.recording)
     try:
-        start = datetime.fromisoformat(said).astimezone(UTC) if said else None
         at = start and start + timedelta(seconds=float(cut.conditions.get("t", 0.0)))
-    except (ValueError, OverflowError):
+    except (ValueError, OverflowError):  # of a time that is no number of seconds
         return came_in
     return came_in if at is None else min(at.isoformat(timespec="seconds"), came_in)
 

@@ -90,8 +90,8 @@ def confirm(
 
     A term that belongs to the machine is fitted to the mismatch' recording together with those of
     the channel's newest version, which makes the next version; wear found in forces is fitted with
-    the law to the cuts of each of the recording's pairs, and of five outlying cuts for
-    another cause a state of the pair is learnt. Decision and version are written together. Any
+    the law to the cuts of each of its pairs, of all its recordings, and of five outlying cuts
+    for another cause a state of the pair is learnt. Decision and version are written together. Any
     other belongs to its recording: only the decision is kept. ``also``: what else is written then.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
@@ -108,7 +108,8 @@ def confirm(
         if _is_decided(row, "confirmed", wanted):  # another process was faster
             return _decided(session, row, wanted, already=True)
         version = _keep_version(session, row, step) if step else None
-        counted(session, row.recording_id)
+        for recording in row.recordings:
+            counted(session, recording.id)
         row.confirmed_term = wanted
         _decide(row, "confirmed", by)
         also(session, number)

@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.explaining import open_mismatches
+from autodb.agent.answer.pooled_mismatches import open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
@@ -103,7 +103,9 @@ class _Pass:
         outliers: list[int] = []
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
-        done.mismatches += open_mismatches(session, owner, outliers, progress=self._progress)
+        done.mismatches += open_mismatches(
+            session, owner, outliers, upto=self.span.upto, progress=self._progress
+        )
         done.measured, done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
@@ -197,12 +199,15 @@ class _Pass:
 def learn_confirmed(
     session: Session, row: models.Mismatch, progress: Progress
 ) -> list[models.CuttingParameters]:
-    """Learn the pairs of a confirmed mismatch' recording; return their newest that hold it."""
+    """Learn the pairs of a confirmed mismatch; return their newest versions that hold it."""
     owner = session.get_one(models.Machine, row.recording.machine_id)
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
     sensed = sense_cuts(session, owner, every, progress)
-    pairs = {cut.pair_id: cut.pair for cut in row.recording.cuts if cut.pair is not None}
+    cuts = [cut for recording in row.recordings for cut in recording.cuts]
+    pairs = {cut.pair_id: cut.pair for cut in cuts if cut.pair is not None}
+    if row.pairs:
+        pairs = {pair.id: pair for pair in row.pairs}
     for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
         progress(f"updating {pair_name(pair)}")
         learn_pair(

@@ -98,15 +98,24 @@ def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
     for parameters in _parameters(session, row, fitted[0], sensors):
         parameters.undone_at = models.now()
         said.append(f"{pair_name(parameters.pair)} version {parameters.version}")
+    holding = models.Mismatch.found_in_any([row.id])
     for mismatch in session.scalars(
-        select(models.Mismatch).where(
-            models.Mismatch.recording_id == row.id, models.Mismatch.status != "rejected"
-        )
+        select(models.Mismatch).where(holding, models.Mismatch.status != "rejected")
     ):
+        others = [one for one in mismatch.recordings if one is not row]
+        if others:
+            said.append(f"mismatch {mismatch.id}, {mismatch.status}, stays with {_others(others)}")
+            mismatch.recording, mismatch.further = others[0], others[1:]
+            continue
         said.append(f"mismatch {mismatch.id}, {mismatch.status}")
         mismatch.status, mismatch.decided_at = "rejected", models.now()
         mismatch.confirmed_term = None
     return said
+
+
+def _others(rows: list[models.StoredRecording]) -> str:
+    numbers = ", ".join(str(one.id) for one in rows)
+    return f"recording{'s' if len(rows) > 1 else ''} {numbers}"
 
 
 _Derived = models.CalibrationVersion | models.ChannelModel | models.DriveScale | models.Estimator

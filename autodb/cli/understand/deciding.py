@@ -56,8 +56,10 @@ def list_mismatches_command(
 
 
 def _cells(row: "Mismatch") -> tuple[str, ...]:
+    from autodb.agent.rows.mismatches import found_words
+
     return (
-        str(row.id), _name(row.recording.path), row.channel, row.term,
+        str(row.id), found_words(row) or _name(row.recording.path), row.channel, row.term,
         ", ".join(row.alternatives or ()), row.kind, f"{100 * row.confidence:.0f}",
         _status(row), row.statement,
     )  # fmt: skip
@@ -70,10 +72,10 @@ def show_mismatch_command(number: Number, db: Database = None) -> None:
 
     with opened_store(db) as store, store.reading() as session:
         row = find(session, number)
-        recording = row.recording
-        say(
-            f"mismatch {row.id}: {row.channel} of recording {recording.id}: {_name(recording.path)}"
-        )
+        several = "s" if len(row.recordings) > 1 else ""
+        numbers = ", ".join(str(one.id) for one in row.recordings)
+        names = ", ".join(_name(one.path) for one in row.recordings)
+        say(f"mismatch {row.id}: {row.channel} of recording{several} {numbers}: {names}")
         for what, text in _details(row):
             say(f"{what}: {text}")
         rows = _numbers(row)
@@ -89,11 +91,14 @@ def _name(path: str) -> str:
 
 def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     """Return what is kept of a mismatch, a line each: what it is and its text."""
+    from autodb.agent.rows.mismatches import found_words
     from autodb.terms.vocabulary import effect_called
 
+    if found := found_words(row):
+        yield "found in", found
     yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
     yield "statement", row.statement
-    yield "where", "; ".join(_places(row)) or "all along the recording"
+    yield "where", "; ".join(_places(row)) or f"all along the recording{'s' if row.further else ''}"
     if row.variables:
         yield "depends on", ", ".join(row.variables)
     if row.alternatives:
@@ -112,6 +117,8 @@ def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
 def _places(row: "Mismatch") -> "Iterator[str]":
     """Return the stretches and regimes in which a mismatch sits."""
     what, unit = ("cuts", "") if row.recording.kind == "cuts" else ("from", " s")
+    if row.further:
+        what = "of all cuts in the order of time"
     for low, high in row.intervals or ():
         yield f"{what} {low:g} to {high:g}{unit}"
     for one in row.regime or ():

@@ -9,6 +9,8 @@ from autodb.store.models.answers import (
     Mismatch,
     PredictedCutMade,
     Prediction,
+    mismatch_pair,
+    mismatch_recording,
     prediction_parameters,
 )
 from autodb.store.models.keeping import AccessToken, AuditEntry, InboxFile, RefreshPass
@@ -82,6 +84,8 @@ __all__ = [
     "estimator_recording",
     "estimator_source",
     "fleet_prior_parameters",
+    "mismatch_pair",
+    "mismatch_recording",
     "now",
     "prediction_parameters",
 ]

@@ -1,8 +1,9 @@
 """What was answered: predictions, and mismatches found in recordings."""
 
+from collections.abc import Collection
 from typing import Any
 
-from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint
+from sqlalchemy import CheckConstraint, ColumnElement, ForeignKey, Index, UniqueConstraint, or_
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import Base, link, now, one_of
@@ -14,7 +15,12 @@ from autodb.store.models.learning import (
     cutting_parameters_mismatch,
 )
 from autodb.store.models.recording import Cut, StoredRecording
+from autodb.store.models.work import Pair
 
+mismatch_recording = link("mismatch_recording", "mismatch", "recording")
+"""Further recordings that a mismatch was found in, together with its first."""
+mismatch_pair = link("mismatch_pair", "mismatch", "pair")
+"""The pairs in whose cuts a mismatch was found; none: in all that its recording holds."""
 prediction_parameters = link("prediction_parameters", "prediction", "cutting_parameters")
 BY_NAME, BY_CONDITIONS, BY_STATEMENT = MATCHES = ("name", "conditions", "stated")
 """By what a cut is known to be the one that was predicted."""
@@ -76,8 +82,12 @@ class PredictedCutMade(Base):
 
 
 class Mismatch(Base):
-    """One difference between a recording and its simulation, named or unknown.
+    """One difference between recordings and their simulation, named or unknown.
 
+    ``recording``: the first that it was found in, ``further``: others that were explained together
+    with it; ``pairs``: those whose cuts were, none: all that the recording holds. ``found_in``:
+    `cuts`, how many these were, `excluded`, how many of them their pair's normal cutting state
+    excludes, and `edges`, which cut them; NULL: of the whole recording.
     ``confirmed_term``: what it was confirmed as, its term or an alternative; ``models``: the model
     versions that confirming it made; ``parameters_of_pairs``: versions of pairs that hold it.
     """
@@ -107,10 +117,33 @@ class Mismatch(Base):
     decided_at: Mapped[str | None]
     decided_by: Mapped[str | None]
     confirmed_term: Mapped[str | None]
+    found_in: Mapped[dict[str, Any] | None]
     recording: Mapped[StoredRecording] = relationship()
+    further: Mapped[list[StoredRecording]] = relationship(
+        secondary=mismatch_recording, order_by=StoredRecording.id
+    )
+    pairs: Mapped[list[Pair]] = relationship(secondary=mismatch_pair)
     models: Mapped[list[ChannelModel]] = relationship(secondary=channel_model_mismatch)
     parameters_of_pairs: Mapped[list[CuttingParameters]] = relationship(
         secondary=cutting_parameters_mismatch,
         order_by=CuttingParameters.id,
         back_populates="mismatches",
     )
+
+    @property
+    def recordings(self) -> list[StoredRecording]:
+        """All recordings that it was found in."""
+        return [self.recording, *self.further]
+
+    @classmethod
+    def found_in_any(cls, recordings: Collection[int]) -> ColumnElement[bool]:
+        """Return what asks for mismatches that were found in one of some recordings, by id."""
+        return or_(
+            cls.recording_id.in_(recordings),
+            cls.further.any(StoredRecording.id.in_(recordings)),
+        )
+
+    @classmethod
+    def of_pair(cls, pair: int) -> ColumnElement[bool]:
+        """Return what asks for mismatches that hold for the cuts of a pair, by id."""
+        return or_(~cls.pairs.any(), cls.pairs.any(Pair.id == pair))

@@ -92,7 +92,7 @@ def _shown(request: Request, number: int, *, said: str = "", status: int = 200) 
     def asked(session: Session) -> tuple[MismatchSaid, dict[str, object]]:
         row = mismatch(session, number)
         evidence: dict[str, object] = {
-            "recording": Path(row.recording.path).name,
+            "recordings": [(one.id, Path(one.path).name) for one in row.recordings],
             "intervals": [(low, high) for low, high in row.intervals or ()],
             "parameters": row.parameters,
         }

@@ -67,21 +67,21 @@ class ProgramToPredict:
 
 @dataclass(frozen=True)
 class MismatchToExplain:
-    """Explain a mismatch' recording against its machine's models now; nothing is kept."""
+    """Explain a mismatch' recordings against the machine's models now; nothing is kept."""
 
     mismatch: int
     path: Path
 
     def do(self, store: Store, _tell: Tell) -> bytes:
         """Return the report, a piece of a page, as JSON."""
-        from autodb.agent.answer.explaining import explain_recording
+        from autodb.agent.answer.pooling import explain_mismatch
         from autodb.agent.operate.deciding import (
             mismatch,  # what explains is heavy, and seldom asked for
         )
         from autodb.reports.explanation import explanation_fragment
 
         with store.reading() as session:
-            explained = explain_recording(session, mismatch(session, self.mismatch).recording)
+            explained = explain_mismatch(session, mismatch(session, self.mismatch))
         return _text(explanation_fragment(explained))
 
 

@@ -14,7 +14,7 @@ import pytest
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.lathe import cut_table
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
-from autodb.store import migrate
+from autodb.store import head, migrate
 from tests.conftest import Cli, Once
 
 if TYPE_CHECKING:
@@ -398,7 +398,7 @@ def test_a_database_goes_down_and_up_again_without_the_links_alone(lathe: Cli) -
     before, predicted = _rows(kept), _rows("SELECT id, job, cuts FROM prediction")
     migrate("sqlite:///autodb.sqlite3", "0015")
     assert _rows(kept) == before
-    migrate("sqlite:///autodb.sqlite3", "0016")
+    migrate("sqlite:///autodb.sqlite3", head())
     assert _rows(kept) == before
     assert _rows("SELECT id, job, cuts FROM prediction") == predicted
     assert _links() == {}

@@ -42,6 +42,9 @@ def _fill_what_nothing_writes_yet() -> None:
         )  # fmt: skip
         session.add_all([prior, done, mismatch])
         session.flush()
+        mismatch.further = [session.get_one(models.StoredRecording, 2)]
+        mismatch.pairs = [session.get_one(models.Pair, 1)]
+        mismatch.found_in = {"cuts": 24, "excluded": 7, "edges": ["B1"]}
         mismatch.models = [session.get_one(models.ChannelModel, 1)]
         mismatch.parameters_of_pairs = [session.get_one(models.CuttingParameters, 1)]
         session.get_one(models.CalibrationVersion, 1).repeats = [session.get_one(models.Cut, 1)]

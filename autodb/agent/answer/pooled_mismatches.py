@@ -1,0 +1,221 @@
+"""What a pair's excluded cuts of all recordings have in common is kept as one mismatch a cause.
+
+When more cuts of it come in, it is brought up to date; what a person rejected is not opened again
+for the same recordings.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from autodb.agent.answer.explaining import Key, cause_columns, key_of
+from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
+from autodb.agent.ingest.importing import counted_cuts
+from autodb.agent.learn.states import excluded_cuts, recordings_of
+from autodb.agent.rows.mismatches import found_words
+from autodb.agent.sense.sensed import usable
+from autodb.explain import Explained
+from autodb.explain.engine.candidates import UNKNOWN
+from autodb.records import EDGE
+from autodb.store import models
+
+MOST = 400
+"""Cuts that are explained together at most, of the newest recordings. Chosen: some 10 s of work."""
+
+
+def open_mismatches(
+    session: Session,
+    owner: models.Machine,
+    outlying_cuts: Sequence[int],
+    *,
+    upto: int,
+    progress: Callable[[str], None] = lambda _: None,
+) -> list[str]:
+    """Explain what new outlying cuts and earlier ones have in common; keep it as mismatches.
+
+    Of each pair all cuts, up to the id ``upto``, of recordings that hold excluded ones and that
+    nobody has decided on. What is explained already is left as it is. Returns what to say.
+    """
+    said = []
+    for pool in _pools(session, owner, outlying_cuts, upto=upto):
+        if _is_known(session, pool):
+            continue
+        progress(f"explaining {pool.called}")
+        explained = pool.explained(session, owner)
+        if explained is not None:
+            said += _Keeping(session, pool).kept(explained)
+    return said
+
+
+def _pools(
+    session: Session, owner: models.Machine, outlying_cuts: Sequence[int], *, upto: int
+) -> list[PooledCuts]:
+    """Return what to explain: each pair's cuts, or all of a recording, where no pair has another.
+
+    As few cuts of several pairs as one file may hold tell more together.
+    """
+    new = session.scalars(select(models.Cut).where(models.Cut.id.in_(outlying_cuts))).all()
+    pairs = {cut.pair.id: cut.pair for cut in new if cut.pair is not None}
+    pools = [_of_pair(session, owner, pair, upto=upto) for _, pair in sorted(pairs.items())]
+    pools = [pool for pool in pools if pool.cuts]
+    shared = {row.id for pool in pools if len(pool.recordings) > 1 for row in pool.recordings}
+    found: dict[tuple[int, int], PooledCuts] = {}
+    for pool in pools:
+        first = pool.recordings[0]
+        whole = [cut for cut in counted_cuts(first) if usable(cut)]
+        several = len({cut.pair_id for cut in whole}) > 1
+        if len(pool.recordings) == 1 and several and first.id not in shared:
+            found[(0, first.id)] = PooledCuts(None, whole, pool.excluded)
+        elif pool.pair is not None:
+            found[(pool.pair.id, 0)] = pool
+    return list(found.values())
+
+
+def _of_pair(
+    session: Session, owner: models.Machine, pair: models.Pair, *, upto: int
+) -> PooledCuts:
+    """Return a pair's cuts of the newest recordings that hold excluded ones nobody decided on."""
+    excluded = excluded_cuts(session, owner.id, pair.id, upto=upto)
+    holding = {cut.recording_id: cut.recording for cut in excluded}
+    decided = _decided(session, pair, holding)
+    cuts: list[models.Cut] = []
+    for number in sorted(holding.keys() - decided, reverse=True):
+        own = cuts_of_pair(holding[number], pair)
+        if cuts and len(cuts) + len(own) > MOST:
+            break
+        cuts = [*own, *cuts]
+    return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded))
+
+
+def _decided(session: Session, pair: models.Pair, recordings: Iterable[int]) -> set[int]:
+    """Return the recordings, by id, of which a cause is confirmed, or all are rejected."""
+    rows = _found_in(session, pair, recordings)
+    confirmed, rejected, waiting = (
+        recordings_of(row for row in rows if row.status == status)
+        for status in ("confirmed", "rejected", "open")
+    )
+    return confirmed | (rejected - waiting)
+
+
+def _found_in(
+    session: Session, pair: models.Pair | None, recordings: Iterable[int]
+) -> Sequence[models.Mismatch]:
+    """Return the mismatches of forces of a pair in some recordings, by id, oldest first."""
+    query = select(models.Mismatch).where(
+        models.Mismatch.found_in_any(list(recordings)), models.Mismatch.channel.startswith("force.")
+    )
+    if pair is not None:
+        query = query.where(models.Mismatch.of_pair(pair.id))
+    return session.scalars(query.order_by(models.Mismatch.id)).all()
+
+
+def _is_known(session: Session, pool: PooledCuts) -> bool:
+    """Say whether all that would be explained was, together, and no cut came to it since."""
+    numbers = {row.id for row in pool.recordings}
+    for row in _found_in(session, pool.pair, numbers):
+        cuts = None if row.found_in is None else row.found_in["cuts"]
+        if numbers <= recordings_of([row]) and cuts in (None, len(_all_cuts(row, pool))):
+            return True
+    return False
+
+
+def _all_cuts(row: models.Mismatch, pool: PooledCuts) -> list[models.Cut]:
+    """Return the cuts that count of all recordings of a mismatch, of the pool's pair."""
+    if pool.pair is None:
+        return pool.cuts
+    return [cut for one in row.recordings for cut in cuts_of_pair(one, pool.pair)]
+
+
+class _Keeping:
+    """What is there of a pool's mismatches, and how an explanation changes it."""
+
+    def __init__(self, session: Session, pool: PooledCuts) -> None:
+        self._session, self._pool = session, pool
+        self._known = _found_in(session, pool.pair, [row.id for row in pool.recordings])
+
+    def kept(self, explained: Explained) -> list[str]:
+        """Open a mismatch for each new cause, bring those up to date that are open; say which."""
+        said = []
+        for channel, answer in explained.explanation.channels.items():
+            causes = {(channel, one.term, one.kind): one for one in reversed(answer.missing)}
+            for key, cause in reversed(causes.items()):
+                columns = cause_columns(channel, answer, cause)
+                named = UNKNOWN not in {one.term for one in answer.missing}
+                again = self._open_one(key, named=named)
+                row = again or self._new_one(columns)
+                if row is None:
+                    continue
+                if again is not None:
+                    self._bring_up_to_date(again, columns)
+                row.found_in = self._counted(row)
+                self._session.add(row)
+                self._session.flush()
+                said.append(_said(row, again=again is not None))
+        return said
+
+    def _open_one(self, key: Key, *, named: bool) -> models.Mismatch | None:
+        """Return the open mismatch of a cause; where all are ``named``, one unknown as yet."""
+        alike = self._waiting(key)
+        if not alike and named:
+            alike = self._waiting((key[0], UNKNOWN, key[2]))
+        return next(iter(alike), None)
+
+    def _waiting(self, key: Key) -> list[models.Mismatch]:
+        """Return the open mismatches of a cause that were found in no other pair's cuts."""
+        return [
+            row
+            for row in self._known
+            if row.status == "open" and key_of(row) == key and self._is_of_pair(row)
+        ]
+
+    def _is_of_pair(self, row: models.Mismatch) -> bool:
+        """Say whether a mismatch is of the pool's pair alone; of a whole recording, if that is."""
+        pair = self._pool.pair
+        if pair is None or row.pairs:
+            return row.pairs == ([] if pair is None else [pair])
+        cuts = [cut for one in row.recordings for cut in counted_cuts(one)]
+        return {cut.pair_id for cut in cuts} == {pair.id}
+
+    def _new_one(self, columns: dict[str, object]) -> models.Mismatch | None:
+        """Return a mismatch of the recordings in which nobody has decided on this cause yet."""
+        key = columns["channel"], columns["term"], columns["kind"]
+        decided = recordings_of(row for row in self._known if key_of(row) == key)
+        left = [row for row in self._pool.recordings if row.id not in decided]
+        if not left:
+            return None
+        pairs = [] if self._pool.pair is None else [self._pool.pair]
+        return models.Mismatch(recording=left[0], further=left[1:], pairs=pairs, **columns)
+
+    def _bring_up_to_date(self, row: models.Mismatch, columns: dict[str, object]) -> None:
+        """Have an open mismatch hold what all recordings show; others of the same cause end."""
+        for name, value in columns.items():
+            setattr(row, name, value)
+        same = [one for one in self._waiting(key_of(row)) if one is not row]
+        for one in same:
+            one.status, one.decided_at = "rejected", models.now()
+            one.decided_by = f"refresh, as one with mismatch {row.id}"
+        every = [*self._pool.recordings, *(r for one in same for r in one.recordings)]
+        there = recordings_of([row])
+        row.further += list({one.id: one for one in every if one.id not in there}.values())
+        row.pairs = [] if self._pool.pair is None else [self._pool.pair]
+
+    def _counted(self, row: models.Mismatch) -> dict[str, object] | None:
+        """Return what a mismatch keeps of the cuts that it was found in."""
+        if self._pool.pair is None:
+            return None
+        cuts = _all_cuts(row, self._pool)
+        labels = {cut.conditions[EDGE] for cut in cuts if EDGE in cut.conditions}
+        edges = {one if isinstance(one, str) else f"{one:g}" for one in labels}
+        return {
+            "cuts": len(cuts),
+            "excluded": len({cut.id for cut in cuts} & self._pool.excluded),
+            "edges": sorted(edges),
+        }
+
+
+def _said(row: models.Mismatch, *, again: bool) -> str:
+    found = found_words(row)
+    where = f", in {found}" if found else ""
+    now = "now " if again else ""
+    return f"mismatch {row.id}: {now}{row.channel}: {row.term} ({row.kind}){where}"

@@ -1,0 +1,17 @@
+"""What mismatches were found in, in words."""
+
+from autodb.store import models
+
+
+def found_words(row: models.Mismatch) -> str:
+    """Return in how many cuts, recordings and edges a mismatch was found; empty: in one recording.
+
+    Of one that was found in several recordings before these were counted only their number is said.
+    """
+    recordings = len(row.recordings)
+    found = row.found_in
+    if recordings == 1 or found is None:
+        return "" if recordings == 1 else f"{recordings} recordings"
+    edges = found["edges"]
+    on = f", edge{'s' if len(edges) > 1 else ''} {', '.join(edges)}" if edges else ""
+    return f"{found['cuts']} cuts of {recordings} recordings, {found['excluded']} excluded{on}"

@@ -1,0 +1,343 @@
+"""Excluded cuts of small files are explained together, and their cause is one mismatch."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.testing import assert_allclose
+from sqlalchemy import select
+
+from autodb.agent.answer.pooling import DAY_S, common_stamps, explain_mismatch
+from autodb.agent.learn.states import excluded_cuts
+from autodb.agent.operate.withdrawing import withdraw
+from autodb.store import migrate, models, open_store
+from tests.conftest import Cli, Once
+
+MACHINE = ("--machine", "lathe-1")
+URL = "sqlite:///autodb.sqlite3"
+FILES = tuple(f"day-{day}.csv" for day in range(6))
+"""Six cuts each, two days an edge; the week's first two recordings are numbers 1 and 2."""
+OTHER = "aluminium bar"
+
+
+@pytest.fixture
+def learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
+    """Return the command line on a lathe that has learnt a week, and the files of the next one."""
+
+    def learn() -> None:
+        recordings = sample_jobs / "stepped_shaft" / "recordings"
+        cli("init")
+        cli("machine", "add", "lathe-1")
+        for name in ("standard-cuts.csv", "shop-week-1.csv"):
+            cli("import", recordings / name, *MACHINE)
+        cli("calibrate", *MACHINE)
+        assert "version 1 from 72 cuts" in cli("refresh", *MACHINE).out
+        week = pd.read_csv(recordings / "shop-week-2.csv")
+        for day, name in enumerate(FILES):
+            week.iloc[6 * day : 6 * day + 6].to_csv(name, index=False)
+
+    once(learn)
+    return cli
+
+
+@pytest.fixture
+def pooled(learnt: Cli, once: Once) -> Cli:
+    """Return it once the six files came in; `said.txt` is what the refresh said."""
+    before = Path.cwd()
+
+    def refresh() -> None:
+        for path in before.iterdir():
+            Path(path.name).write_bytes(path.read_bytes())
+        _import(learnt, *FILES)
+        Path("said.txt").write_text(learnt("refresh", *MACHINE).out)
+
+    once(refresh)
+    return learnt
+
+
+def _import(cli: Cli, *names: str) -> None:
+    for name in names:
+        assert cli("import", name, *MACHINE).code == 0
+
+
+def _mismatches(status: str | None = None) -> dict[int, dict[str, Any]]:
+    """Return what is kept of mismatches, by number."""
+    store = open_store(URL)
+    with store.reading() as session:
+        found = {
+            row.id: {
+                "key": (row.channel, row.term, row.kind), "status": row.status,
+                "recordings": [one.id for one in row.recordings], "found_in": row.found_in,
+                "confidence": row.confidence, "size": row.parameters["size"]["value"],
+            }
+            for row in session.scalars(select(models.Mismatch).order_by(models.Mismatch.id))
+            if status in (None, row.status)
+        }  # fmt: skip
+    store.close()
+    return found
+
+
+def _excluded() -> dict[int, int]:
+    """Return how many cuts of the pair are excluded, by recording."""
+    store = open_store(URL)
+    with store.reading() as session:
+        cuts = excluded_cuts(session, 1, 1, upto=10**6)
+        found = [cut.recording_id for cut in cuts]
+    store.close()
+    return {number: found.count(number) for number in sorted(set(found))}
+
+
+def test_six_small_files_name_their_cause_once(pooled: Cli) -> None:
+    said = Path("said.txt").read_text()
+    holding = _excluded()
+    assert sum(holding.values()) < 10
+    assert max(holding.values()) <= 3
+    (y, one), (z, other) = _mismatches().items()
+    assert one["key"] == ("force.y", "tool_wear", "missing")
+    assert other["key"] == ("force.z", "tool_wear", "missing")
+    assert one["recordings"] == other["recordings"] == list(holding)
+    cuts, excluded = 6 * len(holding), sum(holding.values())
+    assert one["found_in"] == {"cuts": cuts, "excluded": excluded, "edges": ["B1", "B2", "B3"]}
+    words = f"{cuts} cuts of {len(holding)} recordings, {excluded} excluded, edges B1, B2, B3"
+    for number, channel in ((y, "force.y"), (z, "force.z")):
+        assert f"mismatch {number}: {channel}: tool_wear (missing), in {words}\n" in said
+
+    # The list, the row itself and its trace say where it was found
+    assert words in " ".join(pooled("mismatch", "list", "lathe-1").out.split())
+    shown = pooled("mismatch", "show", y).out
+    names = ", ".join(FILES[number - 3] for number in holding)
+    assert f"of recordings {', '.join(map(str, holding))}: {names}" in shown
+    assert f"found in: {words}" in shown
+    traced = pooled("trace", "mismatch", y).out
+    assert all(FILES[number - 3] in traced for number in holding)
+
+    # One table of the same cuts names it too
+    table = pd.concat([pd.read_csv(FILES[number - 3]) for number in holding])
+    table.to_csv("one.csv", index=False)
+    answer = json.loads(pooled("explain", "one.csv", *MACHINE, "--json").out)
+    for channel in ("force.y", "force.z"):
+        (cause,) = answer["channels"][channel]["missing"]
+        assert (cause["term"], cause["kind"]) == ("tool_wear", "missing")
+    assert pooled("doctor").code == 0
+
+
+def test_what_is_explained_is_left_alone_until_more_comes_in(learnt: Cli) -> None:
+    said = {}
+    for name in FILES:
+        _import(learnt, name)
+        said[name] = learnt("refresh", *MACHINE).out
+    opened = [name for name in FILES if re.search(r"mismatch \d+: force", said[name])]
+    brought = [name for name in FILES if "now force" in said[name]]
+    assert len(opened) == 1
+    assert brought
+
+    # It grew by the recordings that came in, and what was not known at first has its name
+    found = _mismatches()
+    assert [one["key"][1] for one in found.values()] == ["tool_wear", "tool_wear"]
+    assert {tuple(one["recordings"]) for one in found.values()} == {tuple(_excluded())}
+    assert "nothing new" in learnt("refresh", *MACHINE).out
+    assert _mismatches() == found
+
+
+def _predicted(cli: Cli, cutting_time_s: float) -> float:
+    done = cli(
+        "lookup", *MACHINE, "--material", "steel bar", "--tool", "carbide insert", "--diameter",
+        50, "--depth", 1.5, "--feed", 0.2, "--speed", 220, "--cutting-time", cutting_time_s,
+        "--json",
+    )  # fmt: skip
+    return float(json.loads(done.out)["cut"]["force_y_N"]["value"])
+
+
+def test_confirmed_its_wear_is_learnt_from_all_of_its_recordings(pooled: Cli) -> None:
+    before = _predicted(pooled, 1200.0) / _predicted(pooled, 0.0)
+    assert_allclose(before, 1.0)
+    holding = _excluded()
+    number = next(iter(_mismatches()))
+    assert "tool_wear: each mm of an edge" in pooled("mismatch", "confirm", number).out
+    assert _predicted(pooled, 1200.0) > 1.1 * _predicted(pooled, 0.0)
+    store = open_store(URL)
+    with store.reading() as session:
+        newest = session.scalars(
+            select(models.CuttingParameters).order_by(models.CuttingParameters.id.desc())
+        ).first()
+        assert newest is not None
+        learnt_from = {force.cut.recording_id for force in newest.forces}
+        stated = [row.id for row in newest.mismatches]
+    store.close()
+    assert stated == [number]
+    assert learnt_from >= set(holding)
+    assert sum(_excluded().values()) < sum(holding.values())
+
+
+def test_rejected_it_stays_closed_and_the_cuts_are_learnt(pooled: Cli) -> None:
+    for number in _mismatches():
+        assert pooled("mismatch", "reject", number).code == 0
+    before = _mismatches()
+    assert "mismatch" not in pooled("refresh", *MACHINE).out
+    assert _mismatches() == before
+    assert _excluded() == {}
+
+
+def test_one_of_two_rejected_is_not_opened_again(pooled: Cli) -> None:
+    found = _mismatches()
+    first, second = found
+    assert pooled("mismatch", "reject", first).code == 0
+    pooled("refresh", *MACHINE)
+    _later(pooled)
+    pooled("refresh", *MACHINE)
+    open_ones = _mismatches("open")
+    assert open_ones[second]["key"][0] == "force.z"
+    old = set(found[first]["recordings"])
+    worn = [one for one in open_ones.values() if one["key"] == found[first]["key"]]
+    assert all(not old & set(one["recordings"]) for one in worn)
+
+    # Nor does a cause stand twice in the same channel
+    keys = [(one["key"], *one["recordings"]) for one in open_ones.values()]
+    assert len(keys) == len(set(keys))
+
+
+def _later(cli: Cli, *others: pd.DataFrame) -> None:
+    """Import worn cuts of the last edge once more, as another day with another edge."""
+    table = pd.read_csv(FILES[-1]).assign(**{"tool.edge": "B4"})
+    table["cut"] += 6
+    table["cutting.depth"] *= 1.001
+    pd.concat([table, *others]).to_csv("later.csv", index=False)
+    _import(cli, "later.csv")
+
+
+def test_a_withdrawn_recording_leaves_it_with_the_others(pooled: Cli) -> None:
+    found = _mismatches()
+    number = next(iter(found))
+    first, *others = found[number]["recordings"]
+    listed = ", ".join(map(str, others))
+    assert f"mismatch {number}, open, stays with recordings {listed}" in _withdrawn(first)
+    left = _mismatches()[number]
+    assert (left["status"], left["recordings"]) == ("open", others)
+
+    # Only the last takes it along
+    for recording in others[:-1]:
+        _withdrawn(recording)
+    assert _mismatches("open")[number]["recordings"] == others[-1:]
+    assert f"mismatch {number}, open" in _withdrawn(others[-1])
+    last = _mismatches()[number]
+    assert (last["status"], last["recordings"]) == ("rejected", others[-1:])
+
+    # What is said next is of the cuts that are left
+    assert pooled("refresh", *MACHINE).code == 0
+
+
+def _withdrawn(recording: int) -> list[str]:
+    store = open_store(URL)
+    done = withdraw(store, "lathe-1", recording, why="another bar")
+    store.close()
+    return done.taken_back
+
+
+def test_no_other_pair_is_touched(pooled: Cli, sample_jobs: Path) -> None:
+    """Another material in the same file has no part in the mismatch, nor in the wear."""
+    week = pd.read_csv(sample_jobs / "stepped_shaft" / "recordings" / "shop-week-1.csv")
+    other = week.iloc[:12].assign(**{"work.material": OTHER})
+    other["cut"] += 100
+    other["t"] += 10_000.0
+    _later(pooled, other)
+    before = _mismatches()
+    pooled("refresh", *MACHINE)
+    number, found = next(iter(_mismatches().items()))
+    assert found["recordings"] == [*before[number]["recordings"], 9]
+    assert found["found_in"]["cuts"] == before[number]["found_in"]["cuts"] + 6
+    assert "B4" in found["found_in"]["edges"]
+
+    pairs = _versions()
+    done = pooled("mismatch", "confirm", number).out
+    assert OTHER not in done
+    after = _versions()
+    assert after[OTHER] == pairs[OTHER] == [False]
+    assert after["steel bar"] == [*pairs["steel bar"], True]
+
+
+def _versions() -> dict[str, list[bool]]:
+    """Return whether each version of a pair has wear in it, by the pair's material."""
+    store = open_store(URL)
+    found: dict[str, list[bool]] = {}
+    with store.reading() as session:
+        query = select(models.CuttingParameters).order_by(models.CuttingParameters.id)
+        for row in session.scalars(query):
+            found.setdefault(row.pair.material.name, []).append(row.terms is not None)
+    store.close()
+    return found
+
+
+def test_what_it_was_found_in_is_explained_anew(pooled: Cli) -> None:
+    assert pooled("doctor").code == 0
+    store = open_store(URL)
+    with store.reading() as session:
+        row = session.get_one(models.Mismatch, next(iter(_mismatches())))
+        explained = explain_mismatch(session, row)
+    store.close()
+    assert explained.explanation.channels["force.y"].missing[0].term == "tool_wear"
+
+
+def test_a_database_goes_down_with_the_first_recording_and_up_again(pooled: Cli) -> None:
+    before = _mismatches()
+    migrate(URL, "0016")
+    migrate(URL, "0017")
+    after = _mismatches()
+    assert {n: [one["recordings"][0]] for n, one in before.items()} == {
+        n: one["recordings"] for n, one in after.items()
+    }
+    assert [one["found_in"] for one in after.values()] == [None, None]
+    assert pooled("doctor").code == 0
+
+
+Recorded = Callable[..., list[models.Cut]]
+
+
+@pytest.fixture
+def recorded() -> Recorded:
+    """Return a function that makes two recordings of three cuts each, without a database."""
+
+    def make(numbers: list[float], times: list[float], starts: list[str | None]) -> Any:
+        cuts = []
+        for k, (number, t) in enumerate(zip(numbers, times, strict=True)):
+            recording = 1 + k // 3
+            start = starts[recording - 1]
+            side = {} if start is None else {"recording": {"start": start}}
+            row = models.StoredRecording(id=recording, side=side)
+            cut = models.Cut(id=k, number=number, conditions={"t": t}, recording_id=recording)
+            cut.recording = row
+            cuts.append(cut)
+        return cuts
+
+    return make
+
+
+def _stamps(cuts: list[models.Cut]) -> tuple[list[float], list[float]]:
+    found = common_stamps(cuts)
+    return [found[cut.id][0] for cut in cuts], [found[cut.id][1] for cut in cuts]
+
+
+def test_days_stay_apart_on_one_clock(recorded: Recorded) -> None:
+    again, goes_on = [1.0, 2.0, 3.0, 1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    own = [0.0, 60.0, 120.0, 0.0, 60.0, 120.0]
+
+    # Nobody says when: a day lies between; numbers that start again are counted on
+    numbers, times = _stamps(recorded(again, own, [None, None]))
+    assert numbers == goes_on
+    assert_allclose(np.subtract(times, own), np.repeat([0.0, DAY_S + 120.0], 3))
+
+    # Times that go on are of one clock, and numbers that go on are the shop's
+    one_clock = [0.0, 60.0, 120.0, 5000.0, 5060.0, 5120.0]
+    numbers, times = _stamps(recorded([11.0, 12, 13, 21, 22, 23], one_clock, [None, None]))
+    assert numbers == [11.0, 12.0, 13.0, 21.0, 22.0, 23.0]
+    assert_allclose(times, one_clock)
+
+    # The starts that side files state come first, whichever came in first
+    starts = ["2026-01-09T08:00:00+01:00", "2026-01-07T08:00:00+01:00"]
+    numbers, times = _stamps(recorded(again, own, starts))
+    assert numbers == [4.0, 5.0, 6.0, 1.0, 2.0, 3.0]
+    assert_allclose(np.subtract(times, own), np.repeat([2 * DAY_S, 0.0], 3))
