@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from autodb.explain.engine.bench import ROWS_A_COLUMN, fewest_first
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.noise import ORDER, Whitener
+from autodb.explain.engine.noise import ORDER, PLAIN, Whitener
 from autodb.explain.engine.normal import HELD, Normal, normal
 from autodb.explain.engine.search import DETAIL
 from autodb.explain.engine.working import WorkingRate
@@ -39,6 +39,8 @@ FLOOR = 1e-12
 BLOCKS, FOLDS = 40, 5
 SILENT = 1e-9
 """Share of a component's largest force that its noise is at least: numbers have digits."""
+SOME = 97
+"""Rows of which one is looked at first, to see that a column holds anything."""
 MEMORY = 4000
 """Rows after which a noise of ORDER taps has forgotten a knock."""
 
@@ -93,6 +95,20 @@ class WhitenedNoise:
         """Return the row, of so many, that each white row of a component stands at."""
         return self.whiteners[0].places(rows)
 
+    def inner(self, blocks: Sequence[Array]) -> Array:
+        """Return the inner products (p, p) of the white columns of blocks (C, n, k).
+
+        Most columns are in one component alone: only what a component holds is filtered there.
+        """
+        count = sum(block.shape[-1] for block in blocks)
+        made = np.zeros((count, count))
+        for number, (whitener, sd) in enumerate(zip(self.whiteners, self.sd, strict=True)):
+            columns = [column for block in blocks for column in block[number].T]
+            at = [i for i, column in enumerate(columns) if column[::SOME].any() or column.any()]
+            white = whitener.side_by_side([columns[i][:, None] for i in at])
+            made[np.ix_(at, at)] += white.T @ white / sd**2
+        return made
+
     def each(self, columns: Array) -> list[Array]:
         """Return the white rows (m, ...) of each component of columns (C, n, ...)."""
         return [
@@ -145,8 +161,10 @@ class WhiteWaves:
             parts += [self.detail(c.candidate) for c in choices]
         return np.concatenate(parts, axis=-1)
 
-    def everything(self, candidates: Iterable[Candidate]) -> Array:
-        """Return own columns and the richest shape of every candidate, those with fewest first."""
+    def everything(self, candidates: Iterable[Candidate]) -> list[Array]:
+        """Return blocks (C, n, p): own columns, then the richest shape of every candidate, those
+        with the fewest columns first.
+        """
         rich = [
             self.detail(s)
             if s.detail is not None
@@ -154,39 +172,49 @@ class WhiteWaves:
             for s in candidates
         ]
         room = self.difference.size // ROWS_A_COLUMN - self._own.shape[-1]
-        return np.concatenate([self._own, *fewest_first(rich, room)], axis=-1)
+        return [self._own, *fewest_first(rich, room)]
 
-    def quiet(self, columns: Array) -> WhitenedNoise:
-        """Return the noise that columns leave, each component by itself, fitted twice."""
-        left = self.left(columns, None)
-        for _ in range(2):
-            whiteners = tuple(whitener_of(one, self.timing) for one in left)
-            sd = tuple(
-                max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
-                for w, one, own in zip(whiteners, left, self._own, strict=True)
-            )
-            quiet = WhitenedNoise(whiteners, sd)
-            left = self.left(columns, quiet)
+    def quiet(self, blocks: Sequence[Array], begin: WhitenedNoise | None = None) -> WhitenedNoise:
+        """Return the noise that columns leave, each component by itself.
+
+        It is fitted twice; once where it begins with a noise that was found before.
+        """
+        quiet = begin
+        for _ in range(2 if begin is None else 1):
+            quiet = self._noise_of(self.left(blocks, quiet))
+        assert quiet is not None
         return quiet
+
+    def _noise_of(self, left: Array) -> WhitenedNoise:
+        """Return the noise that is left (C, n)."""
+        whiteners = tuple(whitener_of(one, self.timing) for one in left)
+        sd = tuple(
+            max(float(np.sqrt(variance_of(w, one))), SILENT * float(np.max(np.abs(own))))
+            for w, one, own in zip(whiteners, left, self._own, strict=True)
+        )
+        return WhitenedNoise(whiteners, sd)
 
     def plain(self, columns: Array) -> WhitenedNoise:
         """Return the noise that columns leave of each component by itself, taken as white."""
-        sd = np.sqrt(np.mean(self.left(columns, None) ** 2, axis=1))
-        return WhitenedNoise((Whitener(np.zeros(0)),) * len(sd), tuple(sd.tolist()))
+        sd = np.sqrt(np.mean(self.left([columns], None) ** 2, axis=1))
+        return WhitenedNoise((PLAIN,) * len(sd), tuple(sd.tolist()))
 
-    def left(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
-        """Return what columns (C, n, p) leave of the difference (C, n)."""
-        fitted = self.fitted(columns, quiet)
-        return np.asarray(self.difference - columns @ fitted)
+    def left(self, blocks: Sequence[Array], quiet: WhitenedNoise | None) -> Array:
+        """Return what columns, in blocks (C, n, p), leave of the difference (C, n)."""
+        left, first = self.difference.copy(), 0
+        fitted = self._fitted(blocks, quiet)
+        for block in blocks:
+            left -= block @ fitted[first : first + block.shape[-1]]
+            first += block.shape[-1]
+        return left
 
-    def fitted(self, columns: Array, quiet: WhitenedNoise | None) -> Array:
-        """Return coefficients (p,) of columns."""
-        return self._normal(columns, quiet).solved()
-
-    def _normal(self, columns: Array, quiet: WhitenedNoise | None) -> Normal:
-        if quiet is None:
-            return normal(columns.reshape(-1, columns.shape[-1]), self.difference.ravel())
-        return normal(quiet(columns), quiet(self.difference[:, :, None])[:, 0])
+    def _fitted(self, blocks: Sequence[Array], quiet: WhitenedNoise | None) -> Array:
+        """Return coefficients (p,) of columns in blocks."""
+        noise = quiet or WhitenedNoise(
+            (PLAIN,) * len(self.difference), (1.0,) * len(self.difference)
+        )
+        inner = noise.inner([self.difference[:, :, None], *blocks])
+        return Normal(inner[1:, 1:], inner[1:, 0]).solved()
 
     def products(self, candidates: Sequence[Candidate], quiet: WhitenedNoise) -> Products:
         """Return the inner products of the white difference, own columns and all shapes."""
@@ -199,13 +227,12 @@ class WhiteWaves:
 
     def inner(self, blocks: dict[tuple[str, int], Array], quiet: WhitenedNoise) -> Products:
         """Return the inner products of the white difference, own columns and blocks (C, n, p)."""
-        whole = [self.difference[:, :, None], self._own, *blocks.values()]
-        white = np.concatenate([quiet(block) for block in whole if block.shape[-1]], axis=1)
+        components, rows = self.difference.shape
         return Products(
-            white.T @ white,
+            quiet.inner([self.difference[:, :, None], self._own, *blocks.values()]),
             own=self._own.shape[-1],
             widths={key: block.shape[-1] for key, block in blocks.items()},
-            rows=len(white),
+            rows=components * len(quiet.places(rows)),
             variance=1.0,
         )
 

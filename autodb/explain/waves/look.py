@@ -135,11 +135,11 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
     """
     bench, standing = _laid_out(world, measured)
     quiet = bench.quiet(bench.everything(standing))
-    scanned = proposals_of_waves(world, bench.left(bench.chosen(()), quiet), quiet, 0)
+    scanned = proposals_of_waves(world, bench.left([bench.chosen(())], quiet), quiet, 0)
     plain = _seen_plainly(world, measured, bench, quiet, [*standing, *scanned])
     if plain is not None:
         return plain
-    quiet = bench.quiet(bench.everything([*standing, *scanned]))
+    quiet = bench.quiet(bench.everything([*standing, *scanned]), quiet)
     found: tuple[str, ...] | None = None
     for number in range(1, ROUNDS + 1):
         looked = _searched(world, bench, quiet, (*standing, *scanned))
@@ -155,7 +155,7 @@ def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:
             bench, standing = _laid_out(world, measured)
             choices = _anew(choices, standing)
         quiet = bench.quiet(
-            bench.everything(standing) if moved else bench.chosen(choices, detail=True)
+            bench.everything(standing) if moved else [bench.chosen(choices, detail=True)], quiet
         )
         scanned = [one for one in scanned if one.key in looked.found.keys]
         scanned += _scanned(world, bench, choices, quiet, number)
@@ -215,10 +215,10 @@ def _scanned(
 
     Families follow a stretch that was not seen beside other effects, and nothing is left of it.
     """
-    found = proposals_of_waves(world, bench.left(bench.chosen(choices), quiet), quiet, number)
+    found = proposals_of_waves(world, bench.left([bench.chosen(choices)], quiet), quiet, number)
     known = [choice for choice in choices if choice.candidate.named]
     if len(known) < len(choices):
-        left = bench.left(bench.chosen(known), quiet)
+        left = bench.left([bench.chosen(known)], quiet)
         found += proposals_of_waves(world, left, quiet, ROUNDS + number)
     return found
 

@@ -30,6 +30,10 @@ ENVELOPES = (1, 4, 8, 16)
 """Coefficients of a tone's slow course of size and phase."""
 BANDS = (2.5, 40.0)
 """How often bands come round in the work."""
+BAND_BINS = 2000
+"""Parts of the time in the work that these are looked for by: 50 of the shortest band."""
+NEAR = 512
+"""Stretches of a recording in which a frequency half a step off turns by nothing."""
 
 
 def proposals_of_waves(
@@ -135,36 +139,51 @@ def _tones(world: SimulatedWaves, white: Array, places: Rows, number: int) -> li
     )
     found: list[Candidate] = []
     for k, widths in enumerate((*TONES * (LINE,), WIDE)):
-        at, width = standing_out(power, len(white), widths)
+        at, width, worth = standing_out(power, len(white), widths)
         if power[at] <= 0.0:
             break
         exact = float(frequency[at])
         if width == 1:
             exact = _sharpened(white * window[after], after, rate, exact)
-        found += tone(world, exact, f"{number}.{k}", tries=n // 2)
+            worth = _worth_of_line(white, after, rate, exact)
+        tries = n // 2
+        if worth > 2.0 * np.log(tries):
+            found += tone(world, exact, f"{number}.{k}", tries=tries)
         power[np.abs(frequency - frequency[at]) < (8.0 + width // 2) / (n / rate)] = 0.0
     return found
 
 
-def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int]:
-    """Return where power (f,) of white rows stands out most, and over how many frequencies.
+def standing_out(power: Array, components: int, widths: Sequence[int]) -> tuple[int, int, float]:
+    """Return where power (f,) of white rows stands out most, over how many frequencies, and its
+    evidence there.
 
     Twice the log-likelihood ratio of a sum P of k exponentially distributed powers of mean 1 is
     2 (P - k - k ln(P/k)); frequencies with no power are left out.
     """
     open_ = power > 0.0
     some = power / max(float(np.mean(power[open_])) / components, 1e-300) if open_.any() else power
-    best, found = -np.inf, (0, widths[0])
+    best, at, wide = -np.inf, 0, widths[0]
     for width in widths:
         window = np.ones(width)
         total = np.convolve(some, window, mode="same")
         count = components * np.maximum(np.convolve(open_, window, mode="same"), 1.0)
-        more = np.maximum(total / count, 1.0)
-        ratio = np.where(open_, count * (more - 1.0 - np.log(more)), -np.inf)
-        at = int(np.argmax(ratio))
-        if ratio[at] > best:
-            best, found = float(ratio[at]), (at, width)
-    return found
+        ratio = np.where(open_, _twice_log_ratio(total, count), -np.inf)
+        strongest = int(np.argmax(ratio))
+        if ratio[strongest] > best:
+            best, at, wide = float(ratio[strongest]), strongest, width
+    return at, wide, best
+
+
+def _twice_log_ratio(total: Array, count: Array | int) -> Array:
+    more = np.maximum(total / count, 1.0)
+    return np.asarray(2.0 * count * (more - 1.0 - np.log(more)))
+
+
+def _worth_of_line(white: Array, after: Rows, rate_Hz: float, frequency_Hz: float) -> float:
+    """Return the evidence of a steady line in white rows (C, m) so many steps after the first."""
+    wave = np.exp(-2j * np.pi * frequency_Hz / rate_Hz * after)
+    total = np.sum(np.abs(white @ wave) ** 2) / white.shape[1]
+    return float(_twice_log_ratio(total, len(white)))
 
 
 def _steps_after(world: SimulatedWaves, places: Rows, rate_Hz: float) -> Rows:
@@ -181,11 +200,14 @@ def _sharpened(windowed: Array, after: Rows, rate_Hz: float, near_Hz: float) -> 
 
     A line half a step off would look as if it swelled and faded.
     """
-    step = rate_Hz / (int(after[-1]) + 1)
-    tried = near_Hz + step * np.linspace(-1.0, 1.0, 41)
-    waves = np.exp(-2j * np.pi * tried[:, None] / rate_Hz * after)
-    power = np.sum(np.abs(windowed @ waves.T) ** 2, axis=0)
-    return float(tried[int(np.argmax(power))])
+    n = int(after[-1]) + 1
+    tried = np.linspace(-1.0, 1.0, 41)
+    slow = windowed * np.exp(-2j * np.pi * near_Hz / rate_Hz * after)
+    stretches = np.linspace(0, len(after), min(NEAR, len(after)), endpoint=False).astype(np.intp)
+    sums = np.add.reduceat(slow, stretches, axis=1)
+    middle = np.add.reduceat(after, stretches) / np.diff(stretches, append=len(after))
+    power = np.sum(np.abs(sums @ np.exp(-2j * np.pi * middle[:, None] / n * tried)) ** 2, axis=0)
+    return near_Hz + rate_Hz / n * float(tried[int(np.argmax(power))])
 
 
 def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int) -> list[Candidate]:
@@ -194,21 +216,16 @@ def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int)
     angle = 2.0 * np.pi * frequency_Hz * t
     waves = np.column_stack([np.cos(angle), np.sin(angle)])
 
-    def ladder(over: Array, inside: Array) -> list[CandidateForm]:
-        forms = []
-        for knots in ENVELOPES:
-            slow = spline(over, knots) if knots > 3 else np.ones((len(t), 1))
-            course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
-            forms.append(form(on_each(world, course), {"frequency": frequency_Hz}, tries=tries))
-        return forms
+    def swelling(inside: Array, knots: int) -> CandidateForm:
+        slow = spline(world.worn, knots) if knots > 3 else np.ones((len(t), 1))
+        course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
+        return form(on_each(world, course), {"frequency": frequency_Hz}, tries=tries)
 
-    chatter = ladder(world.worn, engaged)
-    hum = ladder(world.time, np.ones(len(t)))
+    chatter = tuple(swelling(engaged, knots) for knots in ENVELOPES)
+    hum = (swelling(np.ones(len(t)), 1),)
     return [
-        Candidate(f"chatter {number}", "chatter", tuple(chatter), ("t",), scanned=True),
-        Candidate(
-            f"unknown tone {number}", "unknown", tuple(hum[:1]), ("t",), bar=6.0, scanned=True
-        ),
+        Candidate(f"chatter {number}", "chatter", chatter, ("t",), scanned=True),
+        Candidate(f"unknown tone {number}", "unknown", hum, ("t",), bar=6.0, scanned=True),
     ]
 
 
@@ -223,9 +240,10 @@ def on_each(world: SimulatedWaves, course: Array) -> Array:
 
 def _bands(world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number: int) -> Candidate:
     """Return the factor on all forces, white rows (C, m), that comes round and explains most."""
-    product = np.sum(force * rest, axis=0)
-    power = np.sum(force**2, axis=0)
-    u = world.worn[rows]
+    at = np.minimum((world.worn[rows] * BAND_BINS).astype(np.intp), BAND_BINS - 1)
+    product = np.bincount(at, np.sum(force * rest, axis=0), BAND_BINS)
+    power = np.bincount(at, np.sum(force**2, axis=0), BAND_BINS)
+    u = (np.arange(BAND_BINS) + 0.5) / BAND_BINS
     best, found = 0.0, BANDS[0]
     for count in np.arange(*BANDS, 0.125):
         wave = np.exp(2j * np.pi * count * u)

@@ -42,15 +42,19 @@ def test_a_tone_that_wanders_stands_out_over_several_frequencies() -> None:
     """
     power = np.random.default_rng(7).gamma(3.0, 1.0, 2000)
     power[1000:1015] *= 3.0
-    at, width = standing_out(power, 3, WIDE)
+    at, width, evidence = standing_out(power, 3, WIDE)
     assert abs(at - 1007) <= 10
     assert width >= 7
+    assert evidence > 40.0
 
 
 def test_a_steady_tone_stands_out_in_one_frequency() -> None:
     power = np.random.default_rng(8).gamma(3.0, 1.0, 2000)
     power[421], power[:5] = 60.0, 0.0
-    assert standing_out(power, 3, LINE) == (421, 1)
+    at, width, evidence = standing_out(power, 3, LINE)
+    assert (at, width) == (421, 1)
+    m = 60.0 / np.mean(power[5:])
+    assert evidence == pytest.approx(6.0 * (m - 1.0 - np.log(m)), rel=1e-9)
 
 
 def test_components_share_the_course_of_one_vibration() -> None:
