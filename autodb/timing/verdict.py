@@ -1,8 +1,9 @@
 """The verdict on a recording's stamps: what they are, what was done, and what that costs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,14 @@ class Timing:
         """
         placed = None if self.layout is None else self.layout.placed
         return None if placed is None or placed.all() else placed
+
+    def at(self, rows: NDArray[np.intp]) -> "Timing":
+        """Return what the time of some of its rows is, all of which were measured."""
+        piece = np.searchsorted([one.start for one in self.pieces], rows, side="right")
+        parted = np.flatnonzero((np.diff(rows) != 1) | (np.diff(piece) != 0)) + 1
+        ends = [0, *parted.tolist(), len(rows)]
+        pieces = tuple(slice(first, last) for first, last in pairwise(ends))
+        return replace(self, pieces=pieces, rows=len(rows), layout=None)
 
     def known_within(self, reach_s: float) -> NDArray[np.bool_] | None:
         """Whether a filter that reaches so far sees nothing but what was measured, (n,); None:

@@ -96,7 +96,7 @@ def stribeck_dip(s: AxisSignals) -> Candidate:
     return Candidate(
         "stribeck", "stribeck", tuple(forms), (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
-        needs=DRY,
+        needs=DRY, mistaken=lambda: around_standstill(s),
     )  # fmt: skip
 
 

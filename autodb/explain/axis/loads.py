@@ -1,6 +1,7 @@
 """Candidates that load an axis."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from autodb.explain.engine.candidates import (
     has_positive_first,
     spline,
 )
+from autodb.signals import by_piece, lowpass
 from autodb.terms.drive import compliance, tilt
 from autodb.terms.sensor import lag
 
@@ -28,6 +30,10 @@ SWINGS_HZ = (6.0, 9.0, 13.0, 18.0, 25.0, 35.0, 50.0, 70.0)
 SWINGS_A_ROW = 0.3
 """Swings in a row up to which rows show one. Chosen."""
 DAMPINGS = (0.03, 0.15)
+HIGHEST_HZ = 100.0
+"""Cutoff above which an acceleration is as good as not smoothed. Chosen."""
+LOWER = (1.0, 0.7, 0.5)
+"""Shares of the cutoff at which an acceleration is filtered once more. Chosen."""
 TURNING = "gravity over the angle"
 """Key of a weight that turns with a rotary axis."""
 
@@ -136,8 +142,22 @@ def swing(s: AxisSignals, frequencies_hz: Sequence[float]) -> Candidate:
     return Candidate(
         "compliance", "compliance", tuple(forms), (s.channel("acceleration"),),
         detail=lambda: np.column_stack([law(f, 0.1) for f in frequencies_hz[::2]]),
-        excludes=frozenset({"lag"}),
+        excludes=frozenset({"lag"}), mistaken=lambda: otherwise_smoothed(s),
     )  # fmt: skip
+
+
+def otherwise_smoothed(s: AxisSignals) -> Array:
+    """Return what acceleration lacks that was smoothed too much, or has of too little, or that
+    comes a row early or late, (n, 5).
+
+    Where it steps, a filter leaves as much ahead of the step as behind it; what swings is behind.
+    """
+    at_hz = min(s.cutoff_hz, HIGHEST_HZ)
+    columns = [*_neighbours(s.acceleration).T]
+    for share in LOWER:
+        smooth = partial(lowpass, rate_hz=1.0 / s.scales.step_s, cutoff_hz=share * at_hz)
+        columns.append(by_piece(smooth, s.acceleration, s.pieces) - s.acceleration)
+    return np.column_stack(columns)
 
 
 def cross_couplings(s: AxisSignals) -> list[Candidate]:

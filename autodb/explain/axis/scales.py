@@ -32,6 +32,8 @@ OF_A_ROW = 0.25
 that rows show. Chosen."""
 FEWEST_WAYS = 3
 """Ways that are tried where rows resolve none of a grid: its largest."""
+PASSED = 20
+"""Rows near a speed that show what friction does there. Chosen."""
 USUAL_TRAVEL = 500.0
 """Travel of an axis that stands, mm or deg. Chosen."""
 
@@ -39,12 +41,14 @@ USUAL_TRAVEL = 500.0
 @dataclass(frozen=True)
 class AxisScales:
     """Top speed and travel in the axis' unit; ``resolved``: the least way that rows show after a
-    reversal; ``step_s``: from row to row.
+    reversal; ``slow``: the speed below which none is passed slowly enough for rows to show what
+    friction does there; ``step_s``: from row to row.
     """
 
     top: float
     travel: float
     resolved: float
+    slow: float
     step_s: float
 
     def widths(self) -> list[float]:
@@ -52,8 +56,10 @@ class AxisScales:
         return [share * self.top for share in WIDTHS_OF_TOP]
 
     def dips(self) -> list[float]:
-        """Return speeds over which extra friction at creep may fall."""
-        return [share * self.top for share in DIPS_OF_TOP]
+        """Return speeds over which extra friction at creep may fall, that rows may show."""
+        speeds = [share * self.top for share in DIPS_OF_TOP]
+        shown = [speed for speed in speeds if speed >= self.slow]
+        return shown if len(shown) >= FEWEST_WAYS else speeds[-FEWEST_WAYS:]
 
     def starts(self) -> list[float]:
         """Return speeds over which friction may rise where a move starts."""
@@ -89,20 +95,45 @@ class AxisScales:
 
 
 def axis_scales(
-    t_s: Array, position: Array, velocity: Array, last_sense: Array, way: Array
+    t_s: Array,
+    position: Array,
+    velocity: Array,
+    last_sense: Array,
+    way: Array,
+    *,
+    blur_s: float = 0.0,
 ) -> AxisScales:
     """Return the scales of an axis' motion, (n,) each.
 
-    ``last_sense`` and ``way`` as ``since_reversal`` gives them. Of an axis that stands they are
-    those of a usual one.
+    ``last_sense`` and ``way`` as ``since_reversal`` gives them; ``blur_s``: over what time the
+    velocity is a mean. Of an axis that stands they are those of a usual one.
     """
     travel, top = float(np.ptp(position)), top_speed(velocity, noise_sd(velocity))
     turned = np.flatnonzero(np.diff(last_sense) != 0) + 2
     next_ways = way[turned[turned < len(way)]]
     row = float(np.median(next_ways)) if next_ways.size else 0.0
+    step_s = float(np.median(np.diff(t_s)))
+    top = top or STANDSTILL_MM_S / STILL_SHARE
     return AxisScales(
-        top=top or STANDSTILL_MM_S / STILL_SHARE,
+        top=top,
         travel=travel or USUAL_TRAVEL,
         resolved=max(OF_A_ROW * row, noise_sd(position)),
-        step_s=float(np.median(np.diff(t_s))),
+        slow=_slow(velocity, [share * top for share in DIPS_OF_TOP], step_s, blur_s),
+        step_s=step_s,
     )
+
+
+def _slow(velocity: Array, speeds: list[float], step_s: float, blur_s: float) -> float:
+    """Return the lowest of some speeds from which on an axis stays near each, between half and
+    twice of it, for longer than rows and the filter of its velocity blur.
+    """
+    speed, faster = np.abs(velocity), np.abs(np.gradient(velocity)) / step_s
+    lowest = speeds[-1]
+    for middle in reversed(speeds):
+        near = (speed > 0.5 * middle) & (speed < 2.0 * middle)
+        if np.count_nonzero(near) < PASSED:
+            break
+        if float(np.median(faster[near])) * max(step_s, blur_s) > middle:
+            break
+        lowest = middle
+    return lowest

@@ -58,7 +58,7 @@ class AxisSignals:
     ``found``: what each effect adds that was found, by term ·
     ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
     ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with: the
-    simulation's, where that is lower.
+    simulation's, where that is lower · ``blur_s``: time over which a derived velocity is a mean.
     """
 
     axis: str
@@ -84,6 +84,7 @@ class AxisSignals:
     found: Mapping[str, Array] = field(default_factory=dict)
     shaped: frozenset[str] = frozenset()
     cutoff_hz: float = float("inf")
+    blur_s: float = 0.0
 
     @property
     def rotary(self) -> bool:
@@ -100,7 +101,9 @@ class AxisSignals:
         """What grids are measured in: the recording's scales."""
         if self.like is not None:
             return self.like.scales
-        return axis_scales(self.t_s, self.position, self.velocity, self.last_sense, self.way)
+        return axis_scales(
+            self.t_s, self.position, self.velocity, self.last_sense, self.way, blur_s=self.blur_s
+        )
 
     def part(self, term: str) -> Array | float:
         """Return what a term is known to add, (n,): of the simulation, and found."""
@@ -194,6 +197,7 @@ def axis_signals(
         phase_deg=read.phase_deg,
         shaped=shaped,
         cutoff_hz=cutoff_hz,
+        blur_s=0.0 if f"{axis}.velocity" in recording else 0.5 / cutoff_hz,
     )
 
 

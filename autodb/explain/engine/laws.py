@@ -74,26 +74,31 @@ def _offered(
     of that a real machine's other effects pass for much, so that a static law that lowers it
     clearly needs no more.
     """
-    offer = rows.with_one_more(beside(found, candidate), candidate)
+    others = beside(found, candidate)
+    offer = rows.with_one_more(others, candidate)
     if offer is None:
         return 0.0, None
-    before = rows.squares(found, like=candidate)
+    if len(others) < len(found):
+        before, after = rows.squares(found, like=candidate), offer[0]
+    else:
+        before, after = rows.without_and_with(others, offer[1], like=candidate)
     chance = MARGIN + 2.0 * float(np.log(offer[1].shape.tries))
     slow = min(rows.slow, BESIDE_ITSELF * rows.slow_beside(offer[1]))
-    told = float(before.sum() - offer[0].sum()) > chance * slow
-    fall = rms_fall(before, offer[0])
+    told = float(before.sum() - after.sum()) > chance * slow
+    fall = rms_fall(before, after)
     plain = candidate.static and fall >= CLEAR
-    if not (told or plain) or int(np.sum(offer[0] < before)) < IN_BLOCKS:
+    if not (told or plain) or int(np.sum(after < before)) < IN_BLOCKS:
         return 0.0, None
     return fall, offer[1]
 
 
 def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the choices without those that the others do as well without.
+    """Return the choices without those that the others do as well without, or that are beside these
+    no more of their kind: a dip of friction that has become a rise.
 
     What acts on others holds what they add: beside it a static law stays.
     """
-    found = list(choices)
+    found = _of_their_kind(rows, choices)
     while len(found) > 1:
         acted_on = any(not (c.candidate.static or c.candidate.scanned) for c in found)
         loss = [np.inf if c.candidate.static and acted_on else _loss(rows, found, c) for c in found]
@@ -101,6 +106,14 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
         if loss[least] >= NEEDED:
             break
         del found[least]
+    return found
+
+
+def _of_their_kind(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
+    """Return the choices without those, the last first, that have coefficients of another kind."""
+    found = list(choices)
+    while not all(of_kind := rows.of_their_kind(found)):
+        del found[len(found) - 1 - of_kind[::-1].index(False)]
     return found
 
 
@@ -141,8 +154,8 @@ def _stands_in(candidate: Candidate, others: Sequence[Choice]) -> bool:
 def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
     """Return by what share the held-out rms rises without one of the choices."""
     others = [c for c in found if c is not gone]
-    like = gone.candidate
-    return -rms_fall(rows.squares(found, like=like), rows.squares(others, like=like))
+    without, whole = rows.without_and_with(others, gone, like=gone.candidate)
+    return -rms_fall(whole, without)
 
 
 @dataclass(frozen=True)
@@ -199,6 +212,7 @@ def founded(
             bench, found, _continued(bench, named, _alone(bench, named, field), field)
         )
     found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
+    found = _of_their_kind(PlainRows(bench, [c.candidate for c in found], found), found)
     kept = [c for c in found if c.candidate.first]
     if bench.through and not kept:
         bench.look_through(kept)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.normal import Normal, columns_side_by_side
+from autodb.explain.engine.search import MISTAKEN
 from autodb.explain.engine.working import reduced
 
 Array = NDArray[np.float64]
@@ -72,7 +73,8 @@ class RowsSource(Protocol):
 class PlainRows:
     """A difference, own columns and forms of candidates in blocks of plain rows.
 
-    Plain laws of named candidates, curves of those without a name, and what was chosen (``held``).
+    Plain laws of named candidates and what these may be mistaken for, curves of those without a
+    name, and what was chosen (``held``).
     """
 
     def __init__(
@@ -90,8 +92,12 @@ class PlainRows:
         ]
         forms = {c.key: c.forms for c in self.candidates}
         blocks = {key: bench.columns(key, forms[key[0]][key[1]]) for key in keys}
+        for c in self.candidates:
+            if c.mistaken is not None:
+                key = (c.key, MISTAKEN)
+                blocks[key] = bench.columns(key, CandidateForm(c.mistaken))
         ends = np.cumsum([1 + own.shape[1], *(block.shape[1] for block in blocks.values())])
-        self._places = {key: np.arange(ends[i], ends[i + 1]) for i, key in enumerate(keys)}
+        self._places = {key: np.arange(ends[i], ends[i + 1]) for i, key in enumerate(blocks)}
         self._own = np.arange(1, 1 + own.shape[1])
         rows = columns_side_by_side(self._difference, own, *blocks.values())
         self.mean_of = -(-len(rows) // ROWS)
@@ -172,6 +178,27 @@ class PlainRows:
             self._dealt[parts] = Folds(self._rows, 0, blocks=parts * BLOCKS, folds=BLOCKS)
         return self._dealt[parts]
 
+    def without_and_with(
+        self, others: Sequence[Choice], choice: Choice, *, like: Candidate | None = None
+    ) -> tuple[Array, Array]:
+        """Return the squares by fold without a choice beside others, and with it: beside what it
+        may be mistaken for, too, where that predicts better in its place.
+        """
+        folds, at, own = self._folds_like(like), self._at(others), self._places[choice.key]
+
+        def squares(*more: Index) -> Array:
+            every = np.concatenate([at, *more])
+            return folds.by_fold(every, self._weight[every])
+
+        without, whole = squares(), squares(own)
+        mistaken = self._places.get((choice.candidate.key, MISTAKEN))
+        if mistaken is None:
+            return without, whole
+        instead = squares(mistaken)
+        if instead.sum() >= whole.sum():
+            return without, whole
+        return instead, squares(mistaken, own)
+
     def contribution(self, choices: Sequence[Choice], number: int) -> Array:
         """Return what one of the choices adds beside the others, (m,)."""
         coefficients = self.coefficients(choices)[number]
@@ -193,15 +220,21 @@ class PlainRows:
         """Whether each choice has what it needs and a sign that it may have, and none is larger
         than all that was measured."""
         terms = self._terms | {c.candidate.term for c in choices}
+        if not all(self.of_their_kind(choices)):
+            return False
         for choice, values in zip(choices, self.coefficients(choices), strict=True):
             if choice.candidate.needs and not choice.candidate.needs & terms:
-                return False
-            allowed = choice.shape.allowed
-            if allowed is not None and not allowed(values):
                 return False
             if self._peak_of(choice, values) > BEYOND * self.range:
                 return False
         return self.own_share(choices) > ALONE
+
+    def of_their_kind(self, choices: Sequence[Choice]) -> list[bool]:
+        """Whether each choice has coefficients that it may have, a positive sign say."""
+        return [
+            choice.shape.allowed is None or choice.shape.allowed(values)
+            for choice, values in zip(choices, self.coefficients(choices), strict=True)
+        ]
 
     def _peak_of(self, choice: Choice, values: Array) -> float:
         """Return the most that a choice adds with coefficients, anywhere."""

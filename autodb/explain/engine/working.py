@@ -21,10 +21,14 @@ default cutoff. Chosen."""
 
 @dataclass(frozen=True)
 class WorkingRate:
-    """Means of ``factor`` rows each, within the pieces of a recording; None: all rows are one."""
+    """Means of ``factor`` rows each, within the pieces of a recording; None: all rows are one.
+
+    ``edge_s``: time at a gap over which what is derived of the rows has but one side to go by.
+    """
 
     factor: int
     timing: Timing | None = None
+    edge_s: float = EDGE_S
 
     def reduced(self, values: Array) -> Array:
         """Return values (n,) or (n, p) at the working rate, (m,) or (m, p)."""
@@ -49,9 +53,9 @@ class WorkingRate:
             return None
         rows = [(piece.stop - piece.start) // self.factor for piece in self.timing.pieces]
         broken = np.zeros(sum(rows))
-        edge = int(np.ceil(EDGE_S * self.timing.rate_hz / self.factor))
+        edge = int(np.ceil(self.edge_s * self.timing.rate_hz / self.factor))
         for seam in np.cumsum(rows[:-1]):
-            broken[max(0, seam - edge) : seam + edge] = 1.0
+            broken[max(0, seam - edge) : seam + max(edge, 1)] = 1.0
         known = self.timing.known_within(EDGE_S)
         if known is not None:
             broken[self.reduced(known.astype(np.float64)) < HALF] = 1.0

@@ -25,7 +25,7 @@ from autodb.explain.engine.entries import is_undecided, named_entry, undecided_e
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.plain import PlainRows
-from autodb.explain.waves.candidates import OWN_WAYS
+from autodb.explain.waves.candidates import OWN_WAYS, candidates_by_key
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, look_in_waves
 from autodb.explain.waves.parameters import (
@@ -120,38 +120,42 @@ def explain_waves(
     """
     if all(_is_same(recording[name], values) for name, values in simulation.items()):
         return {name: _nothing(recording, name) for name in simulation}
-    looked = look_in_waves(recording, simulation, includes)
-    return _Told(recording, looked, frozenset(includes or ())).answers()
+    looked, whole = look_in_waves(recording, simulation, includes)
+    return _Told(recording, looked, whole, frozenset(includes or ())).answers()
 
 
 @dataclass(frozen=True)
 class _Told:
-    """What was looked for and found in a recording, put in words; ``includes``: own terms."""
+    """What was looked for and found in a recording, put in words.
+
+    ``looked``: as it was searched for, ``whole``: at every row; ``includes``: own terms.
+    """
 
     recording: Recording
     looked: FoundInWaves
+    whole: FoundInWaves
     includes: frozenset[str]
 
     def answers(self) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
         """Return the answer of every component, and its trace."""
-        names = self.looked.world.waves.names
+        names = self.whole.world.waves.names
         return {name: self._answer(i, name) for i, name in enumerate(names)}
 
     @property
     def choices(self) -> tuple[Choice, ...]:
-        """The effects that were found."""
+        """The effects that were found, where they were searched for."""
         return self.looked.found.choices
 
     @cached_property
     def fit(self) -> WavesFit:
         """Own terms and effects fitted together."""
-        ways = [one for one in self.looked.search.candidates if one.key == OWN_WAYS]
-        looked = self.looked
-        known = looked.plainly or OWN_WAYS in looked.found.keys
-        beside = [] if known else [Choice(one, len(one.forms) - 1) for one in ways]
-        choices = as_one(looked.world, looked.bench, looked.found, looked.quiet)
-        fit = fit_waves(looked.bench, choices, looked.quiet, beside=beside)
-        return replace(fit, covariance=(looked.repeats or 1.0) * fit.covariance)
+        whole = self.whole
+        known = whole.plainly or OWN_WAYS in whole.found.keys
+        ways = candidates_by_key(whole.world, () if known else (OWN_WAYS,)).values()
+        beside = [Choice(one, len(one.forms) - 1) for one in ways]
+        choices = as_one(whole.world, whole.bench, whole.found, whole.quiet)
+        fit = fit_waves(whole.bench, choices, whole.quiet, beside=beside)
+        return replace(fit, covariance=(whole.repeats or 1.0) * fit.covariance)
 
     @cached_property
     def standing(self) -> list[Standing]:
@@ -194,13 +198,13 @@ class _Told:
     @cached_property
     def held_out(self) -> Array:
         """What is left of blocks of time that the fit did not see (C, n)."""
-        return self.looked.bench.held_out(self.choices, self.looked.quiet)[0]
+        return self.whole.bench.held_out(self.whole.found.choices, self.whole.quiet)[0]
 
     @cached_property
     def sensed(self) -> Array:
         """Whether each effect is sensed in each component (effects, C)."""
         parts = np.array([self.fit.part(number) for number in range(len(self.choices))])
-        white = [self.looked.quiet.each(part) for part in parts]
+        white = [self.whole.quiet.each(part) for part in parts]
         return np.array([[np.sum(one**2) > SENSED for one in part] for part in white])
 
     def _causes(self, component: int) -> tuple[tuple[Cause, ...], tuple[float, ...]]:
@@ -220,7 +224,7 @@ class _Told:
             [self.fit.part(number)[component] for number in numbers]
             + [change_of_own(self.looked, self.fit, terms, component) for terms in own],
             correction=self.fit.correction[component],
-            difference=self.looked.bench.difference[component],
+            difference=self.whole.bench.difference[component],
         )
 
     def _cause(self, number: int, component: int) -> Cause:
@@ -242,7 +246,7 @@ class _Told:
         return unnamed_cause(
             choice.candidate.variables,
             f"{_course_words(choice)}.",
-            difference=self.looked.bench.difference[component],
+            difference=self.whole.bench.difference[component],
             part=self.fit.part(number)[component],
             size=size,
             confidence=sure.confidence,
@@ -259,7 +263,7 @@ class _Told:
 
     def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, ChannelTrace]:
         causes, takes = self._causes(component)
-        before = self.looked.bench.difference[component]
+        before = self.whole.bench.difference[component]
         correction = self.fit.correction[component] if causes else np.zeros_like(before)
         held = self.held_out[component] if causes else before
         signals = _signals(self.recording)
@@ -287,9 +291,9 @@ class _Told:
 
     def _noise(self, component: int) -> float:
         """Return the noise of a component: of plain rows all that the fit leaves."""
-        if self.looked.plainly:
-            return rms(self.looked.bench.difference[component] - self.fit.correction[component])
-        return float(component_noise_sd(self.looked.quiet)[component])
+        if self.whole.plainly:
+            return rms(self.whole.bench.difference[component] - self.fit.correction[component])
+        return float(component_noise_sd(self.whole.quiet)[component])
 
     def _intervals(self, component: int) -> tuple[tuple[float, float], ...]:
         return tuple(
@@ -301,7 +305,7 @@ class _Told:
     def _trace(
         self, name: str, component: int, correction: Array, signals: dict[str, Array]
     ) -> ChannelTrace:
-        waves = self.looked.world.waves
+        waves = self.whole.world.waves
         simulation = waves.simulation[component]
         return ChannelTrace(
             x_name="t",
@@ -311,7 +315,7 @@ class _Told:
             corrected=simulation + correction,
             regime_signals=signals,
             considered=self._considered,
-            close_up=_turns(self.looked, correction),
+            close_up=_turns(self.whole, correction),
         )
 
     @cached_property

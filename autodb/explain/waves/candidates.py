@@ -4,7 +4,7 @@ All are built from the simulation's own waves: the law that it follows, the teet
 are (C, n, p), of the recording's components.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, has_positive_first, negative, spline
-from autodb.explain.waves.sensors import sensor_candidates_of_waves
+from autodb.explain.waves.sensors import SENSING
 from autodb.explain.waves.teeth import Law, StandsOut, contrasts
-from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
+from autodb.explain.waves.world import SimulatedWaves, form, keep_shape, on_each
 
 Array = NDArray[np.float64]
 
 OWN_WAYS, OVER_TURN = "shear ways", "unknown spindle.angle"
+COURSE = "course"
+"""Which of the courses over the turn a shape is."""
 WAYS_OFF = ((0,), (1,), (2,), (0, 2))
 """Ways that may be off beside the others of a term: one, or all of them."""
 THIN_MM = (0.006, 0.012, 0.025, 0.05)
@@ -37,21 +39,16 @@ UNKNOWN_BAR = 6.0
 
 def candidates_of_waves(world: SimulatedWaves) -> list[Candidate]:
     """Return every candidate but those that scans find."""
-    found = [
-        own_ways(world),
-        None if world.has_edge else _edge_force(world),
-        _size_effect(world),
-        _wear(world),
-        _runout(world),
-        _depth(world),
-        _deflection(world),
-        *sensor_candidates_of_waves(world),
-        *_unknown(world),
-    ]
-    return [one for one in found if one is not None]
+    return [one for build in BUILDERS.values() for one in build(world)]
 
 
-def own_ways(world: SimulatedWaves) -> Candidate:
+def candidates_by_key(world: SimulatedWaves, keys: Iterable[str]) -> dict[str, Candidate]:
+    """Return the candidates of some keys, and others that are built with them."""
+    words = dict.fromkeys(key.split(" ")[0] for key in keys)
+    return {one.key: one for word in words if word in BUILDERS for one in BUILDERS[word](world)}
+
+
+def _own_ways(world: SimulatedWaves) -> Iterator[Candidate]:
     """The simulation's own terms are off by another factor one way than the others.
 
     It is a choice of the search, not always free: most simulations have the ways of a term in
@@ -70,19 +67,21 @@ def own_ways(world: SimulatedWaves) -> Candidate:
         )
         for shear, edge in of
     ]
-    return Candidate(OWN_WAYS, "shear", tuple(forms))
+    yield Candidate(OWN_WAYS, "shear", tuple(forms))
 
 
-def _edge_force(world: SimulatedWaves) -> Candidate:
+def _edge_force(world: SimulatedWaves) -> Iterator[Candidate]:
+    if world.has_edge:
+        return
     names = ("coefficient", "radial", "axial")
     forms = [
         form(ways, names=names, tries=len(world.edges), allowed=has_positive_first)
         for ways in world.edges
     ]
-    return Candidate("edge_force", "edge_force", tuple(forms), ("spindle.angle",), static=True)
+    yield Candidate("edge_force", "edge_force", tuple(forms), ("spindle.angle",), static=True)
 
 
-def _size_effect(world: SimulatedWaves) -> Candidate:
+def _size_effect(world: SimulatedWaves) -> Iterator[Candidate]:
     """Thin chips take more: by a plain law, by the logarithm of the chip, by any smooth curve.
 
     A plain law takes more in each way by its own share, as conventional exponents have it, or in
@@ -115,7 +114,7 @@ def _size_effect(world: SimulatedWaves) -> Candidate:
         ),
         form(world.bumps),
     ]
-    return Candidate(
+    yield Candidate(
         "size_effect",
         "size_effect",
         tuple(forms),
@@ -138,7 +137,7 @@ def _logarithm(chip_mm: Array, *, law: Law) -> tuple[Array, Array, Array]:
     return t * grown, r * grown, a * grown
 
 
-def _wear(world: SimulatedWaves) -> Candidate:
+def _wear(world: SimulatedWaves) -> Iterator[Candidate]:
     """The edge's force grows while the mill cuts: evenly, faster at first, or at last."""
     names, tries = ("rate", "radial", "axial"), len(world.edges) * len(GROWTHS)
     forms = [
@@ -156,7 +155,7 @@ def _wear(world: SimulatedWaves) -> Candidate:
     for ways in world.edges:
         grown = (ways[..., None] * curve[:, None, :]).reshape(*world.simulated.shape, -1)
         forms.append(form(grown, tries=len(world.edges)))
-    return Candidate(
+    yield Candidate(
         "tool_wear",
         "tool_wear",
         tuple(forms),
@@ -165,7 +164,7 @@ def _wear(world: SimulatedWaves) -> Candidate:
     )
 
 
-def _runout(world: SimulatedWaves) -> Candidate | None:
+def _runout(world: SimulatedWaves) -> Iterator[Candidate]:
     """How far teeth stand out: an axis that is off, or each tooth by itself.
 
     A tooth that stands out takes from the one behind it what it cuts itself. Where some is known
@@ -176,7 +175,7 @@ def _runout(world: SimulatedWaves) -> Candidate | None:
     teeth = world.waves.teeth
     z = teeth.mill.teeth
     if z < 2 or world.waves.uneven is not None:
-        return None
+        return
     if world.out is None:
         slope = world.waves.law.slope
         tooth = np.array([world.waves.seen(teeth.of_tooth(j, slope)) for j in range(z)])
@@ -195,7 +194,7 @@ def _runout(world: SimulatedWaves) -> Candidate | None:
         )
         for columns in each
     ]
-    return Candidate("runout", "runout", tuple(forms), ("spindle.angle",), static=True)
+    yield Candidate("runout", "runout", tuple(forms), ("spindle.angle",), static=True)
 
 
 def off_axis(teeth: int) -> Array:
@@ -218,7 +217,7 @@ def nudged(world: SimulatedWaves, out: StandsOut) -> Array:
     return np.stack(made, axis=-1)
 
 
-def _depth(world: SimulatedWaves) -> Candidate:
+def _depth(world: SimulatedWaves) -> Iterator[Candidate]:
     """Another depth: what a little more adds at the top, and what the slices of one much off do.
 
     Slices that a simulation cuts an edge into come into the work and leave it one by one.
@@ -231,7 +230,7 @@ def _depth(world: SimulatedWaves) -> Candidate:
     for error in errors:
         column = deeper(world, error)[:, :, None] / error
         forms.append(form(column, {"error": error}, names=("error",), tries=len(errors)))
-    return Candidate("depth_error", "depth_error", tuple(forms), ("spindle.angle",), static=True)
+    yield Candidate("depth_error", "depth_error", tuple(forms), ("spindle.angle",), static=True)
 
 
 def deeper(world: SimulatedWaves, error_mm: float) -> Array:
@@ -241,7 +240,7 @@ def deeper(world: SimulatedWaves, error_mm: float) -> Array:
     return world.waves.seen(more.forces(law, world.out)) - world.cut(law)
 
 
-def _deflection(world: SimulatedWaves) -> Candidate:
+def _deflection(world: SimulatedWaves) -> Iterator[Candidate]:
     """The mill gives way: the relative error grows with the force across it."""
     across = np.sqrt(np.sum(world.simulated[:2] ** 2, axis=0))
     u = across / max(float(np.max(across)), 1e-300)
@@ -254,10 +253,10 @@ def _deflection(world: SimulatedWaves) -> Candidate:
         )
         for half in GIVES
     )
-    return Candidate("deflection", "deflection", forms, world.waves.names)
+    yield Candidate("deflection", "deflection", forms, world.waves.names)
 
 
-def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
+def _unknown(world: SimulatedWaves) -> Iterator[Candidate]:
     """The force depends smoothly on time; something turns with the spindle, slowly or anyhow."""
     angle, z = world.waves.teeth.angle_rad, world.waves.teeth.mill.teeth
     slow, all_ = (1, 2), [*range(1, 3 * z + 1), 4 * z]
@@ -267,19 +266,16 @@ def _unknown(world: SimulatedWaves) -> Sequence[Candidate]:
     )
     courses = (turns, turns * world.engaged[:, None], whole * world.engaged[:, None])
     with_spindle = [
-        form(np.einsum("cd,np->cndp", np.eye(world.components), one).reshape(
-            world.components, len(angle), -1
-        ))
-        for one in courses
-    ]  # fmt: skip
+        form(on_each(world, course), {COURSE: number}) for number, course in enumerate(courses)
+    ]
     over_time = world.simulated[:, :, None] * spline(world.worn, 9)[:, 1:]
-    return (
-        Candidate(
-            OVER_TURN,
-            "unknown",
-            tuple(with_spindle),
-            ("spindle.angle",),
-            bar=UNKNOWN_BAR,
-        ),
-        Candidate("unknown t", "unknown", (form(over_time),), ("t",), bar=2.0 * UNKNOWN_BAR),
-    )
+    yield Candidate(OVER_TURN, "unknown", tuple(with_spindle), ("spindle.angle",), bar=UNKNOWN_BAR)
+    yield Candidate("unknown t", "unknown", (form(over_time),), ("t",), bar=2.0 * UNKNOWN_BAR)
+
+
+BUILDERS: dict[str, Callable[[SimulatedWaves], Iterable[Candidate]]] = {
+    "shear": _own_ways, "edge_force": _edge_force, "size_effect": _size_effect, "tool_wear": _wear,
+    "runout": _runout, "depth_error": _depth, "deflection": _deflection, **SENSING,
+    "unknown": _unknown,
+}  # fmt: skip
+"""What builds candidates, by the first word of their keys, in the order in which they are tried."""

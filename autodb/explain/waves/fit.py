@@ -59,7 +59,7 @@ def whitener_of(left: Array, timing: Timing | None = None) -> Whitener:
         covariance = np.average(every, axis=0, weights=lasts)
     covariance[0] *= 1.0 + 1e-9
     taps = solve_toeplitz(covariance[:ORDER], covariance[1:])
-    linked = WorkingRate(1, timing).linked(ORDER)
+    linked = WorkingRate(1, timing, edge_s=0.0).linked(ORDER)
     return Whitener(np.asarray(taps, dtype=np.float64), linked)
 
 
@@ -90,6 +90,15 @@ class WhitenedNoise:
     def __call__(self, columns: Array) -> Array:
         """Return white rows (C · m, p) of columns (C, n, p)."""
         return np.concatenate(self.each(columns))
+
+    def over(self, timing: Timing) -> "WhitenedNoise":
+        """Return the same noise in rows of another timing."""
+        linked = WorkingRate(1, timing, edge_s=0.0).linked(ORDER)
+        whiteners = tuple(
+            Whitener(one.coefficients, linked) if len(one.coefficients) else one
+            for one in self.whiteners
+        )
+        return WhitenedNoise(whiteners, self.sd)
 
     def places(self, rows: int) -> NDArray[np.intp]:
         """Return the row, of so many, that each white row of a component stands at."""

@@ -11,8 +11,14 @@ from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.plain import BEYOND
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
-from autodb.explain.waves.candidates import candidates_of_waves
+from autodb.explain.waves.candidates import (
+    COURSE,
+    OVER_TURN,
+    candidates_by_key,
+    candidates_of_waves,
+)
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
+from autodb.explain.waves.long_waveforms import rows_searched
 from autodb.explain.waves.plain_rows import account_of_waves, static_laws
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
@@ -50,6 +56,7 @@ class FoundInWaves:
 
     ``laws``: those that plain rows need; where ``plainly``, these rows decided alone. What they
     leave is no noise but comes round: ``repeats`` rows for each value that it is free to take.
+    ``search`` holds products of the rows that were searched.
     """
 
     world: SimulatedWaves
@@ -68,8 +75,9 @@ class FoundInWaves:
 
 def look_in_waves(
     recording: Recording, simulation: dict[str, Array], includes: list[str] | None
-) -> FoundInWaves:
-    """Return the effects that force components of a recording hold beside a simulation (n,).
+) -> tuple[FoundInWaves, FoundInWaves]:
+    """Return the effects that force components of a recording hold beside a simulation (n,), as
+    they were searched for, and the same at every row: a long waveform is searched in some turns.
 
     Raises UnusableInput where the side file says too little of the mill and its cut, or gaps make
     up most of the recording.
@@ -83,7 +91,32 @@ def look_in_waves(
         has_edge=_has_edge(waves, includes),
         tilted=_tilted(recording),
     )
-    return _looked(world, measured)
+    rows = rows_searched(world)
+    if rows is None:
+        looked = _looked(world, measured)
+        return looked, looked
+    looked = _looked(world.at(rows), measured[:, rows])
+    return looked, _at_every_row(looked, world, measured)
+
+
+def _at_every_row(looked: FoundInWaves, world: SimulatedWaves, measured: Array) -> FoundInWaves:
+    """Return what was found in some rows of a world, built at all of them."""
+    world = replace(world, out=looked.world.out, deeper_mm=looked.world.deeper_mm)
+    bench = _bench(world, measured)
+    standing = candidates_by_key(world, looked.found.keys)
+
+    def built(choice: Choice) -> Choice:
+        anew = choice.candidate.anew
+        made = standing[choice.candidate.key] if anew is None else anew(world)
+        return Choice(made, int(choice.shape.shape.get(COURSE, choice.form)))
+
+    choices = {c.candidate.key: built(c) for c in looked.found.choices}
+    laws = tuple(choices[c.candidate.key] for c in looked.laws)
+    quiet = looked.quiet.over(world.timing)
+    if looked.plainly:
+        choices[OVER_TURN] = _but_for_laws(bench, laws, choices[OVER_TURN], quiet)
+    found = replace(looked.found, choices=tuple(choices.values()))
+    return replace(looked, world=world, bench=bench, found=found, quiet=quiet, laws=laws)
 
 
 def _refuse_mostly_gaps(recording: Recording) -> None:
@@ -247,9 +280,12 @@ def _anew(choices: Sequence[Choice], standing: Sequence[Candidate]) -> tuple[Cho
 
 
 def _laid_out(world: SimulatedWaves, measured: Array) -> tuple[WhiteWaves, list[Candidate]]:
+    return _bench(world, measured), candidates_of_waves(world)
+
+
+def _bench(world: SimulatedWaves, measured: Array) -> WhiteWaves:
     difference = measured - world.waves.simulation
-    bench = WhiteWaves(difference, own_columns_of_waves(world), world.timing)
-    return bench, candidates_of_waves(world)
+    return WhiteWaves(difference, own_columns_of_waves(world), world.timing)
 
 
 def _predicting(bench: WhiteWaves, search: CandidateSearch, quiet: WhitenedNoise) -> FoundSet:

@@ -15,10 +15,10 @@ from autodb.explain.engine.entries import own_term_entries
 from autodb.explain.waves.candidates import OWN_WAYS, nudged, off_axis
 from autodb.explain.waves.fit import BesideWaves, WavesFit, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.look import FoundInWaves
-from autodb.explain.waves.scans import harder_stretch, on_each
+from autodb.explain.waves.scans import harder_stretch
 from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one
 from autodb.explain.waves.teeth import StandsOut, contrasts
-from autodb.explain.waves.world import SimulatedWaves, shape_columns
+from autodb.explain.waves.world import SimulatedWaves, on_each, shape_columns
 from autodb.fitting import NORMAL_95
 
 Array = NDArray[np.float64]

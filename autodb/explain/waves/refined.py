@@ -23,10 +23,9 @@ from autodb.explain.waves.scans import (
     SHORTEST,
     hard_spot_of_waves,
     harder_stretch,
-    on_each,
 )
 from autodb.explain.waves.teeth import StandsOut, contrasts
-from autodb.explain.waves.world import SimulatedWaves, form
+from autodb.explain.waves.world import SimulatedWaves, form, on_each
 
 Array = NDArray[np.float64]
 
@@ -114,23 +113,8 @@ def _fitted_teeth(
 def _middle(world: SimulatedWaves) -> tuple[SimulatedWaves, NDArray[np.intp]]:
     """Return the world at ROWS rows in the middle of the work."""
     inside = np.flatnonzero(world.waves.teeth.engaged > 0.0)
-    first = inside[max(0, (len(inside) - ROWS) // 2)]
-    rows = np.arange(first, min(first + ROWS, inside[-1] + 1))
-    waves, teeth = world.waves, world.waves.teeth
-    cut = replace(
-        teeth,
-        angle_rad=teeth.angle_rad[rows],
-        engaged=teeth.engaged[rows],
-        reach=teeth.reach[rows],
-    )
-    some = replace(
-        waves,
-        t_s=waves.t_s[rows],
-        teeth=cut,
-        frames=waves.frames[:, :, rows],
-        simulation=waves.simulation[:, rows],
-    )
-    return replace(world, waves=some, tilted=None), rows
+    rows = inside[max(0, (len(inside) - ROWS) // 2) :][:ROWS]
+    return world.at(rows), rows
 
 
 def fitted_error(

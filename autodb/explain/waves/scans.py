@@ -1,13 +1,14 @@
 """Candidates that must be looked for in what a fit leaves: other material, tones, bands."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, spline
 from autodb.explain.waves.fit import WhitenedNoise
-from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
+from autodb.explain.waves.world import SimulatedWaves, form, keep_shape, on_each
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -92,6 +93,7 @@ def hard_spot_of_waves(world: SimulatedWaves, start_s: float, end_s: float, key:
         detail=keep_shape(world.simulated[:, :, None] * knots),
         interval=(start_s, end_s),
         scanned=True,
+        anew=partial(hard_spot_of_waves, start_s=start_s, end_s=end_s, key=key),
     )
 
 
@@ -212,30 +214,40 @@ def _sharpened(windowed: Array, after: Rows, rate_Hz: float, near_Hz: float) -> 
 
 def tone(world: SimulatedWaves, frequency_Hz: float, number: str, *, tries: int) -> list[Candidate]:
     """Return the candidates of a tone: chatter, in the work only, or a hum that air holds too."""
-    t, engaged = world.waves.t_s, world.waves.teeth.engaged
+    return [one(world, frequency_Hz, number, tries) for one in (_chatter, _hum)]
+
+
+def _chatter(world: SimulatedWaves, frequency_Hz: float, number: str, tries: int) -> Candidate:
+    """Return a tone in the work, with slow courses of its size and phase."""
+    forms = tuple(
+        _swelling(world, frequency_Hz, knots, world.engaged, tries=tries) for knots in ENVELOPES
+    )
+    anew = partial(_chatter, frequency_Hz=frequency_Hz, number=number, tries=tries)
+    return Candidate(f"chatter {number}", "chatter", forms, ("t",), scanned=True, anew=anew)
+
+
+def _hum(world: SimulatedWaves, frequency_Hz: float, number: str, tries: int) -> Candidate:
+    """Return a steady tone, in air too."""
+    everywhere = np.ones_like(world.engaged)
+    forms = (_swelling(world, frequency_Hz, 1, everywhere, tries=tries),)
+    anew = partial(_hum, frequency_Hz=frequency_Hz, number=number, tries=tries)
+    return Candidate(
+        f"unknown tone {number}", "unknown", forms, ("t",), bar=6.0, scanned=True, anew=anew
+    )
+
+
+def _swelling(
+    world: SimulatedWaves, frequency_Hz: float, knots: int, inside: Array, *, tries: int
+) -> CandidateForm:
+    """Return a tone whose size and phase follow so many smooth functions of the time in the work,
+    times ``inside`` (n,).
+    """
+    t = world.waves.t_s
     angle = 2.0 * np.pi * frequency_Hz * t
     waves = np.column_stack([np.cos(angle), np.sin(angle)])
-
-    def swelling(inside: Array, knots: int) -> CandidateForm:
-        slow = spline(world.worn, knots) if knots > 3 else np.ones((len(t), 1))
-        course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
-        return form(on_each(world, course), {"frequency": frequency_Hz}, tries=tries)
-
-    chatter = tuple(swelling(engaged, knots) for knots in ENVELOPES)
-    hum = (swelling(np.ones(len(t)), 1),)
-    return [
-        Candidate(f"chatter {number}", "chatter", chatter, ("t",), scanned=True),
-        Candidate(f"unknown tone {number}", "unknown", hum, ("t",), bar=6.0, scanned=True),
-    ]
-
-
-def on_each(world: SimulatedWaves, course: Array) -> Array:
-    """Return columns (C, n, C · p) of courses (n, p), free in each component."""
-    count, n = world.components, len(course)
-    made = np.zeros((count, n, count, course.shape[1]))
-    for i in range(count):
-        made[i, :, i] = course
-    return made.reshape(count, n, -1)
+    slow = spline(world.worn, knots) if knots > 3 else np.ones((len(t), 1))
+    course = (waves[:, :, None] * (slow * inside[:, None])[:, None, :]).reshape(len(t), -1)
+    return form(on_each(world, course), {"frequency": frequency_Hz}, tries=tries)
 
 
 def _bands(world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number: int) -> Candidate:
@@ -253,11 +265,16 @@ def _bands(world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number:
         gain = float(right @ np.linalg.solve(inner, right))
         if gain > best:
             best, found = gain, float(count)
+    return _bands_of(world, found, number)
+
+
+def _bands_of(world: SimulatedWaves, turns: float, number: int) -> Candidate:
+    """Return the candidate of a factor on all forces that comes round so often in the work."""
     course = np.zeros((len(world.worn), 4))
     for k in (1, 2):
-        wave = np.exp(2j * np.pi * k * found * world.worn)
+        wave = np.exp(2j * np.pi * k * turns * world.worn)
         course[:, 2 * k - 2], course[:, 2 * k - 1] = wave.real, wave.imag
-    shape = {"turns": found}
+    shape = {"turns": turns}
     forms = tuple(
         form(
             world.simulated[:, :, None] * course[:, :width],
@@ -267,5 +284,6 @@ def _bands(world: SimulatedWaves, force: Array, rest: Array, rows: Rows, number:
         for width in (2, 4)
     )
     return Candidate(
-        f"unknown bands {number}", "unknown", forms, ("x.position",), bar=6.0, scanned=True
-    )
+        f"unknown bands {number}", "unknown", forms, ("x.position",), bar=6.0, scanned=True,
+        anew=partial(_bands_of, turns=turns, number=number),
+    )  # fmt: skip

@@ -1,6 +1,6 @@
 """Candidates of what senses a milled waveform: gains, drifts, heat, crosstalk, a tilted table."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,6 @@ from scipy import constants
 
 from autodb.explain.engine.candidates import Candidate, spline
 from autodb.explain.waves.world import SimulatedWaves, Tilted, form, keep_shape
-from autodb.files.channels import FORCES
 
 Array = NDArray[np.float64]
 
@@ -21,17 +20,6 @@ LINE = tuple(f"offset {k}" for k in range(1, 7))
 """Names of the coefficients of a drift with a plain law: two in each of three components."""
 HEATED = (0.1, 0.2, 0.4, 0.8, 1.6)
 """Times in which a sensor takes up heat, over the time in the work."""
-
-
-def sensor_candidates_of_waves(world: SimulatedWaves) -> Iterator[Candidate]:
-    """Give every candidate that sits in what senses the force."""
-    yield from _gains(world)
-    yield _drift(world)
-    yield _heat(world)
-    if world.components > 1:
-        yield _crosstalk(world)
-    if world.tilted is not None:
-        yield from _table(world, world.tilted)
 
 
 def _gains(world: SimulatedWaves) -> Iterator[Candidate]:
@@ -63,7 +51,7 @@ def _in_some(world: SimulatedWaves, course: Array) -> list[Array]:
     return [*each, np.concatenate(each, axis=-1)] if len(each) > 1 else each
 
 
-def _drift(world: SimulatedWaves) -> Candidate:
+def _drift(world: SimulatedWaves) -> Iterator[Candidate]:
     """An offset that follows the clock, in air too: straight, bent, to a level, by any curve."""
     one = np.ones(len(world.time))
     bent = [world.time**power for power in BENT]
@@ -77,10 +65,10 @@ def _drift(world: SimulatedWaves) -> Candidate:
         for columns in _in_some(world, course)
     ]
     detail = keep_shape(_in_some(world, curve)[-1])
-    return Candidate("sensor_drift", "sensor_drift", tuple(forms), ("t",), detail=detail)
+    yield Candidate("sensor_drift", "sensor_drift", tuple(forms), ("t",), detail=detail)
 
 
-def _heat(world: SimulatedWaves) -> Candidate:
+def _heat(world: SimulatedWaves) -> Iterator[Candidate]:
     """An offset that rises while chips heat the sensor and relaxes when cutting stops."""
     forms = [
         form(columns, tries=len(HEATED), names=("level",))
@@ -89,7 +77,7 @@ def _heat(world: SimulatedWaves) -> Candidate:
             world, heated_sensor(world.waves.t_s, world.engaged, share)[:, None]
         )
     ]
-    return Candidate("thermal_drift", "thermal_drift", tuple(forms), ("t", "cut"))
+    yield Candidate("thermal_drift", "thermal_drift", tuple(forms), ("t", "cut"))
 
 
 def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
@@ -101,9 +89,11 @@ def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
     return np.asarray(rise * np.exp(-np.maximum(t_s - end, 0.0) / seconds))
 
 
-def _crosstalk(world: SimulatedWaves) -> Candidate:
+def _crosstalk(world: SimulatedWaves) -> Iterator[Candidate]:
     """A component takes a share of another: one way, both ways, or all of all."""
     count = world.components
+    if count == 1:
+        return
     pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
     made = np.concatenate(
         [in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
@@ -114,16 +104,25 @@ def _crosstalk(world: SimulatedWaves) -> Candidate:
         *(form(made[..., two], tries=len(both), names=SHARES) for two in both),
         form(made),
     ]
-    return Candidate("crosstalk", "crosstalk", tuple(forms), world.waves.names, sure=True)
+    yield Candidate("crosstalk", "crosstalk", tuple(forms), world.waves.names, sure=True)
 
 
-def _table(world: SimulatedWaves, tilted: Tilted) -> Iterator[Candidate]:
-    """A mass on the tilted table weighs, and pulls where it is swung. Physics reference 5."""
-    kept = [FORCES.index(name) for name in world.waves.names]
+def _weight(world: SimulatedWaves) -> Iterator[Candidate]:
+    """A mass on the tilted table weighs. Physics reference 5."""
+    tilted, kept = world.tilted, world.kept
+    if tilted is None:
+        return
     weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))
     if np.ptp(weight) > 0.0:
         shape = form(weight[kept][:, :, None], names=("mass",))
         yield Candidate("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
+
+
+def _pull(world: SimulatedWaves) -> Iterator[Candidate]:
+    """A mass on the table pulls where it is swung. Physics reference 5."""
+    tilted, kept = world.tilted, world.kept
+    if tilted is None:
+        return
     swung = np.stack([_swung(tilted, at)[kept] for at in np.eye(3)], axis=-1)
     if np.ptp(swung) > 0.0:
         shape = form(swung, names=("mass_x", "mass_y", "mass_z"))
@@ -135,3 +134,10 @@ def _swung(tilted: Tilted, at: Array) -> Array:
     place = np.broadcast_to(at[:, None], tilted.omega.shape)
     central = np.cross(tilted.omega, np.cross(tilted.omega, place, axis=0), axis=0)
     return np.asarray(central + np.cross(tilted.faster, place, axis=0))
+
+
+SENSING: dict[str, Callable[[SimulatedWaves], Iterable[Candidate]]] = {
+    "gain": _gains, "sensor_drift": _drift, "thermal_drift": _heat, "crosstalk": _crosstalk,
+    "table_gravity": _weight, "table_inertia": _pull,
+}  # fmt: skip
+"""What builds the candidates that sit in what senses the force, by the first word of their keys."""

@@ -192,7 +192,7 @@ def _powers(chip_mm: Array) -> Array:
 
 def _read(waves: Waves, *, edged: bool) -> Waves:
     """Return waves with the law that their simulation follows, with an edge force or not."""
-    some = _fitted(_rows(waves, np.flatnonzero(waves.teeth.engaged > 0.0)[-READ:]))
+    some = _fitted(waves.at(np.flatnonzero(waves.teeth.engaged > 0.0)[-READ:]))
     columns = some.seen(in_ways(some.teeth.moments(chip_functions)))
     forces = some.simulation - some.runout
     law = read_off(columns.reshape(*columns.shape[:2], -1), forces.ravel(), edged=edged)
@@ -203,25 +203,7 @@ def _read(waves: Waves, *, edged: bool) -> Waves:
 def _some(waves: Waves, rows: NDArray[np.intp] | None) -> Waves:
     """Return the same at LOOKED rows, of all where something is cut or of some."""
     rows = np.flatnonzero(waves.teeth.engaged > 0.0) if rows is None else rows
-    return _rows(waves, rows[:: max(1, len(rows) // LOOKED)])
-
-
-def _rows(waves: Waves, kept: NDArray[np.intp]) -> Waves:
-    """Return the same at some rows."""
-    teeth = waves.teeth
-    some = replace(
-        teeth,
-        angle_rad=teeth.angle_rad[kept],
-        engaged=teeth.engaged[kept],
-        reach=teeth.reach[kept],
-    )
-    return replace(
-        waves,
-        t_s=waves.t_s[kept],
-        teeth=some,
-        frames=waves.frames[:, :, kept],
-        simulation=waves.simulation[:, kept],
-    )
+    return waves.at(rows[:: max(1, len(rows) // LOOKED)])
 
 
 def _seen_in_some(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
@@ -273,7 +255,7 @@ def _in_step(waves: Waves, rows: NDArray[np.intp], coefficients: int) -> Waves:
     course = np.polynomial.legendre.legvander(u, coefficients - 1)
     rows = rows[:: max(1, len(rows) // STEPPED)]
     for _ in range(STEPS):
-        some = _fitted(_rows(waves, rows))
+        some = _fitted(waves.at(rows))
         now, teeth = some.made, some.teeth
         nudged = replace(teeth, angle_rad=teeth.angle_rad + NUDGE_RAD)
         slope = (replace(some, teeth=nudged).made - now) / NUDGE_RAD
@@ -291,12 +273,12 @@ def _entered(waves: Waves) -> Waves:
     rows = np.flatnonzero((reach < 1.0) & (waves.teeth.engaged > 0.0))
     if not len(rows):
         return waves
-    known = _fitted(_rows(waves, _steady(waves)))
+    known = _fitted(waves.at(_steady(waves)))
     waves = replace(waves, law=known.law, uneven=known.uneven)
 
     def left(by: float) -> float:
         moved = replace(waves.teeth, reach=reach + by)
-        some = _rows(replace(waves, teeth=moved), rows)
+        some = replace(waves, teeth=moved).at(rows)
         return float(np.sum((some.simulation - some.made) ** 2))
 
     steps = np.linspace(-REACH, REACH, 33)

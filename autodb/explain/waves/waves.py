@@ -4,7 +4,7 @@ The angle of the spindle counts from tooth 0 at φ = 0 (contract); where it was 
 passing of teeth tells it, up to a constant.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,22 @@ class Waves:
     @property
     def _contrasts(self) -> Array:
         return contrasts(self.teeth.mill.teeth)
+
+    def at(self, rows: NDArray[np.intp]) -> "Waves":
+        """Return the same at some rows."""
+        teeth = replace(
+            self.teeth,
+            angle_rad=self.teeth.angle_rad[rows],
+            engaged=self.teeth.engaged[rows],
+            reach=self.teeth.reach[rows],
+        )
+        return replace(
+            self,
+            t_s=self.t_s[rows],
+            teeth=teeth,
+            frames=self.frames[:, :, rows],
+            simulation=self.simulation[:, rows],
+        )
 
     def between_teeth(self, shape: Array) -> Array:
         """Return what edges make that differ from tooth to tooth, each way (k, 3, C, n).

@@ -1,7 +1,7 @@
 """What candidates of a milled waveform are built from: a simulation's waves and how teeth cut."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -12,6 +12,7 @@ from autodb.explain.engine.candidates import CandidateForm, spline
 from autodb.explain.waves.law import in_ways, rubbing
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.waves import Waves
+from autodb.files.channels import FORCES
 from autodb.timing import Timing
 
 Array = NDArray[np.float64]
@@ -36,6 +37,10 @@ class Tilted:
     omega: Array
     faster: Array
 
+    def at(self, rows: NDArray[np.intp]) -> "Tilted":
+        """Return the same at some rows."""
+        return Tilted(self.rotation[..., rows], self.omega[:, rows], self.faster[:, rows])
+
 
 @dataclass(frozen=True)
 class SimulatedWaves:
@@ -53,10 +58,24 @@ class SimulatedWaves:
     deeper_mm: float | None = None
     tilted: Tilted | None = None
 
+    def at(self, rows: NDArray[np.intp]) -> "SimulatedWaves":
+        """Return the same at some rows."""
+        return replace(
+            self,
+            waves=self.waves.at(rows),
+            timing=self.timing.at(rows),
+            tilted=None if self.tilted is None else self.tilted.at(rows),
+        )
+
     @property
     def components(self) -> int:
         """Force components."""
         return len(self.waves.names)
+
+    @property
+    def kept(self) -> list[int]:
+        """Which of x, y and z they are."""
+        return [FORCES.index(name) for name in self.waves.names]
 
     @property
     def engaged(self) -> Array:
@@ -191,6 +210,15 @@ def keep_shape(columns: Array) -> Callable[..., Array]:
 def _as_is(columns: Array, **shape: float) -> Array:
     del shape
     return columns
+
+
+def on_each(world: SimulatedWaves, course: Array) -> Array:
+    """Return columns (C, n, C · p) of courses (n, p), free in each component."""
+    count, n = world.components, len(course)
+    made = np.zeros((count, n, count, course.shape[1]))
+    for i in range(count):
+        made[i, :, i] = course
+    return made.reshape(count, n, -1)
 
 
 def shape_columns(shape: CandidateForm) -> Array:

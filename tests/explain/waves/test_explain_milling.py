@@ -105,7 +105,7 @@ def _read(case: MillCase) -> Recording:
 
 def _looked(case: MillCase) -> FoundInWaves:
     simulation = {name: case.simulation[name] for name in FORCES}
-    return look_in_waves(_read(case), simulation, list(case.includes))
+    return look_in_waves(_read(case), simulation, list(case.includes))[1]
 
 
 def _named(looked: FoundInWaves) -> list[str]:
@@ -187,7 +187,7 @@ def test_foreign_mills(tryout: Path, folder: str, hidden: list[str]) -> None:
     )
     assert isinstance(recording, Recording)
     forces = {name: simulation[name] for name in FORCES}
-    looked = look_in_waves(recording, forces, ["shear", "edge_force"])
+    _, looked = look_in_waves(recording, forces, ["shear", "edge_force"])
     assert looked.world.waves.fits > 0.9999
     assert _named(looked) == hidden
 

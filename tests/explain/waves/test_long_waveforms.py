@@ -1,0 +1,76 @@
+"""A long waveform is searched in turns spread over its time, and corrected at every row."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from autodb.explain import Explained, explain
+from autodb.explain.waves import look
+from autodb.explain.waves.long_waveforms import rows_searched
+from autodb.explain.waves.simulation import waves_of
+from autodb.explain.waves.world import SimulatedWaves
+from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
+from autodb.proofs.runs.explain.left_out import tables
+from autodb.records import Recording
+
+PLAIN = {1012: {"hard_spot", "table_inertia"}, 1054: {"shear", "chatter"}}
+"""Milled cuts of 12 000 rows, and what is plain to see in each."""
+MOST = 8000
+
+
+def _world(seed: int) -> SimulatedWaves:
+    recording, simulation = tables(draw_planned_mill(seed))
+    assert isinstance(recording, Recording)
+    waves = waves_of(recording, simulation.channels)
+    return SimulatedWaves(waves, recording.timing, has_edge=True)
+
+
+def test_stretches_are_spread_over_all_of_the_time() -> None:
+    world = _world(1001)
+    count = len(world.waves.t_s)
+    assert rows_searched(world, count) is None
+    rows = rows_searched(world, count // 3)
+    assert rows is not None
+    assert rows[[0, -1]].tolist() == [0, count - 1]
+    assert 0.25 * count < len(rows) < 0.45 * count
+    pieces = world.timing.at(rows).pieces
+    together = [piece.stop - piece.start for piece in pieces]
+    assert all(
+        np.ptp(rows[piece]) == last - 1 for piece, last in zip(pieces, together, strict=True)
+    )
+    assert min(together[:-1]) >= 200  # a twentieth of what is searched, at 5 kHz
+    assert max(np.diff(rows)) < 0.07 * count
+
+
+def test_pieces_of_a_recording_stay_apart() -> None:
+    """Of rows 0 to 9, in pieces of five, those from 3 to 6 are in two pieces."""
+    world = _world(1001)
+    timing = world.timing.at(np.array([*range(5), *range(100, 105)]))
+    assert timing.pieces == (slice(0, 5), slice(5, 10))
+    assert timing.at(np.arange(3, 7)).pieces == (slice(0, 2), slice(2, 4))
+
+
+def _explained(seed: int) -> Explained:
+    case = draw_planned_mill(seed)
+    return explain(*tables(case), includes=list(case.includes))
+
+
+@pytest.mark.parametrize("seed", PLAIN)
+def test_what_is_plain_is_found_in_part_of_the_rows(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same names, sizes within a tenth, and what is left of every row of the recording."""
+    whole = _explained(seed)
+    monkeypatch.setattr(look, "rows_searched", partial(rows_searched, most=MOST))
+    part = _explained(seed)
+    for name, answer in part.explanation.channels.items():
+        known = whole.explanation.channels[name]
+        sizes = [
+            {c.term: c.parameters["size"].value for c in one.missing} for one in (answer, known)
+        ]
+        assert sizes[0].keys() == PLAIN[seed] & sizes[1].keys() == sizes[1].keys()
+        assert sizes[0] == pytest.approx(sizes[1], rel=0.1)
+        corrected = part.traces[name].corrected
+        assert len(corrected) == len(whole.traces[name].corrected)
+        assert answer.fit.heldout_after == pytest.approx(known.fit.heldout_after, rel=0.02)
