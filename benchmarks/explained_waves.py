@@ -1,0 +1,92 @@
+"""What explaining a milled waveform costs: seconds of the processor and peak memory by its length.
+
+`python -m benchmarks.explained_waves`: a slot by two straight teeth, run-out left out; each length
+in a process of its own. Growth is what twice as many rows cost times as much.
+"""
+
+import math
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ROWS = (7_500, 15_000, 30_000, 60_000, 240_000)
+RATE_HZ, SPEED_RPM = 5_000.0, 3_000.0
+DEPTH_MM, FEED_MM, RUNOUT_MM = 2.0, 0.08, 0.01
+SHEAR_N_MM2, EDGE_N_MM, NOISE_N = (1_800.0, 600.0, 300.0), (20.0, 25.0, 3.0), 4.0
+
+
+def _forces(angle: Array, engaged: Array, out_mm: float) -> Array:
+    """Return forces x, y, z (3, n) of two teeth, the one standing out further than the other."""
+    forces = np.zeros((3, len(angle)))
+    for sign, tip in ((1.0, angle), (-1.0, angle + np.pi)):
+        sin, cos = np.sin(tip), np.cos(tip)
+        chip = np.maximum(FEED_MM * sin + sign * 2.0 * out_mm, 0.0) * engaged * (sin > 0.0)
+        t, r, a = (
+            DEPTH_MM * (shear * chip + edge * (chip > 0.0))
+            for shear, edge in zip(SHEAR_N_MM2, EDGE_N_MM, strict=True)
+        )
+        forces += np.array([-t * cos - r * sin, t * sin - r * cos, a])
+    return forces
+
+
+def explained(count: int) -> None:
+    """Explain a waveform of so many rows; print seconds of processor, GiB, and what is named."""
+    from autodb.explain import explain
+    from autodb.files.channels import FORCES
+    from autodb.files.side import SideFile
+    from autodb.records import Recording
+
+    t = np.arange(count) / RATE_HZ
+    angle = 2.0 * np.pi * SPEED_RPM / 60.0 * t
+    engaged = ((t > 0.1 * t[-1]) & (t < 0.9 * t[-1])).astype(float)
+    sensed = _forces(angle, engaged, RUNOUT_MM)
+    sensed += NOISE_N * np.random.default_rng(0).normal(size=sensed.shape)
+    side = SideFile.model_validate(
+        {
+            "tool": {"diameter_mm": 10.0, "teeth": 2, "helix_deg": 0.0},
+            "cut": {
+                "operation": "slot", "depth_mm": DEPTH_MM, "width_mm": 10.0,
+                "feed_mm_tooth": FEED_MM, "speed_rpm": SPEED_RPM,
+            },
+        }
+    )  # fmt: skip
+    turned = {"t": t, "spindle.angle": np.degrees(angle)}
+    recording = Recording(
+        Path("recording"), turned | dict(zip(FORCES, sensed, strict=True)), side=side
+    )
+    simulated = dict(zip(FORCES, _forces(angle, engaged, 0.0), strict=True))
+    begun_s = time.process_time()
+    done = explain(recording, Recording(Path("simulation"), {"t": t, **simulated}))
+    took_s = time.process_time() - begun_s
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    named = sorted({c.term for a in done.explanation.channels.values() for c in a.missing})
+    print(f"{took_s:.3f} {peak:.2f} {','.join(named)}")
+
+
+def main() -> None:
+    """Explain every length in a process of its own, and print how the cost grows."""
+    before: tuple[int, float] | None = None
+    for count in ROWS:
+        command = [sys.executable, "-m", __spec__.name, str(count)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        took, peak, named = done.stdout.split()
+        doubled = ""
+        if before is not None:
+            power = math.log(float(took) / before[1]) / math.log(count / before[0])
+            doubled = f", x {2.0**power:.2f} for twice as many"
+        print(f"{count:>8} rows: {float(took):6.2f} s, {float(peak):.2f} GiB, {named}{doubled}")
+        before = count, float(took)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        explained(int(sys.argv[1]))
+    else:
+        main()
