@@ -5,7 +5,7 @@ calibrations), the share by which the law may be off in the operation, and what 
 Errors of sensing are not in it: it is the force that is predicted, not its next reading.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +80,15 @@ def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
     mean += with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
     mean += _banded(known, cuts, parts).mean
     return np.asarray(mean + worn(known, cuts).mean)
+
+
+def means_of_lots(posterior: PairPosterior, cuts: PairCuts) -> Array:
+    """Return the means of a forecast (n, 5), each cut as one of its own lot."""
+    lots = np.array([lot or "" for lot in cuts.lots or ("",) * cuts.elements.count])
+    means = expected_means(posterior, cuts)
+    for lot in set(lots.tolist()) & set(posterior.terms.lots):
+        means[lots == lot] = expected_means(replace(posterior, lot=lot), cuts)[lots == lot]
+    return means
 
 
 def _of_lot(known: PairPosterior) -> float:

@@ -8,7 +8,7 @@ was withdrawn, when and why, and it can come back.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import counted_cuts
@@ -177,15 +177,23 @@ def _parameters(
     calibrations: Iterable[models.CalibrationVersion],
     sensors: Iterable[models.Estimator],
 ) -> list[models.CuttingParameters]:
-    """Return versions of pairs that rest on a recording's cuts, or on what is taken back with it.
-
-    One rests on all that the versions rest on which it was built on.
-    """
-    force, made = models.SensedForce, models.CuttingParameters
+    """Return versions of pairs that rest on a recording's cuts, or on what was derived from it."""
+    force = models.SensedForce
     its = force.cut.has(models.Cut.recording_id == row.id)
     its |= force.calibration_id.in_([one.id for one in calibrations])
     its |= force.estimator_id.in_([one.id for one in sensors])
-    own = made.machine_id == row.machine_id, made.undone_at.is_(None)
-    direct = set(session.scalars(select(made.id).where(*own, made.forces.any(its))))
+    return resting_on(session, row.machine_id, models.CuttingParameters.forces.any(its))
+
+
+def resting_on(
+    session: Session, machine_id: int, direct: ColumnElement[bool]
+) -> list[models.CuttingParameters]:
+    """Return a machine's versions of pairs, none taken back, of which a condition holds.
+
+    Or holds of one that they were built on: a version rests on all that those rest on.
+    """
+    made = models.CuttingParameters
+    own = made.machine_id == machine_id, made.undone_at.is_(None)
+    ids = set(session.scalars(select(made.id).where(*own, direct)))
     every = session.scalars(select(made).where(*own).order_by(made.id))
-    return [one for one in every if any(version.id in direct for version in version_chain(one))]
+    return [one for one in every if any(version.id in ids for version in version_chain(one))]

@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.sense.corrected import is_after
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.confirmed import with_terms
@@ -253,7 +254,8 @@ class Readings:
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
         self.value_N = np.array([f.value_N for f in forces], dtype=np.float64)
         self.sd_N = np.array([f.sd_N for f in forces], dtype=np.float64)
-        self._recordings = np.array([f.cut.recording.first_id for f in forces])
+        self._cuts = [f.cut for f in forces]
+        self._recordings = np.array([cut.recording.first_id for cut in self._cuts])
         self._moved: dict[str, tuple[Shared, Array, Array]] = {}
         rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
         for row in rows.values():
@@ -311,6 +313,10 @@ class Readings:
         if calibration.domain is not None and common[:, -1].any():
             error = Shared(f"{CALIBRATION} {row.id} beyond its range", np.eye(1))
             self._add(error, sensed, common[:, -1:], np.zeros((len(common), 1)))
+        for k, by in enumerate(row.corrections or ()):
+            later = np.array([is_after(by, cut) for cut in self._cuts])[sensed, None]
+            error = Shared(f"{CALIBRATION} {row.id} corrected {k}", np.array([[by["sd"] ** 2]]))
+            self._add(error, sensed, 0.0 * later, later.astype(np.float64) / by["factor"])
         for one in calibration.reference_errors:
             by = one.share * scaling
             error = Shared(shared_key(one, 0), np.eye(1))

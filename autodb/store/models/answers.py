@@ -91,10 +91,11 @@ class Mismatch(Base):
     with it; ``pairs``: those whose cuts were, none: all that the recording holds. ``found_in``:
     `cuts`, how many these were, `excluded`, how many of them their pair's normal cutting state
     excludes, and `edges`, which cut them; NULL: of the whole recording.
-    ``confirmed_term``: what it was confirmed as, its term or an alternative; ``lot``: the lot of
-    material that it was confirmed for. ``models`` and ``calibrations``: the versions that
-    confirming it made; ``parameters_of_pairs``: versions of
-    pairs that hold it; ``decisions``: all that were taken on it, oldest first.
+    ``confirmed_term``: what it was confirmed as, its term or an alternative. ``applied``: what that
+    changed: the `models` it made, the `lot` of material that it is of, the `cuts` that were named
+    so, the `recordings` that count since, by id; NULL: nothing. ``models``, ``calibrations`` and
+    ``parameters_of_pairs``: the versions that hold it; ``decisions``: all that were taken on it,
+    oldest first.
     """
 
     __tablename__ = "mismatch"
@@ -123,7 +124,7 @@ class Mismatch(Base):
     decided_by: Mapped[str | None]
     confirmed_term: Mapped[str | None]
     found_in: Mapped[dict[str, Any] | None]
-    lot: Mapped[str | None]
+    applied: Mapped[dict[str, Any] | None]
     recording: Mapped[StoredRecording] = relationship()
     further: Mapped[list[StoredRecording]] = relationship(
         secondary=mismatch_recording, order_by=StoredRecording.id
@@ -137,6 +138,11 @@ class Mismatch(Base):
     )
     calibrations: Mapped[list[CalibrationVersion]] = relationship(secondary=calibration_mismatch)
     decisions: Mapped[list["MismatchDecision"]] = relationship(order_by="MismatchDecision.id")
+
+    @property
+    def lot(self) -> str | None:
+        """The lot of material that it was confirmed for."""
+        return (self.applied or {}).get("lot")
 
     @property
     def recordings(self) -> list[StoredRecording]:

@@ -15,9 +15,9 @@ def upgrade() -> None:
     """Add the history, lots of material, and corrections: of decisions that stand no reason is
     known.
     """
-    op.add_column("mismatch", sa.Column("lot", sa.String(), nullable=True))
+    op.add_column("mismatch", sa.Column("applied", sa.JSON(), nullable=True))
     op.add_column("cut", sa.Column("lot", sa.String(), nullable=True))
-    op.add_column("calibration", sa.Column("correction", sa.JSON(), nullable=True))
+    op.add_column("calibration", sa.Column("corrections", sa.JSON(), nullable=True))
     whole = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
     op.create_table(
         "mismatch_decision",
@@ -52,12 +52,12 @@ def upgrade() -> None:
 def downgrade() -> None:
     """Forget history and lots; take back versions with what the schema before cannot hold."""
     held = "CAST(terms AS TEXT) LIKE '%built_up_edge%' OR CAST(terms AS TEXT) LIKE '%hard_spot%'"
-    for table, holds in (("cutting_parameters", held), ("calibration", "correction IS NOT NULL")):
+    for table, holds in (("cutting_parameters", held), ("calibration", "corrections IS NOT NULL")):
         op.execute(
             f"UPDATE {table} SET undone_at = created_at WHERE undone_at IS NULL AND ({holds})"
         )
     op.drop_table("calibration_mismatch")
     op.drop_table("mismatch_decision")
-    op.drop_column("calibration", "correction")
+    op.drop_column("calibration", "corrections")
     op.drop_column("cut", "lot")
-    op.drop_column("mismatch", "lot")
+    op.drop_column("mismatch", "applied")
