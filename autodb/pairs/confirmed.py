@@ -12,6 +12,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.errors import UnusableInput
 from autodb.pairs.averaging import log_evidence
 from autodb.pairs.banded import speed_m_min
 from autodb.pairs.observed import CHIP, Observed
@@ -29,6 +30,9 @@ CENTRES, WIDTHS = (
 NEAR = (0.3, 0.2)
 """Step of ln centre, in widths, and of ln width, between shapes whose evidence is compared.
 Chosen."""
+MOST = 100
+"""Steps in which a shape's numbers are learnt; one that takes more is no candidate. Chosen: 20 to
+60 do where a band is near the right place."""
 ROUNDS = 4
 """Rounds in which the middle of nine shapes moves to the best of them. Chosen."""
 WIDEST = (0.5, 0.5)
@@ -63,29 +67,31 @@ def learn_banded(
     observed: Observed,
     *,
     near: PairPosterior,
+    hint: tuple[float, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> PairPosterior:
     """Return the posterior after readings of a pair with a band of speeds, from one without it.
 
     Its law is as far off as ``start`` says; ``near``: a posterior without the band, where the
-    search begins. Readings know what other terms move (``with_terms``).
+    search begins. Readings know what other terms move (``with_terms``). ``hint``: centre, m/min,
+    and width in ln v that the band has about; None: not known. Raises UnusableInput where learning
+    does not come to rest.
     """
-    known: dict[tuple[float, float], tuple[float, PairPosterior]] = {}
+    known: dict[tuple[float, float], float] = {}
 
     def after(ln_centre: float, ln_width: float) -> float:
         at = round(ln_centre, 6), round(ln_width, 6)
         if at not in known:
             band = SpeedBand(float(np.exp(at[0])), float(np.exp(at[1])))
             progress(f"a band around {band.centre_m_min:.3g} m/min")
-            before = replace(start, terms=replace(start.terms, band=band))
-            learnt = posterior_of_readings(before, observed, near=near)
-            known[at] = log_evidence(before, learnt, observed), learnt
-        return known[at][0]
+            known[at] = _evidence(_banded(start, band), observed, near)
+        return known[at]
 
     speeds = np.concatenate([speed_m_min(cuts) for cuts in observed.cuts])
     inside = [one for one in CENTRES if speeds.min() <= one <= speeds.max()]
     tried = product(np.log(inside or [np.median(speeds)]).tolist(), np.log(WIDTHS).tolist())
-    middle = max(tried, key=lambda at: after(*at))
+    some = list(tried) if hint is None else [(float(np.log(hint[0])), float(np.log(hint[1])))]
+    middle = max(some, key=lambda at: after(*at))
     for _ in range(ROUNDS):
         best = max(_around(middle), key=lambda at: after(*at))
         if best == middle:
@@ -97,9 +103,20 @@ def learn_banded(
     spread = to_width @ covariance @ to_width
     (one, two), (_, four) = spread.tolist()
     band = SpeedBand(float(np.exp(found[0])), width, ((one, two), (two, four)))
-    return posterior_of_readings(
-        replace(start, terms=replace(start.terms, band=band)), observed, near=near
-    )
+    return posterior_of_readings(_banded(start, band), observed, near=near)
+
+
+def _banded(start: PairPosterior, band: SpeedBand) -> PairPosterior:
+    return replace(start, terms=replace(start.terms, band=band))
+
+
+def _evidence(before: PairPosterior, observed: Observed, near: PairPosterior) -> float:
+    """Return the log evidence of readings; −∞ where they do not determine the pair."""
+    try:
+        learnt = posterior_of_readings(before, observed, near=near, most=MOST)
+    except UnusableInput:
+        return -np.inf
+    return log_evidence(before, learnt, observed)
 
 
 def _around(middle: tuple[float, float]) -> list[tuple[float, float]]:
@@ -120,7 +137,9 @@ def _top(middle: tuple[float, float], log: list[float]) -> tuple[Array, Array]:
     steps = np.array([NEAR[0] * np.exp(middle[1]), NEAR[1]])
     x, y = np.array(list(product((0.0, -1.0, 1.0), (0.0, -1.0, 1.0)))).T
     columns = np.column_stack([np.ones(9), x, y, 0.5 * x * x, x * y, 0.5 * y * y])
-    _, a, b, c, d, e = np.linalg.lstsq(columns, np.array(log), rcond=None)[0]
+    finite = np.isfinite(log)
+    found = np.linalg.lstsq(columns[finite], np.array(log)[finite], rcond=None)[0]
+    _, a, b, c, d, e = found.tolist()
     bends, ways = np.linalg.eigh(np.array([[-c, -d], [-d, -e]]))
     widest = np.array([WIDEST[0] * np.exp(middle[1]), WIDEST[1]]) / steps
     bends = np.maximum(bends, 1.0 / np.max(widest) ** 2)

@@ -78,11 +78,22 @@ def test_means_alone_are_those_of_the_forecast(banded: PairPosterior) -> None:
 def test_where_a_band_lies_is_in_the_interval(banded: PairPosterior) -> None:
     band = banded.terms.band
     assert band is not None
-    sure = replace(banded, terms=replace(banded.terms, band=replace(band, covariance=((0, 0), (0, 0)))))
-    flank = turn(np.array([0.2]), np.array([2.0]), speed=np.array([band.centre_m_min * np.exp(band.width)]))
+    sure = replace(
+        banded, terms=replace(banded.terms, band=replace(band, covariance=((0, 0), (0, 0))))
+    )
+    flank = turn(
+        np.array([0.2]), np.array([2.0]), speed=np.array([band.centre_m_min * np.exp(band.width)])
+    )
     wide, narrow = forecast(banded, flank), forecast(sure, flank)
-    by = (narrow.mean - forecast(replace(sure, terms=NO_TERMS), flank).mean) / inside_band(flank, band)
-    own = np.einsum("i,ij,j->", moved_band(flank, band)[0], np.array(band.covariance), moved_band(flank, band)[0])
+    by = (narrow.mean - forecast(replace(sure, terms=NO_TERMS), flank).mean) / inside_band(
+        flank, band
+    )
+    own = np.einsum(
+        "i,ij,j->",
+        moved_band(flank, band)[0],
+        np.array(band.covariance),
+        moved_band(flank, band)[0],
+    )
     assert_allclose(wide.sd**2 - narrow.sd**2, by**2 * own, rtol=1e-6)
 
 
@@ -110,7 +121,10 @@ def test_a_hard_lot_is_learnt_and_counts_only_where_it_is_named() -> None:
         replace(prior(), terms=terms), with_terms(observed, terms)
     ).past()
     place = learnt.columns(lot_key("hard"))
-    more, sd = learnt.state.mean[place][0], float(np.sqrt(learnt.state.covariance[place, place][0, 0]))
+    more, sd = (
+        learnt.state.mean[place][0],
+        float(np.sqrt(learnt.state.covariance[place, place][0, 0])),
+    )
     assert abs(more - 0.25) < 3.0 * sd < 0.1
     ahead = turn(np.full(2, 0.2), np.array([1.0, 3.0]))
     real = cut_forces(truth(1), ahead.elements).all

@@ -117,7 +117,7 @@ def test_the_command_says_what_it_did(cli: Cli, refused: Callable[..., str]) -> 
     assert "no such folder" in refused("backup", "kept", "--keep", "2", "--every", "day")
     Path("kept").mkdir()
     done = cli("backup", "kept", "--keep", "2", "--every", "day")
-    assert done.out == f"kept: a new one, 0 rows of 37 tables, schema {head()}; 1 there\n"
+    assert done.out == f"kept: a new one, 0 rows of 41 tables, schema {head()}; 1 there\n"
     assert (
         "1 there, the newest 0 min old: none is due" in cli("backup", "kept", "--every", "day").out
     )

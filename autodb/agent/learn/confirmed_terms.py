@@ -29,6 +29,8 @@ from autodb.terms.vocabulary import all_terms
 OPENED = 2.0
 """Standard deviations, in those of any metal, that a number of the law is opened by once a person
 says that what is known of it does not hold. Chosen."""
+SHAPE = ("centre", "width")
+"""Parameters that say where a band lies."""
 Progress = Callable[[str], None]
 
 
@@ -118,5 +120,13 @@ def learn_with(
         before = replace(before, terms=near.terms)
     observed = as_observed(forces, terms=before.terms)
     if BAND in names and terms.band is None:
-        return learn_banded(before, observed, near=near, progress=progress)
+        hint = next(filter(None, map(_hint, causes)), None)
+        return learn_banded(before, observed, near=near, hint=hint, progress=progress)
     return posterior_of_readings(before, observed, near=near)
+
+
+def _hint(cause: models.Mismatch) -> tuple[float, float] | None:
+    """Return centre and width of the band that a cause was found with; None: it states none."""
+    said = [cause.parameters[name]["value"] for name in SHAPE if name in cause.parameters]
+    is_band = cause.confirmed_term == BAND and len(said) == len(SHAPE)
+    return (float(said[0]), float(said[1])) if is_band else None

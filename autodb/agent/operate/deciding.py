@@ -31,7 +31,8 @@ class Decided:
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
     ``kept``; None without a version. ``pairs`` and ``calibrations``: the versions that hold the
-    term, in words; ``back``: those that were taken back. ``alternatives``: those that a model could
+    term, in words; ``back``: those that were taken back; ``notes``: what was not learnt from, and
+    why. ``alternatives``: those that a model could
     hold; ``stale``: numbers of the channel's open mismatches, found before ``kept`` was there.
     """
 
@@ -46,6 +47,7 @@ class Decided:
     pairs: tuple[str, ...] = ()
     calibrations: tuple[str, ...] = ()
     back: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     error_before: float | None = None
     error: float | None = None
     stale: tuple[int, ...] = ()
@@ -118,9 +120,9 @@ def confirm(
         if done.of_cuts and wanted != UNKNOWN:
             session.flush()
             corrected = correct(session, row) if done.home == "calibration" else []
-            pairs = learn_confirmed(session, row, progress, lot=lot)
+            pairs, notes = learn_confirmed(session, row, progress, lot=lot)
             said = _in_calibrations(row, corrected)
-            done = replace(done, calibrations=said, pairs=_in_pairs(pairs))
+            done = replace(done, calibrations=said, pairs=_in_pairs(pairs), notes=tuple(notes))
         open_ones = mismatches(session, done.machine, decided=False)
         stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:

@@ -200,11 +200,13 @@ class _Pass:
 
 def learn_confirmed(
     session: Session, row: models.Mismatch, progress: Progress, *, lot: str | None = None
-) -> list[models.CuttingParameters]:
+) -> tuple[list[models.CuttingParameters], list[str]]:
     """Learn the pairs of a confirmed mismatch; return their newest versions that hold it.
 
-    ``lot``: of the material that a hard spot is of; None: as its cuts say.
+    And what is to be said of cuts that are not used. ``lot``: of the material that a hard spot is
+    of; None: as its cuts say.
     """
+    said = list[str]()
     owner = session.get_one(models.Machine, row.recording.machine_id)
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
@@ -217,12 +219,11 @@ def learn_confirmed(
         pairs = {pair.id: pair for pair in row.pairs}
     for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
         progress(f"updating {pair_name(pair)}")
-        learn_pair(
-            session, owner.id, forces_of_pair(session, owner.id, pair, sensed), progress=progress
-        )
+        forces = forces_of_pair(session, owner.id, pair, sensed)
+        said += learn_pair(session, owner.id, forces, progress=progress).not_used
     session.flush()
     session.refresh(row)
-    return newest_of(row)
+    return newest_of(row), said
 
 
 def newest_of(row: models.Mismatch) -> list[models.CuttingParameters]:

@@ -205,6 +205,8 @@ def confirm_command(
             say(version)
     else:
         say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
+        for note in done.notes:
+            say(note)
 
 
 def _why_no_version(done: "Decided") -> str:

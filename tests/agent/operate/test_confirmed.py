@@ -16,7 +16,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.operate.deciding import confirm, of_term, reject
+from autodb.agent.operate.deciding import confirm, reject
+from autodb.agent.operate.fitting_confirmed import of_term
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
@@ -240,11 +241,14 @@ def test_what_belongs_to_a_recording_changes_no_model(machine: Cli, refused: Ref
     done = machine("mismatch", "confirm", load)
     assert done.out == (
         f"mismatch {load}: external_load confirmed; "
-        "it belongs to this recording, no model changes\n"
+        "it belongs to this recording: it is noted, no prediction changes\n"
     )
     assert machine("mismatch", "confirm", load).out.endswith("already confirmed as external_load\n")
-    assert "was confirmed as external_load on" in refused("mismatch", "reject", load)
     assert stored(1)
+    assert machine("mismatch", "reject", load).out == f"mismatch {load}: external_load rejected\n"
+    line = refused("mismatch", "confirm", load)
+    assert f"was rejected on" in line
+    assert f"take that back first with 'autodb mismatch reopen {load}'" in line
     assert machine("doctor").code == 0
 
 
