@@ -77,6 +77,11 @@ def hard(_cuts: Cuts, y: Array, z: Array) -> tuple[Array, Array]:
     return 1.3 * y, 1.3 * z
 
 
+def free_cutting(_cuts: Cuts, y: Array, z: Array) -> tuple[Array, Array]:
+    """A lot that cuts easily."""
+    return 0.75 * y, 0.75 * z
+
+
 def written(name: str, cuts: Cuts, effect: Effect | None = None, **texts: str) -> Path:
     """Write a table of cuts with measured forces; ``texts``: columns, with __ for a point."""
     rng = np.random.default_rng([len(name), 3])
@@ -85,7 +90,8 @@ def written(name: str, cuts: Cuts, effect: Effect | None = None, **texts: str) -
     y, z = (force * one for force, one in zip(forces(cuts, effect), scatter, strict=True))
     columns: dict[str, Any] = {
         "cut": np.arange(1.0, count + 1.0), "t": 60.0 * np.arange(count),
-        "operation": ["turn"] * count, "work.material": [PAIR[0]] * count, "tool": [PAIR[1]] * count,
+        "operation": ["turn"] * count,
+        "work.material": [PAIR[0]] * count, "tool": [PAIR[1]] * count,
         "cutting.feed": cuts["feed"], "cutting.depth": cuts["depth"],
         "cutting.speed": cuts["speed"], "work.diameter": np.full(count, 60.0),
         "force.y": y, "force.z": z,

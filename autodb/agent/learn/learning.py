@@ -198,6 +198,7 @@ class _Pair:
         before = learnt_before(
             self._session,
             [force for force in forces if force.id in seen],
+            among=forces,
             held=held,
             old=self._old,
         )

@@ -67,21 +67,17 @@ def learnt_before(
     session: Session,
     seen: Sequence[models.SensedForce],
     *,
+    among: Sequence[models.SensedForce],
     held: Collection[str] = (),
     old: int | None = None,
 ) -> LearntBefore:
-    """Return what became of the recordings of forces that were learnt.
+    """Return what became of the recordings of forces that were learnt (``seen``), ``among`` all.
 
     Those that a term was confirmed for which the posterior has (``held``) are examined anew.
     ``old``: the last cut, by id, that was examined; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
-    causes = [
-        (row, one.id)
-        for row in _found_in_forces(session, seen)
-        for one in row.recordings
-        if one.id in recordings
-    ]
+    causes = [(row, one.id) for row in _found_in_forces(session, among) for one in row.recordings]
     holds = {recording for row, recording in causes if row.status != "rejected"}
     cleared = {recording for _, recording in causes} - holds
     anew = {recording for row, recording in causes if row.confirmed_term in held}

@@ -211,7 +211,7 @@ def learn_confirmed(
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
     sensed = sense_cuts(session, owner, every, progress)
-    if row.confirmed_term == HARD_SPOT.name:
+    if row.confirmed_term == HARD_SPOT.name and row.lot is None:
         name_lot(session, row, lot, upto=newest_cut)
     cuts = [cut for recording in row.recordings for cut in recording.cuts]
     pairs = {cut.pair_id: cut.pair for cut in cuts if cut.pair is not None}

@@ -126,10 +126,7 @@ def _rest_again(session: Session, row: models.Mismatch) -> list[str]:
 
 def _learnt_again(session: Session, row: models.Mismatch) -> list[str]:
     """Learn the pairs of another cause that stays confirmed; return it in words."""
-    made, _ = learn_confirmed(session, row, lambda _: None, lot=row.lot)
+    made, _ = learn_confirmed(session, row, lambda _: None)
     return [
-        f"{pair_name(one.pair)} version {one.version} holds mismatch {row.id} alone"
-        if one.mismatches == [row]
-        else f"{pair_name(one.pair)} version {one.version} holds the others"
-        for one in made
+        f"{pair_name(one.pair)} version {one.version} holds mismatch {row.id} still" for one in made
     ]

@@ -247,7 +247,7 @@ def test_what_belongs_to_a_recording_changes_no_model(machine: Cli, refused: Ref
     assert stored(1)
     assert machine("mismatch", "reject", load).out == f"mismatch {load}: external_load rejected\n"
     line = refused("mismatch", "confirm", load)
-    assert f"was rejected on" in line
+    assert "was rejected on" in line
     assert f"take that back first with 'autodb mismatch reopen {load}'" in line
     assert machine("doctor").code == 0
 

@@ -21,6 +21,7 @@ from tests.helpers.dynamometer_shop import (
     blunt,
     drawn,
     forces,
+    free_cutting,
     hard,
     joined,
     soft,
@@ -144,7 +145,7 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     print(done)
     after = predicted(cli, shop.ahead)
     was, is_now = off(before[0], truth), off(after[0], truth)
-    print(term, was, is_now)
+    print(f"\n{term}: {was} {is_now}")
     assert is_now[0] < 0.6 * was[0]
     assert is_now[1] >= 0.9
 
@@ -179,3 +180,108 @@ def _newest() -> int:
         number = session.scalars(query.limit(1)).one()
     store.close()
     return number
+
+
+def test_a_hard_lot_counts_where_it_is_named(cli: Cli, refused: Refused) -> None:
+    shop = Shop(hard, drawn(1, 30), drawn(2, 14), drawn(3, 4))
+    made(cli, shop, usual=None)
+    before = predicted(cli, shop.ahead)
+    number = kept("hard_spot")
+    line = refused("mismatch", "confirm", kept("tool_wear", "force.z"), "--lot", "B12")
+    assert "--lot: tool_wear is of no lot of material; leave out --lot" in line
+    done = cli("mismatch", "confirm", number, "--lot", "B12").out
+    assert "hard_spot: forces of lot 'B12' differ by +" in done
+    (usual, said), (of_lot, also) = (predicted(cli, shop.ahead, lot) for lot in (None, "B12"))
+    assert any("no lot is stated: predicted as of the other lots" in note for note in said)
+    assert any("forces of lot 'B12' differ by" in note for note in also)
+    truth = forces(shop.ahead), forces(shop.ahead, hard)
+    assert off(usual, truth[0])[1] >= 0.9
+    assert off(of_lot, truth[1])[1] >= 0.9
+    assert off(of_lot, truth[1])[0] < 0.3 * off(usual, truth[1])[0]
+    assert any("lot 'X' is not known" in note for note in predicted(cli, shop.ahead, "X")[1])
+    shown = lookup(cli, "--lot", "B12")
+    assert shown["force_y_N"]["value"] > 1.2 * lookup(cli)["force_y_N"]["value"]
+
+    assert _lots() == {None: 30, "B12": 14}
+    assert "is taken back" in cli("mismatch", "reopen", number).out
+    assert predicted(cli, shop.ahead) == before
+    assert _lots() == {None: 44}
+
+    # What a later recording of the lot shows is learnt as of the lot
+    cli("mismatch", "confirm", number, "--lot", "B12")
+    cli("import", written("later.csv", drawn(6, 10), hard, work__lot="B12"), "--machine", "lathe-1")
+    assert "version 4 from 54 cuts" in cli("refresh", "--machine", "lathe-1").out
+    assert "version 4 is taken back" in cli("mismatch", "reject", number).out
+    assert _lots() == {None: 44, "B12": 10}
+    assert cli("doctor").code == 0
+
+
+def test_cuts_that_say_their_lot_need_no_name(cli: Cli, refused: Refused) -> None:
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    for name, count, effect, lot in (("usual.csv", 30, None, "A"), ("odd.csv", 14, hard, "B")):
+        cuts = drawn(count, count)
+        cli("import", written(name, cuts, effect, work__lot=lot), "--machine", "lathe-1")
+        cli("refresh", "--machine", "lathe-1")
+    number = kept("hard_spot")
+    line = refused("mismatch", "confirm", number, "--lot", "C")
+    assert f"--lot: mismatch {number} stays open: its cuts are of lot B, not of 'C'" in line
+    assert "forces of lot 'B' differ by +" in cli("mismatch", "confirm", number).out
+    assert _lots() == {"A": 30, "B": 14}
+
+
+def test_a_hard_spot_of_no_lot_is_a_state_as_before(cli: Cli) -> None:
+    made(cli, Shop(hard, drawn(1, 30), drawn(2, 14), {}), usual=None)
+    done = cli("mismatch", "confirm", kept("hard_spot")).out
+    assert "42CrMo4 / insert, hard_spot: version 2 from 14 cuts" in done
+
+
+def lookup(cli: Cli, *more: object) -> dict[str, Any]:
+    done = cli(
+        "lookup", "--machine", "lathe-1", "--material", PAIR[0], "--tool", PAIR[1], "--diameter",
+        60, "--depth", 2, "--feed", 0.2, "--speed", 130, "--json", *more,
+    )  # fmt: skip
+    found: dict[str, Any] = json.loads(done.out)["cut"]
+    return found
+
+
+def _lots() -> dict[str | None, int]:
+    store = open_store(URL)
+    with store.reading() as session:
+        lots = [cut.lot for cut in session.scalars(select(models.Cut))]
+    store.close()
+    return {lot: lots.count(lot) for lot in set(lots)}
+
+
+def test_of_two_causes_one_is_taken_back_and_the_other_stays(cli: Cli) -> None:
+    shop = Shop(hard, drawn(1, 30), drawn(2, 14), drawn(3, 3))
+    made(cli, shop, usual=None)
+    number = kept("hard_spot")
+    cli("mismatch", "confirm", number, "--lot", "B12")
+    one = predicted(cli, shop.ahead, "B12")[0]
+    cli("import", written("easy.csv", drawn(7, 12), free_cutting), "--machine", "lathe-1")
+    cli("refresh", "--machine", "lathe-1")
+    other = kept("hard_spot", recording="easy.csv", channel="force.z")
+    assert "'B12' differ" in cli("mismatch", "confirm", other, "--lot", "C").out
+    done = cli("mismatch", "reopen", other).out
+    assert "version 3 is taken back" in done
+    assert [cut["force_y_N"] for cut in predicted(cli, shop.ahead, "B12")[0]] == [
+        cut["force_y_N"] for cut in one
+    ]
+
+
+def test_a_rejected_cause_is_reopened_and_its_cuts_are_excluded_again(cli: Cli) -> None:
+    shop = Shop(hard, drawn(1, 30), drawn(2, 14), drawn(3, 3))
+    made(cli, shop, usual=None)
+    before = predicted(cli, shop.ahead)
+    number = kept("hard_spot")
+    cli("mismatch", "reject", number, "--because", "it is the usual bar")
+    assert "version 2 from 44 cuts" in cli("refresh", "--machine", "lathe-1").out
+    assert predicted(cli, shop.ahead) != before
+    done = cli("mismatch", "reopen", number).out
+    assert f"mismatch {number}: hard_spot is open again" in done
+    assert "version 2 is taken back" in done
+    assert predicted(cli, shop.ahead) == before
+    cli("refresh", "--machine", "lathe-1")
+    assert predicted(cli, shop.ahead) == before
+    assert cli("mismatch", "reopen", number).out == f"mismatch {number}: already open\n"
