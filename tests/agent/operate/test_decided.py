@@ -265,8 +265,10 @@ def test_of_two_causes_one_is_taken_back_and_the_other_stays(cli: Cli) -> None:
     assert "'B12' differ" in cli("mismatch", "confirm", other, "--lot", "C").out
     done = cli("mismatch", "reopen", other).out
     assert "version 3 is taken back" in done
-    assert [cut["force_y_N"] for cut in predicted(cli, shop.ahead, "B12")[0]] == [
-        cut["force_y_N"] for cut in one
+    # What was predicted and then made has widened the intervals; the means are as they were
+    again = predicted(cli, shop.ahead, "B12")[0]
+    assert [cut["force_y_N"]["value"] for cut in again] == [
+        cut["force_y_N"]["value"] for cut in one
     ]
 
 
