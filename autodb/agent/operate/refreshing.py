@@ -201,12 +201,13 @@ class _Pass:
 def learn_confirmed(
     session: Session, row: models.Mismatch, progress: Progress, *, lot: str | None = None
 ) -> tuple[list[models.CuttingParameters], list[str]]:
-    """Learn the pairs of a confirmed mismatch; return their newest versions that hold it.
+    """Learn the pairs of a confirmed mismatch; return their newest versions that do, or are new.
 
     And what is to be said of cuts that are not used. ``lot``: of the material that a hard spot is
     of; None: as its cuts say.
     """
-    said = list[str]()
+    said, made = list[str](), models.CuttingParameters
+    last = session.scalar(select(func.max(made.id))) or 0
     owner = session.get_one(models.Machine, row.recording.machine_id)
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
@@ -223,13 +224,9 @@ def learn_confirmed(
         said += learn_pair(session, owner.id, forces, progress=progress).not_used
     session.flush()
     session.refresh(row)
-    return newest_of(row), said
-
-
-def newest_of(row: models.Mismatch) -> list[models.CuttingParameters]:
-    """Return the newest versions of pairs, none taken back, that hold a mismatch."""
     held = [one for one in row.parameters_of_pairs if one.undone_at is None]
-    return list({(one.pair_id, one.state): one for one in held}.values())
+    new = session.scalars(select(made).where(made.id > last).order_by(made.id)).all()
+    return list({(one.pair_id, one.state): one for one in (*held, *new)}.values()), said
 
 
 Opens = Callable[[], AbstractContextManager[Store]]
