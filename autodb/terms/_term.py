@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Channel = Literal["axis", "rotary", "spindle", "cuts", "table"]
-Home = Literal["machine", "pair", "lot", "calibration", "recording"]
+Home = Literal["machine", "pair", "lot", "tool", "calibration", "recording"]
 """Where a confirmed effect is kept: the drive model of an axis; the parameters of a work-tool pair,
-or of one lot of its material; the calibration of a force; or nowhere but its recording."""
+or of one lot of its material; the tool as it is clamped; the calibration of a force; or nowhere but
+its recording."""
 
 
 @dataclass(frozen=True)

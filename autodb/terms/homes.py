@@ -19,6 +19,11 @@ KEPT: dict[Home, tuple[str, str]] = {
         "`predict` and `lookup` contain it where the job or `--lot` names that lot, and say so "
         "where none is named",
     ),
+    "tool": (
+        "the tool, as it is clamped",
+        "peaks and forces over the spindle's turn contain it with its uncertainty, until the "
+        "decision is taken back because the tool was clamped anew",
+    ),
     "calibration": (
         "the calibration of the force",
         "a corrected version senses the force of cuts from the change on, and the pair is learnt "

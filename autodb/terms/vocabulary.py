@@ -26,6 +26,7 @@ RUNOUT = NamedEffect(
     check_source="Kline and DeVor, Int. J. Mach. Tool Des. Res. 23 (1983), 123-140; ISO 230-7 for "
     "the spindle",
     sits=("tool", "machine"),
+    belongs_to="tool",
 )
 CHATTER = NamedEffect(
     name="chatter",
@@ -161,8 +162,7 @@ def of_the_machine() -> frozenset[str]:
 def where_kept(name: str, channel: str) -> Home:
     """Return where an effect confirmed in a channel is kept; of an unknown name its recording.
 
-    What belongs to a pair, a lot or a calibration is found in forces of cuts, and kept if found
-    there.
+    What belongs to no machine's axis is found in forces, and kept if found there.
     """
     home = effect_called(name).belongs_to
     return home if home == "machine" or channel.startswith("force.") else "recording"

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.said_of_terms import terms_words
 from autodb.agent.ingest.uncounted import counted
+from autodb.agent.operate.clamping import keep_runout
 from autodb.agent.operate.correcting import correct
 from autodb.agent.operate.fitting_confirmed import fit_with, keep_version
 from autodb.agent.operate.refreshing import learn_confirmed
@@ -30,8 +31,8 @@ class Decided:
     """A mismatch as it stands after a decision; ``kept``: the version that holds the term now.
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
-    ``kept``; None without a version. ``pairs`` and ``calibrations``: the versions that hold the
-    term, in words; ``back``: those that were taken back; ``notes``: what was not learnt from, and
+    ``kept``; None without a version. ``pairs``, ``calibrations`` and ``tool``: what holds the term,
+    in words; ``back``: those that were taken back; ``notes``: what was not learnt from, and
     why. ``alternatives``: those that a model could
     hold; ``stale``: numbers of the channel's open mismatches, found before ``kept`` was there.
     """
@@ -46,11 +47,17 @@ class Decided:
     kept: KeptModel | None = None
     pairs: tuple[str, ...] = ()
     calibrations: tuple[str, ...] = ()
+    tool: str | None = None
     back: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     error_before: float | None = None
     error: float | None = None
     stale: tuple[int, ...] = ()
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """What holds the term now, of a cause found in forces, in words."""
+        return (*([] if self.tool is None else [self.tool]), *self.calibrations, *self.pairs)
 
     @property
     def home(self) -> Home:
@@ -119,16 +126,30 @@ def confirm(
         done = _decided(session, row, wanted, already=False)
         if done.of_cuts and wanted != UNKNOWN:
             session.flush()
-            corrected = correct(session, row) if done.home == "calibration" else []
-            pairs, notes = learn_confirmed(session, row, progress, lot=lot)
-            said = _in_calibrations(row, corrected)
-            done = replace(done, calibrations=said, pairs=_in_pairs(pairs), notes=tuple(notes))
+            done = _in_forces(session, row, done, lot=lot, progress=progress)
         open_ones = mismatches(session, done.machine, decided=False)
         stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:
         return done
     kept = KeptModel(step.refit.model, version, step.refit.parent, step.refit.already_there)
     return replace(done, kept=kept, error_before=step.before, error=step.after, stale=stale)
+
+
+def _in_forces(
+    session: Session,
+    row: models.Mismatch,
+    done: Decided,
+    *,
+    lot: str | None,
+    progress: Callable[[str], None],
+) -> Decided:
+    """Put a cause found in forces where it belongs; return the decision with what changed."""
+    if done.home == "tool":
+        return replace(done, tool=keep_runout(session, row))
+    corrected = correct(session, row) if done.home == "calibration" else []
+    pairs, notes = learn_confirmed(session, row, progress, lot=lot)
+    said = _in_calibrations(row, corrected)
+    return replace(done, calibrations=said, pairs=_in_pairs(pairs), notes=tuple(notes))
 
 
 def _count(session: Session, row: models.Mismatch) -> None:

@@ -11,6 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.lots import forget_lot
+from autodb.agent.operate.clamping import forget_runout
 from autodb.agent.operate.refreshing import learn_confirmed
 from autodb.agent.operate.withdrawing import resting_on
 from autodb.agent.rows.posteriors import pair_name
@@ -39,6 +40,7 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
         said.append(f"{pair_name(version.pair)} version {version.version} is taken back")
         others |= {one.id: one for one in version.mismatches if one is not row}
     forget_lot(session, row)
+    said += forget_runout(session, row)
     said += _rest_again(session, row)
     row.status, row.confirmed_term, row.decided_at, row.applied = "open", None, None, None
     session.flush()

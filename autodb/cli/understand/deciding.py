@@ -187,9 +187,9 @@ def confirm_command(
 ) -> None:
     """Confirm a cause: it becomes part of what the machine knows, as the next version.
 
-    A term of the machine enters its model, one of cutting the work-tool pair's parameters, a gain
-    the calibration. `mismatch show` says where its term is kept. What belongs to its recording is
-    noted, and no prediction changes.
+    A term of the machine enters its model, one of cutting the work-tool pair's parameters, run-out
+    the tool, a gain the calibration. `mismatch show` says where its term is kept. What belongs to
+    its recording is noted, and no prediction changes.
     """
     from autodb.agent.operate.deciding import confirm
 
@@ -199,10 +199,10 @@ def confirm_command(
         say(f"mismatch {number}: already confirmed as {done.term}")
     elif done.kept is not None:
         _show_version(done, done.kept)
-    elif done.pairs or done.calibrations:
+    elif done.changed:
         say(f"mismatch {number}: {done.term} confirmed")
-        for version in (*done.calibrations, *done.pairs):
-            say(version)
+        for changed in done.changed:
+            say(changed)
     else:
         say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
         for note in done.notes:
@@ -221,6 +221,8 @@ def _why_no_version(done: "Decided") -> str:
         )
     if done.of_cuts and done.home == "pair":
         return "it is noted, no prediction changes: fewer than five of its cuts state what it needs"
+    if done.of_cuts and done.home == "tool":
+        return "it is noted, no prediction changes: its recording names no tool"
     if done.of_cuts and done.home == "calibration":
         return (
             "it is noted, no prediction changes: it states no factor, or no calibration senses it"

@@ -84,7 +84,7 @@ def reopened(
 
 def _said(service: Service, done: Decided) -> Response:
     kept = [] if done.kept is None else [f"{done.channel} version {done.kept.version}"]
-    kept += [*done.calibrations, *done.pairs]
+    kept += done.changed
     with service.store.reading() as session:
         row = mismatch_said(session, mismatch(session, done.number))
     said = Decision(row, done.already, tuple(kept), done.back)

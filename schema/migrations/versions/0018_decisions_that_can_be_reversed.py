@@ -9,14 +9,17 @@ branch_labels = None
 depends_on = None
 
 STATES = ("open", "confirmed", "rejected")
+RUNOUT = ("runout_mm", "runout_deg", "runout_sd_mm")
 
 
 def upgrade() -> None:
-    """Add the history, lots of material, and corrections: of decisions that stand no reason is
-    known.
+    """Add the history, lots of material, run-out and corrections: of decisions that stand no reason
+    is known.
     """
     op.add_column("mismatch", sa.Column("applied", sa.JSON(), nullable=True))
     op.add_column("cut", sa.Column("lot", sa.String(), nullable=True))
+    for name in RUNOUT:
+        op.add_column("tool", sa.Column(name, sa.Float(), nullable=True))
     op.add_column("calibration", sa.Column("corrections", sa.JSON(), nullable=True))
     whole = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
     op.create_table(
@@ -58,6 +61,8 @@ def downgrade() -> None:
         )
     op.drop_table("calibration_mismatch")
     op.drop_table("mismatch_decision")
+    for name in RUNOUT:
+        op.drop_column("tool", name)
     op.drop_column("calibration", "corrections")
     op.drop_column("cut", "lot")
     op.drop_column("mismatch", "applied")
