@@ -12,7 +12,8 @@ KEPT: dict[Home, tuple[str, str]] = {
     "pair": (
         "the parameters of the work-tool pair",
         "the next version has it, learnt with the cuts that were excluded for it: `predict`, "
-        "`lookup`, `plan`, pages and cards contain it with its uncertainty",
+        "`lookup`, `plan` and pages contain it with its uncertainty; cards and exports hold what "
+        "the law has numbers for",
     ),
     "lot": (
         "the parameters of the work-tool pair, under the name of the lot",

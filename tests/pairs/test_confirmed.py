@@ -25,7 +25,7 @@ CENTRE, HALF, CHANGE = 150.0, 0.22, np.array([-0.18, -0.3])
 def change_at(speed: Array) -> Array:
     """Return by which shares forces along and across change (n, 2), a cosine that ends."""
     off = np.clip(np.abs(np.log(speed / CENTRE)) / (2.0 * HALF), 0.0, 1.0)
-    return 0.5 * (1.0 + np.cos(np.pi * off))[:, None] * CHANGE
+    return np.asarray(0.5 * (1.0 + np.cos(np.pi * off))[:, None] * CHANGE)
 
 
 def parts(cuts: PairCuts) -> Array:

@@ -413,9 +413,10 @@ def test_what_is_reconstructed_has_the_confirmed_term_until_it_is_taken_back(
     third = written("c.csv", 3)
 
     def load_A() -> tuple[Array, str]:
-        store = open_store(URL)
+        store, recorded = open_store(URL), read(third)
+        assert isinstance(recorded, Recording)
         (found,) = reconstruct_on_machine(
-            store, "mill", read(third), axis=None, bandwidth_hz=20.0, observer=False
+            store, "mill", recorded, axis=None, bandwidth_hz=20.0, observer=False
         )
         store.close()
         return found.load.value, found.model
