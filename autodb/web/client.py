@@ -218,21 +218,21 @@ class Client:
         term: str | None = None,
         *,
         lot: str | None = None,
-        because: str | None = None,
+        why: str | None = None,
     ) -> Decision:
         """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate.
 
-        ``lot``: of the material that a hard spot is of; ``because``: the reason that is kept.
+        ``lot``: of the material that a hard spot is of; ``why``: the reason that is kept.
         """
-        return self._decided(mismatch, "confirm", term=term, lot=lot, because=because)
+        return self._decided(mismatch, "confirm", term=term, lot=lot, why=why)
 
-    def reject(self, mismatch: int, *, because: str | None = None) -> Decision:
+    def reject(self, mismatch: int, *, why: str | None = None) -> Decision:
         """Reject a mismatch, and take back what confirming it changed; needs role operate."""
-        return self._decided(mismatch, "reject", because=because)
+        return self._decided(mismatch, "reject", why=why)
 
-    def reopen(self, mismatch: int, *, because: str | None = None) -> Decision:
+    def reopen(self, mismatch: int, *, why: str | None = None) -> Decision:
         """Take back the decision on a mismatch, and what it changed; needs role operate."""
-        return self._decided(mismatch, "reopen", because=because)
+        return self._decided(mismatch, "reopen", why=why)
 
     def _decided(self, mismatch: int, word: str, **said: str | None) -> Decision:
         response = self._asked("POST", f"/mismatches/{mismatch}/{word}", json=said)

@@ -108,10 +108,10 @@ def test_a_decision_is_kept_with_who_took_it(url: str, store: Store, mismatch: i
         refused = client.post(f"{path}/confirm", json={"term": "warmup"}, headers=bearer(operates))
         assert (refused.status_code, "take that back first" in detail(refused)) == (422, True)
         assert client.get(f"{API}/machines/lathe-0/mismatches").json() == []
-        why = {"because": "the amplifier was cold"}
+        why = {"why": "the amplifier was cold"}
         back = client.post(f"{path}/reopen", json=why, headers=bearer(operates))
         (_, second) = back.json()["mismatch"]["decisions"]
-        assert second.endswith("because the amplifier was cold")
+        assert second.endswith(": the amplifier was cold")
         again = client.post(f"{path}/reject", headers=bearer(operates)).json()
         assert again["mismatch"]["status"] == "rejected"
     with store.reading() as session:

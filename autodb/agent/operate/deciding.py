@@ -91,7 +91,7 @@ def confirm(
     term: str | None = None,
     lot: str | None = None,
     by: str | None = None,
-    because: str | None = None,
+    why: str | None = None,
     progress: Callable[[str], None] = lambda _: None,
     also: Also = nothing_else,
 ) -> Decided:
@@ -103,7 +103,7 @@ def confirm(
     of each pair, of all its recordings; a gain corrects the calibrations of its force. Of five
     outlying cuts for a cause that a pair cannot hold a state of the pair is learnt. Decision and
     version are written together. Any other belongs to its recording: only the decision is kept.
-    ``because``: the reason that is kept with it; ``also``: what else is written then.
+    ``why``: the reason that is kept with it; ``also``: what else is written then.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
     its recording is not there any more, or its moves do not excite the term: it then stays open.
@@ -121,7 +121,7 @@ def confirm(
             return _decided(session, row, wanted, already=True)
         version = keep_version(session, row, step) if step else None
         _count(session, row)
-        _decide(row, "confirmed", wanted, by=by, because=because)
+        _decide(row, "confirmed", wanted, by=by, why=why)
         also(session, number)
         done = _decided(session, row, wanted, already=False)
         if done.of_cuts and wanted != UNKNOWN:
@@ -198,7 +198,7 @@ def reject(
     number: int,
     *,
     by: str | None = None,
-    because: str | None = None,
+    why: str | None = None,
     also: Also = nothing_else,
 ) -> Decided:
     """Reject a mismatch; what confirming it had changed is taken back (``reversing``).
@@ -210,7 +210,7 @@ def reject(
         already, back = row.status == "rejected", list[str]()
         if not already:
             back = take_back(session, row)
-            _decide(row, "rejected", None, by=by, because=because)
+            _decide(row, "rejected", None, by=by, why=why)
             also(session, number)
         return replace(_decided(session, row, row.term, already=already), back=tuple(back))
 
@@ -220,7 +220,7 @@ def reopen(
     number: int,
     *,
     by: str | None = None,
-    because: str | None = None,
+    why: str | None = None,
     also: Also = nothing_else,
 ) -> Decided:
     """Take back the decision on a mismatch, and what it had changed (``reversing``).
@@ -232,7 +232,7 @@ def reopen(
         already, back = row.status == "open", list[str]()
         if not already:
             back = take_back(session, row)
-            _decide(row, "open", None, by=by, because=because)
+            _decide(row, "open", None, by=by, why=why)
             also(session, number)
         return replace(_decided(session, row, row.term, already=already), back=tuple(back))
 
@@ -276,7 +276,7 @@ def _is_decided(row: models.Mismatch, status: str, term: str | None) -> bool:
 
 
 def _decide(
-    row: models.Mismatch, status: str, term: str | None, *, by: str | None, because: str | None
+    row: models.Mismatch, status: str, term: str | None, *, by: str | None, why: str | None
 ) -> None:
     """Keep a decision as what stands now, and in the history."""
     at = now()
@@ -285,9 +285,7 @@ def _decide(
     if status == "open":
         row.decided_by = None
     row.decisions.append(
-        models.MismatchDecision(
-            status=status, term=term, because=because, decided_by=by, decided_at=at
-        )
+        models.MismatchDecision(status=status, term=term, why=why, decided_by=by, decided_at=at)
     )
 
 

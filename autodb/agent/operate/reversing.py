@@ -13,8 +13,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.lots import forget_lot
 from autodb.agent.operate.clamping import forget_runout
 from autodb.agent.operate.refreshing import learn_confirmed
-from autodb.agent.operate.withdrawing import resting_on
-from autodb.agent.rows.posteriors import pair_name
+from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.store import models
 
 _Parameters = models.CuttingParameters
@@ -39,8 +38,7 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
         version.undone_at = models.now()
         said.append(f"{pair_name(version.pair)} version {version.version} is taken back")
         others |= {one.id: one for one in version.mismatches if one is not row}
-    forget_lot(session, row)
-    said += forget_runout(session, row)
+    said += forgotten(session, row)
     said += _rest_again(session, row)
     row.status, row.confirmed_term, row.decided_at, row.applied = "open", None, None, None
     session.flush()
@@ -48,6 +46,17 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
         if other.status == "confirmed":
             said += _learnt_again(session, other)
     return said
+
+
+def forgotten(session: Session, row: models.Mismatch) -> list[str]:
+    """Take back corrections, lots and run-out of a confirmed mismatch; return it in words."""
+    said = []
+    for one in row.calibrations:
+        if one.undone_at is None:
+            one.undone_at = models.now()
+            said.append(f"calibration of {one.axis} version {one.version} is taken back")
+    forget_lot(session, row)
+    return [*said, *forget_runout(session, row)]
 
 
 def _of_confirmed(row: models.Mismatch) -> list[_Parameters]:

@@ -8,13 +8,14 @@ was withdrawn, when and why, and it can come back.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from sqlalchemy import ColumnElement, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.ingest.uncounted import anew
+from autodb.agent.operate.reversing import forgotten
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import pair_name, version_chain
+from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
 
@@ -107,9 +108,9 @@ def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
             said.append(f"mismatch {mismatch.id}, {mismatch.status}, stays with {_others(others)}")
             mismatch.recording, mismatch.further = others[0], others[1:]
             continue
-        said.append(f"mismatch {mismatch.id}, {mismatch.status}")
+        said += [f"mismatch {mismatch.id}, {mismatch.status}", *forgotten(session, mismatch)]
         mismatch.status, mismatch.decided_at = "rejected", models.now()
-        mismatch.confirmed_term = None
+        mismatch.confirmed_term = mismatch.applied = None
     return said
 
 
@@ -133,9 +134,16 @@ def _named(one: _Derived) -> str:
 
 
 def _calibrations(session: Session, row: models.StoredRecording) -> list[models.CalibrationVersion]:
-    made = models.CalibrationVersion
+    """Return the calibrations made on a recording, or corrected by what it alone shows."""
+    made, link = models.CalibrationVersion, models.calibration_mismatch.c
+    corrected = (
+        select(link.calibration_id)
+        .join(models.Mismatch, models.Mismatch.id == link.mismatch_id)
+        .where(models.Mismatch.recording_id == row.id, ~models.Mismatch.further.any())
+    )
     query = select(made).where(
-        made.undone_at.is_(None), made.recordings.any(models.StoredRecording.id == row.id)
+        made.undone_at.is_(None),
+        made.recordings.any(models.StoredRecording.id == row.id) | made.id.in_(corrected),
     )
     return list(session.scalars(query.order_by(made.id)))
 
@@ -183,17 +191,3 @@ def _parameters(
     its |= force.calibration_id.in_([one.id for one in calibrations])
     its |= force.estimator_id.in_([one.id for one in sensors])
     return resting_on(session, row.machine_id, models.CuttingParameters.forces.any(its))
-
-
-def resting_on(
-    session: Session, machine_id: int, direct: ColumnElement[bool]
-) -> list[models.CuttingParameters]:
-    """Return a machine's versions of pairs, none taken back, of which a condition holds.
-
-    Or holds of one that they were built on: a version rests on all that those rest on.
-    """
-    made = models.CuttingParameters
-    own = made.machine_id == machine_id, made.undone_at.is_(None)
-    ids = set(session.scalars(select(made.id).where(*own, direct)))
-    every = session.scalars(select(made).where(*own).order_by(made.id))
-    return [one for one in every if any(version.id in ids for version in version_chain(one))]

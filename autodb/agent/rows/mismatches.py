@@ -22,5 +22,5 @@ def decision_words(row: models.MismatchDecision) -> str:
     what = {"open": "reopened"}.get(row.status, row.status)
     called = f" as {row.term}" if row.term else ""
     by = f" by {row.decided_by}" if row.decided_by else ""
-    why = f", because {row.because}" if row.because else ""
+    why = f": {row.why}" if row.why else ""
     return f"{what}{called}{by} on {row.decided_at}{why}"

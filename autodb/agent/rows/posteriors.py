@@ -178,6 +178,20 @@ def version_chain(parameters: models.CuttingParameters) -> list[models.CuttingPa
     return versions
 
 
+def resting_on(
+    session: Session, machine_id: int, direct: ColumnElement[bool]
+) -> list[models.CuttingParameters]:
+    """Return a machine's versions of pairs, none taken back, of which a condition holds.
+
+    Or holds of one that they were built on: a version rests on all that those rest on.
+    """
+    made = models.CuttingParameters
+    own = made.machine_id == machine_id, made.undone_at.is_(None)
+    ids = set(session.scalars(select(made.id).where(*own, direct)))
+    every = session.scalars(select(made).where(*own).order_by(made.id))
+    return [one for one in every if any(version.id in ids for version in version_chain(one))]
+
+
 def pair_name(pair: models.Pair) -> str:
     """Return 'material / tool'."""
     return f"{pair.material.name} / {pair.tool.name}"

@@ -23,8 +23,8 @@ mismatch = typer.Typer(
 
 Number = Annotated[int, typer.Argument(help="Number of the mismatch.", min=1, max=2**63 - 1)]
 By = Annotated[str | None, typer.Option("--by", metavar="WHO", help="Who says so.")]
-Because = Annotated[
-    str | None, typer.Option("--because", metavar="TEXT", help="Why; kept with the decision.")
+Why = Annotated[
+    str | None, typer.Option("--why", metavar="TEXT", help="Why; kept with the decision.")
 ]
 Lot = Annotated[
     str | None,
@@ -182,7 +182,7 @@ def confirm_command(
     as_: As = None,
     lot: Lot = None,
     by: By = None,
-    because: Because = None,
+    why: Why = None,
     db: Database = None,
 ) -> None:
     """Confirm a cause: it becomes part of what the machine knows, as the next version.
@@ -194,7 +194,7 @@ def confirm_command(
     from autodb.agent.operate.deciding import confirm
 
     with working(f"confirming mismatch {number}") as progress, opened_store(db) as store:
-        done = confirm(store, number, term=as_, lot=lot, by=by, because=because, progress=progress)
+        done = confirm(store, number, term=as_, lot=lot, by=by, why=why, progress=progress)
     if done.already:
         say(f"mismatch {number}: already confirmed as {done.term}")
     elif done.kept is not None:
@@ -254,26 +254,22 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
 
 
 @mismatch.command("reject")
-def reject_command(
-    number: Number, by: By = None, because: Because = None, db: Database = None
-) -> None:
+def reject_command(number: Number, by: By = None, why: Why = None, db: Database = None) -> None:
     """Reject a cause that does not hold on the machine; take back what confirming it changed."""
     from autodb.agent.operate.deciding import reject
 
     with opened_store(db) as store:
-        done = reject(store, number, by=by, because=because)
+        done = reject(store, number, by=by, why=why)
     _say_back(done, "already rejected" if done.already else f"{done.term} rejected")
 
 
 @mismatch.command("reopen")
-def reopen_command(
-    number: Number, by: By = None, because: Because = None, db: Database = None
-) -> None:
+def reopen_command(number: Number, by: By = None, why: Why = None, db: Database = None) -> None:
     """Take back a decision, and what it changed: the next prediction is as it was before."""
     from autodb.agent.operate.deciding import reopen
 
     with opened_store(db) as store:
-        done = reopen(store, number, by=by, because=because)
+        done = reopen(store, number, by=by, why=why)
     _say_back(done, "already open" if done.already else f"{done.term} is open again")
 
 

@@ -166,7 +166,7 @@ class Mismatch(Base):
 class MismatchDecision(Base):
     """One decision on a mismatch: what it became, `open` where a decision was taken back.
 
-    ``term``: what it was confirmed as; ``because``: the reason that was given.
+    ``term``: what it was confirmed as; ``why``: the reason that was given.
     """
 
     __tablename__ = "mismatch_decision"
@@ -179,6 +179,6 @@ class MismatchDecision(Base):
     )
     status: Mapped[str]
     term: Mapped[str | None]
-    because: Mapped[str | None]
+    why: Mapped[str | None]
     decided_by: Mapped[str | None]
     decided_at: Mapped[str]

@@ -77,21 +77,21 @@ def decide_page(
     csrf: Annotated[str, Form()] = "",
     term: Annotated[str, Form()] = "",
     lot: Annotated[str, Form()] = "",
-    because: Annotated[str, Form(max_length=1000)] = "",
+    why: Annotated[str, Form(max_length=1000)] = "",
 ) -> Response:
     """Confirm or reject a mismatch, or take its decision back."""
     access = allowed(request, Role.OPERATE, csrf, changes=True)
     service = service_of(request)
     try:
-        also = noting(access, NOTED.get(word, word), "mismatch", **_said(term, because))
-        who, why = access.who, because or None
+        also = noting(access, NOTED.get(word, word), "mismatch", **_said(term, why))
+        who, reason = access.who, why or None
         if word == CONFIRM:
             confirm(
-                service.store, number, term=term or None, lot=lot or None, by=who, because=why,
+                service.store, number, term=term or None, lot=lot or None, by=who, why=reason,
                 also=also,
             )  # fmt: skip
         elif word in OTHERS:
-            OTHERS[word](service.store, number, by=who, because=why, also=also)
+            OTHERS[word](service.store, number, by=who, why=reason, also=also)
         else:
             raise HTTPException(422, f"word: '{word}'; use {', '.join(NOTED)}")
     except UnusableInput as error:
@@ -99,8 +99,8 @@ def decide_page(
     return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)
 
 
-def _said(term: str, because: str) -> dict[str, str | None]:
-    return {"term": term or None, "because": because or None}
+def _said(term: str, why: str) -> dict[str, str | None]:
+    return {"term": term or None, "why": why or None}
 
 
 def _shown(request: Request, number: int, *, said: str = "", status: int = 200) -> Response:

@@ -39,14 +39,12 @@ def confirm_route(
         str | None,
         Body(embed=True, description="Lot of material of a hard spot, where its cuts say none."),
     ] = None,
-    because: Reason = None,
+    why: Reason = None,
 ) -> Response:
     """Confirm what was left out: it enters what its term belongs to, as the next version."""
     service = service_of(request)
-    also = noting(access, "mismatch confirmed", "mismatch", term=term, because=because)
-    done = confirm(
-        service.store, number, term=term, lot=lot, by=access.who, because=because, also=also
-    )
+    also = noting(access, "mismatch confirmed", "mismatch", term=term, why=why)
+    done = confirm(service.store, number, term=term, lot=lot, by=access.who, why=why, also=also)
     return _said(service, done)
 
 
@@ -56,15 +54,13 @@ def confirm_route(
     response_model=Decision,
     responses=DECIDES,
 )
-def rejected(
-    request: Request, access: Operates, number: Number, because: Reason = None
-) -> Response:
+def rejected(request: Request, access: Operates, number: Number, why: Reason = None) -> Response:
     """Reject a mismatch: what confirming it changed is taken back, and cuts that were excluded for
     it are learnt after all.
     """
     service = service_of(request)
-    also = noting(access, "mismatch rejected", "mismatch", because=because)
-    return _said(service, reject(service.store, number, by=access.who, because=because, also=also))
+    also = noting(access, "mismatch rejected", "mismatch", why=why)
+    return _said(service, reject(service.store, number, by=access.who, why=why, also=also))
 
 
 @router.post(
@@ -73,13 +69,11 @@ def rejected(
     response_model=Decision,
     responses=DECIDES,
 )
-def reopened(
-    request: Request, access: Operates, number: Number, because: Reason = None
-) -> Response:
+def reopened(request: Request, access: Operates, number: Number, why: Reason = None) -> Response:
     """Take back a decision, and what it changed: the next prediction is as it was before."""
     service = service_of(request)
-    also = noting(access, "mismatch reopened", "mismatch", because=because)
-    return _said(service, reopen(service.store, number, by=access.who, because=because, also=also))
+    also = noting(access, "mismatch reopened", "mismatch", why=why)
+    return _said(service, reopen(service.store, number, by=access.who, why=why, also=also))
 
 
 def _said(service: Service, done: Decided) -> Response:

@@ -30,7 +30,7 @@ def upgrade() -> None:
         ),
         sa.Column("status", sa.String(), nullable=False),
         sa.Column("term", sa.String(), nullable=True),
-        sa.Column("because", sa.String(), nullable=True),
+        sa.Column("why", sa.String(), nullable=True),
         sa.Column("decided_by", sa.String(), nullable=True),
         sa.Column("decided_at", sa.String(), nullable=False),
         sa.CheckConstraint(

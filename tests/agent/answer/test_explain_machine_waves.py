@@ -200,7 +200,7 @@ def test_run_out_is_found_and_kept_as_a_mismatch(milled: Cli) -> None:
     assert {c["kind"] for a in again.values() for c in a["missing"] if c["term"] == "runout"} <= {
         "mistuned"
     }
-    back = milled("mismatch", "reopen", number, "--because", "clamped anew").out
+    back = milled("mismatch", "reopen", number, "--why", "clamped anew").out
     assert "the run-out of tool mill-10 is taken back" in back
     assert _peaks(milled) == before
 

@@ -423,11 +423,11 @@ def test_what_is_reconstructed_has_the_confirmed_term_until_it_is_taken_back(
 
     before, was = load_A()
     number = mismatch(written("b.csv", 2), machine, "asymmetry")
-    machine("mismatch", "confirm", number, "--because", "the gib is tight towards +")
+    machine("mismatch", "confirm", number, "--why", "the gib is tight towards +")
     after, is_now = load_A()
     assert (was, is_now) == tuple(f"version {n} of machine 'mill'" for n in (1, 2))
     assert np.std(after) < 0.5 * np.std(before)
-    assert "because the gib is tight towards +" in machine("mismatch", "show", number).out
+    assert ": the gib is tight towards +" in machine("mismatch", "show", number).out
     done = machine("mismatch", "reopen", number).out
     assert done == (
         f"mismatch {number}: asymmetry is open again\nx.current version 2 is taken back\n"

@@ -135,10 +135,21 @@ def test_a_confirmed_gain_corrects_what_is_sensed_from_its_cut_on(shop: Cli) -> 
     assert shop("doctor").code == 0
     assert (
         "calibration of spindle version 2 is taken back"
-        in shop("mismatch", "reject", number, "--because", "the cable was loose").out
+        in shop("mismatch", "reject", number, "--why", "the cable was loose").out
     )
     assert looked_up(shop) == before
     assert shop("doctor").code == 0
+
+
+def test_a_recording_that_is_withdrawn_takes_its_correction_with_it(shop: Cli) -> None:
+    said = {"factor": {"value": FACTOR, "low": 1.18, "high": 1.22, "unit": "1"}}
+    shop("mismatch", "confirm", kept("gain", recording="after.csv", parameters=said))
+    done = shop("withdraw", 3, "--why", "wrong bar", "--machine", "lathe-1")
+    assert done.code == 0, done.err
+    assert "calibration of spindle version 2" in done.out
+    shown = shop("trace", "calibration", 3).out
+    assert shop("doctor").code == 0
+    assert "divided by" not in shown
 
 
 def test_a_gain_that_states_no_factor_is_noted(shop: Cli) -> None:

@@ -140,7 +140,7 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     truth = forces(shop.ahead, shop.effect)
     before = predicted(cli, shop.ahead)
     number = kept(term, parameters=SAID.get(term, {}))
-    done = cli("mismatch", "confirm", number, "--because", "the second bar shows it").out
+    done = cli("mismatch", "confirm", number, "--why", "the second bar shows it").out
     assert f"mismatch {number}: {term} confirmed" in done
     print(done)
     after = predicted(cli, shop.ahead)
@@ -151,7 +151,7 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
 
     # It is traced and shown with its reason
     assert "confirmed as" in cli("mismatch", "show", number).out
-    assert "because the second bar shows it" in cli("trace", "mismatch", number).out
+    assert ": the second bar shows it" in cli("trace", "mismatch", number).out
     assert (
         f"mismatch {number}: force.y: {term} (missing, confirmed"
         in cli("trace", "parameters", _newest()).out
@@ -159,7 +159,7 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     assert cli("doctor").code == 0
 
     # Taken back, everything is exactly as it was; the history says both
-    back = cli("mismatch", "reopen", number, "--because", "it was another bar").out
+    back = cli("mismatch", "reopen", number, "--why", "it was another bar").out
     assert f"mismatch {number}: {term} is open again" in back
     assert "is taken back" in back
     assert predicted(cli, shop.ahead) == before
@@ -277,7 +277,7 @@ def test_a_rejected_cause_is_reopened_and_its_cuts_are_excluded_again(cli: Cli) 
     made(cli, shop, usual=None)
     before = predicted(cli, shop.ahead)
     number = kept("hard_spot")
-    cli("mismatch", "reject", number, "--because", "it is the usual bar")
+    cli("mismatch", "reject", number, "--why", "it is the usual bar")
     assert "version 2 from 44 cuts" in cli("refresh", "--machine", "lathe-1").out
     assert predicted(cli, shop.ahead) != before
     done = cli("mismatch", "reopen", number).out
