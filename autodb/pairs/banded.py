@@ -16,7 +16,7 @@ from autodb.terms.chip import built_up_edge
 Array = NDArray[np.float64]
 
 
-def speed_m_min(cuts: PairCuts) -> Array:
+def mean_speed_m_min(cuts: PairCuts) -> Array:
     """Return the cutting speed of cuts (n,), the mean over their engaged edge, m/min."""
     elements = cuts.elements
     shape = np.broadcast_shapes(elements.edge.speed_m_min.shape, elements.width_mm.shape)
@@ -33,13 +33,13 @@ def speed_m_min(cuts: PairCuts) -> Array:
 
 def inside_band(cuts: PairCuts, band: SpeedBand) -> Array:
     """Return how far in a band cuts (n,) are: 1 in its middle, 0 far from it."""
-    speed = speed_m_min(cuts)
+    speed = mean_speed_m_min(cuts)
     whole = built_up_edge(speed, change=1.0, centre_m_min=band.centre_m_min, width=band.width)
     return whole - 1.0
 
 
 def moved_band(cuts: PairCuts, band: SpeedBand) -> Array:
     """Return what ln centre and width change in how far in a band cuts are: (n, 2)."""
-    off = np.log(np.maximum(speed_m_min(cuts), 1e-9) / band.centre_m_min) / band.width
+    off = np.log(np.maximum(mean_speed_m_min(cuts), 1e-9) / band.centre_m_min) / band.width
     inside = inside_band(cuts, band)
     return np.column_stack([inside * off / band.width, inside * off**2 / band.width])

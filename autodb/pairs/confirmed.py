@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.pairs.averaging import log_evidence
-from autodb.pairs.banded import speed_m_min
+from autodb.pairs.banded import mean_speed_m_min
 from autodb.pairs.observed import CHIP, Observed
 from autodb.pairs.posterior import PairPosterior, PairTerms, SpeedBand, open_lot
 from autodb.pairs.updating import posterior_of_readings
@@ -87,7 +87,7 @@ def learn_banded(
             known[at] = _evidence(_banded(start, band), observed, near)
         return known[at]
 
-    speeds = np.concatenate([speed_m_min(cuts) for cuts in observed.cuts])
+    speeds = np.concatenate([mean_speed_m_min(cuts) for cuts in observed.cuts])
     inside = [one for one in CENTRES if speeds.min() <= one <= speeds.max()]
     tried = product(np.log(inside or [np.median(speeds)]).tolist(), np.log(WIDTHS).tolist())
     some = list(tried) if hint is None else [(float(np.log(hint[0])), float(np.log(hint[1])))]

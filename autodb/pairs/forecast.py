@@ -99,7 +99,7 @@ def _of_lot(known: PairPosterior) -> float:
 
 
 @dataclass(frozen=True)
-class Banded:
+class InBand:
     """What a band of speeds adds to cuts (n,): means (n, 5), ``slopes`` (n, 5, 2) by the shares
     along and across the cutting speed, and variance ``own`` (n, 5) of where the band lies.
     """
@@ -109,17 +109,17 @@ class Banded:
     own: Array
 
 
-def _banded(known: PairPosterior, cuts: PairCuts, parts: Array) -> Banded:
+def _banded(known: PairPosterior, cuts: PairCuts, parts: Array) -> InBand:
     """Return what a band adds to cuts of ``parts`` (n, 5, 3); nothing where there is none."""
     band = known.terms.band
     if band is None:
         none = np.zeros((cuts.elements.count, 5))
-        return Banded(none, np.zeros((*none.shape, 2)), none)
+        return InBand(none, np.zeros((*none.shape, 2)), none)
     change = known.state.mean[known.columns(BAND)]
     slopes = parts[..., :2] * inside_band(cuts, band)[:, None, None]
     by_shape = (parts[..., :2] @ change)[..., None] * moved_band(cuts, band)[:, None, :]
     own = np.vecdot(by_shape @ np.array(band.covariance), by_shape)
-    return Banded(slopes @ change, slopes, own)
+    return InBand(slopes @ change, slopes, own)
 
 
 @dataclass(frozen=True)

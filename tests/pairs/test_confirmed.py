@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces
-from autodb.pairs.banded import inside_band, moved_band, speed_m_min
+from autodb.pairs.banded import inside_band, mean_speed_m_min, moved_band
 from autodb.pairs.confirmed import learn_banded, with_terms
 from autodb.pairs.forecast import Forecast, expected_means, forecast
 from autodb.pairs.modelled import Modelled
@@ -30,7 +30,7 @@ def change_at(speed: Array) -> Array:
 
 def parts(cuts: PairCuts) -> Array:
     """Return by what share each of the five quantities of turned cuts changes (n, 5)."""
-    along, across = change_at(speed_m_min(cuts)).T
+    along, across = change_at(mean_speed_m_min(cuts)).T
     return np.column_stack([across, along, across, along, along])
 
 

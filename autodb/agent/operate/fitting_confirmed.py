@@ -25,7 +25,7 @@ from autodb.terms import COGGING, FRICTION_RIPPLE
 
 
 @dataclass(frozen=True)
-class Step:
+class ConfirmedFit:
     """A fit with the term, the version that was the newest then, and the errors of both."""
 
     refit: Refit
@@ -36,7 +36,7 @@ class Step:
 
 def fit_with(
     session: Session, row: models.Mismatch, term: str, progress: Callable[[str], None]
-) -> Step:
+) -> ConfirmedFit:
     """Fit the newest version's terms and the confirmed one to the mismatch' recording.
 
     Raises UnusableInput when the moves do not excite the term.
@@ -60,7 +60,7 @@ def fit_with(
         cross_test(moves, newest.axis, refit.model.protocol, terms)
         for terms in (stored_terms(newest), refit.model.terms)
     )
-    return Step(refit, newest.id, before, after)
+    return ConfirmedFit(refit, newest.id, before, after)
 
 
 def _moves(row: models.Mismatch) -> Recording:
@@ -94,7 +94,7 @@ def of_term(terms: Sequence[IdentifiedTerm], name: str) -> list[IdentifiedTerm]:
     return [t for t in terms if t.term == name and (t.term, t.form) != ripple]
 
 
-def keep_version(session: Session, row: models.Mismatch, step: Step) -> int:
+def keep_version(session: Session, row: models.Mismatch, step: ConfirmedFit) -> int:
     """Add the version, or take the newest where it is the same, link it, and return its number.
 
     Raises UnusableInput when the channel got another version meanwhile: what that one added would

@@ -8,8 +8,8 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.corrected import corrected
 from autodb.agent.rows.refresh_cursor import Span
-from autodb.agent.sense.corrected import corrected
 from autodb.agent.sense.measured import MEASURED, take_measured
 from autodb.agent.sense.sensed import Calibrations
 from autodb.sensing.ranges.chosen import sense_each

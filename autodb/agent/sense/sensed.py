@@ -18,7 +18,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.sense.corrected import is_after
+from autodb.agent.rows.corrected import is_after
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.confirmed import with_terms

@@ -19,7 +19,7 @@ def upgrade() -> None:
     op.add_column("mismatch", sa.Column("applied", sa.JSON(), nullable=True))
     op.add_column("cut", sa.Column("lot", sa.String(), nullable=True))
     for name in RUNOUT:
-        op.add_column("tool", sa.Column(name, sa.Float(), nullable=True))
+        op.add_column("tool", sa.Column(name, sa.Double(), nullable=True))
     op.add_column("calibration", sa.Column("corrections", sa.JSON(), nullable=True))
     whole = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
     op.create_table(
