@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.said_of_terms import terms_words
@@ -210,6 +210,8 @@ def reject(
         already, back = row.status == "rejected", list[str]()
         if not already:
             back = take_back(session, row)
+            last = session.scalar(select(func.max(models.CuttingParameters.id)))
+            row.applied = {"after": last or 0}
             _decide(row, "rejected", None, by=by, why=why)
             also(session, number)
         return replace(_decided(session, row, row.term, already=already), back=tuple(back))

@@ -26,13 +26,9 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
     for model in [] if row.status == "rejected" else _models(session, row):
         model.undone_at = models.now()
         said.append(f"{model.channel} version {model.version} is taken back")
-    for calibration in [one for one in row.calibrations if one.undone_at is None]:
-        calibration.undone_at = models.now()
-        said.append(
-            f"calibration of {calibration.axis} version {calibration.version} is taken back"
-        )
-        by = models.SensedForce.calibration_id == calibration.id
-        versions += resting_on(session, calibration.machine_id, _Parameters.forces.any(by))
+    corrected = [one.id for one in row.calibrations if one.undone_at is None]
+    by = _Parameters.forces.any(models.SensedForce.calibration_id.in_(corrected))
+    versions += resting_on(session, row.recording.machine_id, by)
     ids = [one.id for one in versions]
     for version in resting_on(session, row.recording.machine_id, _Parameters.id.in_(ids)):
         version.undone_at = models.now()
@@ -70,7 +66,9 @@ def _of_rejected(session: Session, row: models.Mismatch) -> list[_Parameters]:
         return []
     recordings = [one.id for one in row.recordings]
     its = models.SensedForce.cut.has(models.Cut.recording_id.in_(recordings))
-    since = _Parameters.created_at >= str(row.decided_at)
+    last = (row.applied or {}).get("after")
+    known = last is not None
+    since = _Parameters.id > last if known else _Parameters.created_at > str(row.decided_at)
     query = select(_Parameters).where(
         since, _Parameters.undone_at.is_(None), _Parameters.forces.any(its)
     )

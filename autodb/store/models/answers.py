@@ -93,9 +93,10 @@ class Mismatch(Base):
     excludes, and `edges`, which cut them; NULL: of the whole recording.
     ``confirmed_term``: what it was confirmed as, its term or an alternative. ``applied``: what that
     changed: the `models` it made, the `lot` of material that it is of, the `cuts` that were named
-    so, the `recordings` that count since, by id; NULL: nothing. ``models``, ``calibrations`` and
-    ``parameters_of_pairs``: the versions that hold it; ``decisions``: all that were taken on it,
-    oldest first.
+    so, the `recordings` that count since, the `tool` whose run-out it is and what that was
+    `before`; rejected: the parameters `after` which it was, by id; NULL: nothing. ``models``,
+    ``calibrations`` and ``parameters_of_pairs``: the versions that hold it; ``decisions``: all that
+    were taken on it, oldest first.
     """
 
     __tablename__ = "mismatch"
