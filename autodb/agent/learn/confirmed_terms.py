@@ -1,9 +1,9 @@
 """Which confirmed causes a pair's normal cutting state holds, and how it is learnt with them.
 
 A cause of the law itself (an edge's force, thin chips, speed) opens the law's numbers that its term
-names: as if nothing were known of them but that they are a metal's. Wear, a band of speeds and a
-hard lot stand beside the law. All are learnt with it, from the cuts that were learnt before and
-those of the recordings that the cause was found in.
+names, wider than metals differ. Wear, a band of speeds and a hard lot stand beside the law. All are
+learnt with it, from the cuts that were learnt before and those of the recordings that the cause was
+found in.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence

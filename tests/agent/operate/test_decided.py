@@ -142,10 +142,8 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     number = kept(term, parameters=SAID.get(term, {}))
     done = cli("mismatch", "confirm", number, "--why", "the second bar shows it").out
     assert f"mismatch {number}: {term} confirmed" in done
-    print(done)
     after = predicted(cli, shop.ahead)
     was, is_now = off(before[0], truth), off(after[0], truth)
-    print(f"\n{term}: {was} {is_now}")
     assert is_now[0] < 0.6 * was[0]
     assert is_now[1] >= 0.9
 
