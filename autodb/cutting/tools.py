@@ -6,7 +6,7 @@ error that all cuts of the tool share (``autodb.pairs``).
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 from autodb.cutting.drill import WEB_SHARE, Drill
@@ -52,16 +52,19 @@ DRILL = (
 
 @dataclass(frozen=True)
 class Assumed(Generic[Tool]):
-    """A tool, and what of it is assumed; ``made`` makes one of other numbers."""
+    """A tool, and what of it is assumed, or ``measured`` only so well; ``made`` makes one of other
+    numbers.
+    """
 
     tool: Tool
     usual: tuple[Usual, ...]
     numbers: dict[str, float]
     made: Callable[[Mapping[str, float]], Tool]
+    measured: tuple[Usual, ...] = ()
 
     def variants(self) -> Iterator[tuple[Usual, Tool]]:
-        """Give the tool with each of what is assumed a standard deviation off."""
-        for one in self.usual:
+        """Give the tool with each of what is not exactly known a standard deviation off."""
+        for one in (*self.usual, *self.measured):
             yield one, self.made({**self.numbers, one.name: one.value + one.sd})
 
 
@@ -81,9 +84,15 @@ def end_mill_of(stated: Mapping[str, float]) -> Assumed[EndMill]:
             helix_deg=n["helix_deg"],
             corner_radius_mm=min(n["corner_radius_mm"], 0.5 * n["diameter_mm"]),
             rake_deg=n["rake_deg"],
+            runout_mm=n.get("runout_mm", 0.0),
+            runout_deg=n.get("runout_deg", 0.0),
         )
 
-    return _assumed(stated, END_MILL, made)
+    found = _assumed(stated, END_MILL, made)
+    if not stated.get("runout_sd_mm"):
+        return found
+    out = Usual("runout_mm", stated["runout_mm"], stated["runout_sd_mm"], "mm")
+    return replace(found, measured=(out,))
 
 
 def drill_of(stated: Mapping[str, float]) -> Assumed[Drill]:

@@ -52,7 +52,9 @@ _LARGEST: tuple[tuple[str, float], ...] = (
 and the longest portal mills some 100 m; the others are ten times and more over what is built."""
 JOB, JOB_CUT, JOB_BLOCK = "job", "job.cut", "job.block"
 """Columns that say which job a cut is of, which of its cuts, and which line of its program."""
-TEXT_COLUMNS = ("operation", "work.material", "tool", JOB, JOB_CUT)
+LOT = "work.lot"
+"""Column of the lot of material that a cut was made in: a bar, a heat number."""
+TEXT_COLUMNS = ("operation", "work.material", LOT, "tool", JOB, JOB_CUT)
 
 
 def unit_of(name: str) -> str | None:

@@ -261,13 +261,18 @@ class JobProgram(Section):
 
 
 class Job(Section):
-    """A job: machine, material, tool, and its cuts in order or the program that makes them."""
+    """A job: machine, material, tool, and its cuts in order or the program that makes them.
+
+    ``lot``: of the material, such as a bar or a heat number; what was learnt of that lot alone then
+    counts.
+    """
 
     model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
 
     name: str
     material: str
     tool: str
+    lot: str | None = Field(default=None, exclude_if=is_none)
     cut: tuple[JobCut, ...] = Field(default=(), min_length=1, exclude_if=lambda cut: not cut)
     program: JobProgram | None = Field(default=None, exclude_if=is_none)
 

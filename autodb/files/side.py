@@ -45,13 +45,17 @@ Named = Annotated[FileColumn, BeforeValidator(_as_table, json_schema_input_type=
 
 
 class RecordingSection(Section):
-    """Where and when it was recorded, and what ran: a ``job``, or its ``program``."""
+    """Where and when it was recorded, and what ran: a ``job``, or its ``program``.
+
+    ``lot``: of the work material.
+    """
 
     machine: str | None = None
     job: str | None = None
     program: str | None = None
     kind: str | None = None
     work: str | None = None
+    lot: str | None = None
     start: str | None = None
     coolant: str | None = None
     gear_range: str | None = None

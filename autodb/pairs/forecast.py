@@ -5,7 +5,7 @@ calibrations), the share by which the law may be off in the operation, and what 
 Errors of sensing are not in it: it is the force that is predicted, not its next reading.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,10 @@ from autodb.cutting.elements import (
     joined_elements,
     linearised_forces,
 )
+from autodb.pairs.banded import inside_band, moved_band
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import PairCuts, edge_growth, with_growth
-from autodb.pairs.posterior import OWN, WEAR, PairPosterior
+from autodb.pairs.posterior import BAND, OWN, WEAR, PairPosterior, lot_key
 
 Array = NDArray[np.float64]
 
@@ -70,12 +71,55 @@ def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
     theta = known.state.mean[:OWN]
     parts = force_parts(theta, cuts.elements)
     whole = parts[..., 0] + parts[..., 1]
-    mean = whole + with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
+    mean = whole.copy()
     for one in cuts.variants:
         off = known.state.mean[known.columns(one.key).start]
         if off:
             mean += off * (cut_forces(theta, one.elements).all - whole)
+    mean *= 1.0 + _of_lot(known)
+    mean += with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
+    mean += _banded(known, cuts, parts).mean
     return np.asarray(mean + worn(known, cuts).mean)
+
+
+def means_of_lots(posterior: PairPosterior, cuts: PairCuts) -> Array:
+    """Return the means of a forecast (n, 5), each cut as one of its own lot."""
+    lots = np.array([lot or "" for lot in cuts.lots or ("",) * cuts.elements.count])
+    means = expected_means(posterior, cuts)
+    for lot in set(lots.tolist()) & set(posterior.terms.lots):
+        means[lots == lot] = expected_means(replace(posterior, lot=lot), cuts)[lots == lot]
+    return means
+
+
+def _of_lot(known: PairPosterior) -> float:
+    """Return the share by which forces of the lot that is asked for are larger."""
+    if known.lot not in known.terms.lots:
+        return 0.0
+    return float(known.state.mean[known.columns(lot_key(str(known.lot)))][0])
+
+
+@dataclass(frozen=True)
+class InBand:
+    """What a band of speeds adds to cuts (n,): means (n, 5), ``slopes`` (n, 5, 2) by the shares
+    along and across the cutting speed, and variance ``own`` (n, 5) of where the band lies.
+    """
+
+    mean: Array
+    slopes: Array
+    own: Array
+
+
+def _banded(known: PairPosterior, cuts: PairCuts, parts: Array) -> InBand:
+    """Return what a band adds to cuts of ``parts`` (n, 5, 3); nothing where there is none."""
+    band = known.terms.band
+    if band is None:
+        none = np.zeros((cuts.elements.count, 5))
+        return InBand(none, np.zeros((*none.shape, 2)), none)
+    change = known.state.mean[known.columns(BAND)]
+    slopes = parts[..., :2] * inside_band(cuts, band)[:, None, None]
+    by_shape = (parts[..., :2] @ change)[..., None] * moved_band(cuts, band)[:, None, :]
+    own = np.vecdot(by_shape @ np.array(band.covariance), by_shape)
+    return InBand(slopes @ change, slopes, own)
 
 
 @dataclass(frozen=True)
@@ -154,19 +198,24 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     )
     assumed = with_growth(assumed, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
-    slopes[:, :, :OWN] = by_law
+    more = 1.0 + _of_lot(known)
+    slopes[:, :, :OWN] = more * by_law
     slopes[:, :, place] = assumed
-    slopes[:, :, at] = by_assumed
-    mean = mean + assumed @ known.state.mean[place]
-    wear = worn(known, cuts)
-    mean = mean + wear.mean
+    slopes[:, :, at] = more * by_assumed
+    if known.lot in known.terms.lots:
+        slopes[:, :, known.columns(lot_key(str(known.lot))).start] = mean
+    band, wear = _banded(known, cuts, assumed), worn(known, cuts)
+    mean = more * mean + assumed @ known.state.mean[place] + band.mean + wear.mean
+    if posterior.terms.band is not None:
+        slopes[:, :, known.columns(BAND)] = band.slopes
     if posterior.wear is not None:
         slopes[:, :, known.columns(WEAR)] = wear.slopes
+    of_band = band.own
     if over is not None:
-        mean, slopes, parts = (over.means(values) for values in (mean, slopes, parts))
+        mean, slopes, parts, of_band = map(over.means, (mean, slopes, parts, of_band))
         wear = wear.over(over)
     open_ = np.vecdot(slopes @ known.state.covariance, slopes)
-    own = own_variance(posterior.scatter, posterior.off_law, parts) + wear.own
+    own = own_variance(posterior.scatter, posterior.off_law, parts) + wear.own + of_band
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
     turned = parts[:, :3, 2] + wear.turned

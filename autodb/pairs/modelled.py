@@ -1,9 +1,10 @@
 """Readings as functions of a posterior's state: what is expected of them, and how it changes.
 
-    y = (F(θ) + A(θ) α) (1 + C δ) + S δ + L(θ) λ
+    y = (F(θ) + A(θ) α) (1 + C δ) + S δ + L(θ) λ + B L(θ) c
 
 θ coordinates of the law, δ errors of calibrations and of dynamometers, α of what is assumed of the
-cuts, λ of the law in an operation, each behind the other in the state. A gain is of the force at
+cuts, λ of the law in an operation, c what a band of speeds changes and B how far cuts are in it,
+each behind the other in the state. A gain is of the force at
 what was found of a cut, not at what was assumed, which may be far from it.
 """
 
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
+from autodb.pairs.banded import inside_band
 from autodb.pairs.observed import CHIP, Observed, PairCuts, edge_growth, with_growth
-from autodb.pairs.posterior import CUT_SHARE, OWN, LawDiscrepancy, PairPosterior, Scatter
+from autodb.pairs.posterior import BAND, CUT_SHARE, OWN, LawDiscrepancy, PairPosterior, Scatter
 
 Array = NDArray[np.float64]
 
@@ -68,9 +70,15 @@ class Modelled:
         self._keys = [one.key for one in observed.assumed]
         self._assumed = [_behind(posterior, key).start for key in self._keys]
         self._laws = [
-            (_behind(posterior, posterior.law_error(name).key), observed.within(name)[:, None])
+            (_behind(posterior, posterior.law_error(name).key), observed.within(name).astype(float))
             for name in observed.operations
         ]
+        band = posterior.terms.band
+        self._inside = [] if band is None else [inside_band(one, band) for one in observed.cuts]
+        if band is not None:
+            inside = np.concatenate(self._inside)[observed.cut]
+            self._laws.append((_behind(posterior, BAND), inside))
+        self._band = _behind(posterior, BAND) if band is not None else None
         self._law_of_batch = [
             _behind(posterior, posterior.law_error(one.operation).key) for one in observed.cuts
         ]
@@ -103,7 +111,7 @@ class Modelled:
         whole, errors = worked.parts.sum(axis=2), state[OWN:]
         of_law, of_force = np.zeros_like(self._gains), np.zeros_like(self._gains)
         for place, inside in self._laws:
-            of_law[:, place] = np.where(inside, worked.off[0], 0.0)
+            of_law[:, place] = inside[:, None] * worked.off[0][:, : place.stop - place.start]
         parts, off = worked.parts[0], worked.off[0]
         for k, place in enumerate(self._assumed, start=1):
             of_force[:, place] = whole[k] - whole[0]
@@ -127,6 +135,8 @@ class Modelled:
             grown = edge_growth(one.elements)[:, None]
             off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
             found.append(off)
+        for off, inside in zip(found, self._inside, strict=False):
+            off[: len(inside), :FORCE] += inside[:, None] * errors[self._band]
         return found
 
     def _worked(self, theta: Array, off: list[Array] | None = None) -> _Worked:

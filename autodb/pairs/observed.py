@@ -32,7 +32,8 @@ class PairCuts:
 
     ``variants``: of each quantity that is assumed, because nobody stated it, what one standard
     deviation of it makes of the elements. ``worn_s`` (n,): how long the edge of each had cut; None:
-    fresh edges. ``edges`` (n,): what they are called, where that is known.
+    fresh edges. ``edges`` and ``lots`` (n,): what the edges, and the lots of material, are called,
+    where that is known.
     """
 
     operation: str
@@ -40,6 +41,7 @@ class PairCuts:
     variants: tuple[Variant, ...] = ()
     worn_s: Array | None = None
     edges: tuple[str | None, ...] = ()
+    lots: tuple[str | None, ...] = ()
 
     @property
     def assumed(self) -> tuple[Shared, ...]:

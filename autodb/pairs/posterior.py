@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES
 from autodb.fitting import Gaussian
+from autodb.terms.chip import BUILT_UP_EDGE, HARD_SPOT
 
 Array = NDArray[np.float64]
 
@@ -133,9 +134,54 @@ class Wear:
         return np.asarray((worn_s / self.reference_s) ** self.power)
 
 
+BAND, LOT = "built_up_edge", "lot"
+"""Key of what a band of speeds changes; what keys begin with of what one lot's forces are more by.
+"""
+
+
+@dataclass(frozen=True)
+class SpeedBand:
+    """In a band of speeds forces along and across the cutting speed change by a share of each.
+
+    The bell of the term `built_up_edge`, of ``centre_m_min`` and ``width`` in ln v; ``covariance``
+    (2, 2) of ln centre and width. The two shares stand in a posterior's state under BAND.
+    """
+
+    centre_m_min: float
+    width: float
+    covariance: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class PairTerms:
+    """Effects beside the law that a person confirmed: wear, a band of speeds, and hard lots.
+
+    All forces of a lot are larger by one share, in a posterior's state under LOT and its name.
+    """
+
+    wear: Wear | None = None
+    band: SpeedBand | None = None
+    lots: tuple[str, ...] = ()
+
+
+NO_TERMS = PairTerms()
+
+
+def lot_key(lot: str) -> str:
+    """Return the key of what a lot's forces are larger by."""
+    return f"{LOT} {lot}"
+
+
 WORN = Shared(WEAR, np.diag([300.0**2, 300.0**2]))
 """What wear may add, N/mm, before it is fitted. Chosen: several times the edge force of any fresh
 edge."""
+BANDED = Shared(BAND, BUILT_UP_EDGE.prior_sd("change") ** 2 * np.eye(2))
+"""What a band may change before it is fitted."""
+
+
+def open_lot(lot: str) -> Shared:
+    """Return what a lot's forces may be larger by before that is fitted."""
+    return Shared(lot_key(lot), HARD_SPOT.prior_sd("factor") ** 2 * np.eye(1))
 
 
 @dataclass(frozen=True)
@@ -156,8 +202,9 @@ class PassiveKnown:
 class PairPosterior:
     """``state``: the law's coordinates, then the errors of each of ``shared`` in their order.
 
-    ``wear``: how the edge's force grows with its cutting time; None: not fitted. ``passive``: what
-    was learnt of passive forces, by operation; none: their direction is the law's alone.
+    ``terms``: what was confirmed beside the law. ``passive``: what was learnt of passive forces, by
+    operation; none: their direction is the law's alone. ``lot``: the lot of material that forces
+    are asked of; None: as of any that is not among the terms.
     """
 
     state: Gaussian
@@ -165,8 +212,14 @@ class PairPosterior:
     scatter: Scatter
     cuts: int
     off_law: LawDiscrepancy = NEAR
-    wear: Wear | None = None
+    terms: PairTerms = NO_TERMS
     passive: Mapping[str, PassiveKnown] = field(default_factory=dict)
+    lot: str | None = None
+
+    @property
+    def wear(self) -> Wear | None:
+        """How the edge's force grows with its cutting time; None: not fitted."""
+        return self.terms.wear
 
     def law_error(self, operation: str) -> Shared:
         """Return how far the law may be off in an operation."""
@@ -175,7 +228,9 @@ class PairPosterior:
     @property
     def open_terms(self) -> tuple[Shared, ...]:
         """What the terms beside the law may be before they are fitted."""
-        return () if self.wear is None else (WORN,)
+        worn = () if self.wear is None else (WORN,)
+        banded = () if self.terms.band is None else (BANDED,)
+        return (*worn, *banded, *map(open_lot, self.terms.lots))
 
     @property
     def law(self) -> Gaussian:

@@ -142,7 +142,7 @@ def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingError
 def met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
     """Return a posterior that has met what readings share, and the readings as its functions."""
     laws = tuple(posterior.law_error(operation) for operation in observed.operations)
-    known = posterior.also((*observed.shared, *laws, *observed.assumed))
+    known = posterior.also((*observed.shared, *laws, *observed.assumed, *posterior.open_terms))
     return known, Modelled(known, observed)
 
 

@@ -83,7 +83,8 @@ def learn_worn(
 
     def after(wear: Wear) -> tuple[float, PairPosterior]:
         progress(f"wear as T^{wear.power:.2g}, edges differ by {100.0 * wear.between:.0f} %")
-        before, readings = replace(start, wear=wear), with_wear(observed, wear)
+        before = replace(start, terms=replace(start.terms, wear=wear))
+        readings = with_wear(observed, wear)
         learnt = posterior_of_readings(before, readings, near=near)
         return log_evidence(before, learnt, readings), learnt
 

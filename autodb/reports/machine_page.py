@@ -139,7 +139,7 @@ class _History:
         pair = row.pair
         start = start_of(session, owner.id, pair.material.name, pair.tool.name).posterior
         newest = as_posterior(row)
-        self._start = replace(start, wear=newest.wear)
+        self._start = replace(start, terms=newest.terms)
         self._sensed = sorted({force.component for force in forces})
         self._learnt = {len(self._cuts): newest}
 
@@ -149,7 +149,7 @@ class _History:
             kept = set(self._cuts[:cuts])
             some = [force for force in self._forces if force.cut_id in kept]
             self._learnt[cuts] = (
-                learn_averaging(self._start, as_observed(some, wear=self._start.wear)).past()
+                learn_averaging(self._start, as_observed(some, terms=self._start.terms)).past()
                 if some
                 else self._start
             )

@@ -20,6 +20,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Channel = Literal["axis", "rotary", "spindle", "cuts", "table"]
+Home = Literal["machine", "pair", "lot", "tool", "calibration", "recording"]
+"""Where a confirmed effect is kept: the drive model of an axis; the parameters of a work-tool pair,
+or of one lot of its material; the tool as it is clamped; the calibration of a force; or nowhere but
+its recording."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,9 @@ class NamedEffect:
     ``name`` is an identifier of the vocabulary; ``title`` the same in shop words; ``check`` one
     sentence of what to check on the machine, and ``check_source`` where that is from; ``sits``
     where it may sit by its physics (machine, tool, material, sensor, calibration, or the pair of
-    tool and material), the likeliest first.
+    tool and material), the likeliest first. ``belongs_to``: where it is kept once a person has
+    confirmed it, so that the next prediction contains it; what belongs to its recording is noted
+    alone.
     """
 
     name: str
@@ -66,6 +72,7 @@ class NamedEffect:
     check: str = ""
     check_source: str = ""
     sits: tuple[str, ...] = ("machine",)
+    belongs_to: Home = "recording"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,10 +89,11 @@ class Term(NamedEffect):
     ``inputs`` name the arrays that ``function`` takes, ``coefficients`` its linear parameters (one
     a column), ``shape`` the others.
 
-    ``belongs_to``: a machine's terms are identified from its moves and kept in its models; those of
-    a recording are found in it. ``any_moves``: every move excites it, so that it is identified
-    unless other terms are named. ``friction``: it rubs. ``remembers``: its value depends on
-    earlier rows too.
+    ``belongs_to``: a machine's terms are identified from its moves. ``in_law``: names of the
+    numbers of the law of cutting (``autodb.cutting.shear``) that hold an effect of a pair; none: it
+    stands beside the law. ``any_moves``: every move excites it, so that it is identified unless
+    other terms are named. ``friction``: it rubs. ``remembers``: its value depends on earlier rows
+    too.
     """
 
     channels: tuple[Channel, ...]
@@ -101,7 +109,7 @@ class Term(NamedEffect):
     modifies: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     distinguished_by: str | None = None
-    belongs_to: Literal["machine", "recording"] = "recording"
+    in_law: tuple[str, ...] = ()
     any_moves: bool = False
     friction: bool = False
     remembers: bool = False
@@ -110,6 +118,11 @@ class Term(NamedEffect):
     def parameters(self) -> tuple[TermParameter, ...]:
         """All parameters, the linear ones first."""
         return (*self.coefficients, *self.shape)
+
+    def prior_sd(self, parameter: str) -> float:
+        """Return the standard deviation of a parameter's prior; infinite where it has none."""
+        priors = [one.prior for one in self.parameters if one.name == parameter]
+        return next((prior.sd for prior in priors if prior is not None), math.inf)
 
 
 class Contribution(Term):

@@ -95,6 +95,8 @@ SIZE_EFFECT = Factor(
     "feed shows it.",
     check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 3",
     sits=("material", "tool", "pair"),
+    belongs_to="pair",
+    in_law=("chip_ratio_thickness", "shear_stress_thickness", "friction_thickness"),
 )  # fmt: skip
 SPEED_SOFTENING = Factor(
     name="speed_softening",
@@ -119,6 +121,8 @@ SPEED_SOFTENING = Factor(
     "shows it.",
     check_source="Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 12",
     sits=("material", "pair"),
+    belongs_to="pair",
+    in_law=("chip_ratio_speed", "shear_stress_speed", "friction_speed"),
 )  # fmt: skip
 BUILT_UP_EDGE = Factor(
     name="built_up_edge",
@@ -152,6 +156,7 @@ BUILT_UP_EDGE = Factor(
     check_source="P1 section 2; Boothroyd and Knight, Fundamentals of Machining and Machine Tools, "
     "section 2.3.2",
     sits=("pair", "material", "tool"),
+    belongs_to="pair",
 )  # fmt: skip
 HARD_SPOT = Factor(
     name="hard_spot",
@@ -176,4 +181,5 @@ HARD_SPOT = Factor(
     "inclusion, a weld, scale or another bar may lie there, and the same cut beside it shows it.",
     check_source="P1 section 2; ISO 6507-1 for hardness",
     sits=("material",),
+    belongs_to="lot",
 )  # fmt: skip

@@ -70,6 +70,8 @@ SHEAR = Contribution(
     "repeated standard cut shows it.",
     check_source="P1 sections 2 and 3; ISO 6507-1 for hardness",
     sits=("material", "tool", "pair"),
+    belongs_to="pair",
+    in_law=("shear_stress", "friction_angle", "chip_ratio"),
 )
 EDGE_FORCE = Contribution(
     name="edge_force",
@@ -90,6 +92,8 @@ EDGE_FORCE = Contribution(
     "it.",
     check_source="P1 section 3; Altintas, Manufacturing Automation, 2nd ed. (2012), chapter 2",
     sits=("tool", "pair", "material"),
+    belongs_to="pair",
+    in_law=("K_te", "K_re", "edge_mm"),
 )
 _RATE = TermParameter("rate", "U/(mm·s)", "force gained per depth and second of cutting")
 TOOL_WEAR = Contribution(
@@ -110,6 +114,7 @@ TOOL_WEAR = Contribution(
     "cutting time may be wear, and the same cut with a new edge shows it.",
     check_source="P1 section 2; ISO 3685 for turning, ISO 8688-2 for end milling",
     sits=("tool",),
+    belongs_to="pair",
 )
 EDGE_WEAR = Contribution(
     name="tool_wear",

@@ -104,6 +104,7 @@ GAIN = Factor(
     "after shows it.",
     check_source="P1 sections 9 and 12; Shaw, Metal Cutting Principles, 2nd ed. (2005), chapter 7",
     sits=("calibration", "sensor", "machine"),
+    belongs_to="calibration",
 )  # fmt: skip
 LAG = InputChange(
     name="lag",

@@ -13,7 +13,7 @@ from functools import cache
 from importlib.metadata import entry_points
 
 from autodb.errors import UnusableInput
-from autodb.terms import TERMS, Channel, Contribution, NamedEffect, Term
+from autodb.terms import TERMS, Channel, Contribution, Home, NamedEffect, Term
 
 GROUP = "autodb.terms"
 """Entry points that name the terms of an installed package."""
@@ -26,6 +26,7 @@ RUNOUT = NamedEffect(
     check_source="Kline and DeVor, Int. J. Mach. Tool Des. Res. 23 (1983), 123-140; ISO 230-7 for "
     "the spindle",
     sits=("tool", "machine"),
+    belongs_to="tool",
 )
 CHATTER = NamedEffect(
     name="chatter",
@@ -156,3 +157,12 @@ def friction_terms() -> frozenset[str]:
 def of_the_machine() -> frozenset[str]:
     """Return the names of terms that belong to a machine and not to one recording."""
     return frozenset(term.name for term in all_terms() if term.belongs_to == "machine")
+
+
+def where_kept(name: str, channel: str) -> Home:
+    """Return where an effect confirmed in a channel is kept; of an unknown name its recording.
+
+    What belongs to no machine's axis is found in forces, and kept if found there.
+    """
+    home = effect_called(name).belongs_to
+    return home if home == "machine" or channel.startswith("force.") else "recording"

@@ -119,9 +119,15 @@ class Client:
         found: Step = self._get(Step, f"/trace/{_in_path(kind)}/{number}")
         return found
 
-    def look_up(self, machine: str, material: str, tool: str, cut: JobCut) -> LookedUp:
-        """Return what a cut of a pair will take. Raises UnusableInput, NotThere of the machine."""
+    def look_up(
+        self, machine: str, material: str, tool: str, cut: JobCut, *, lot: str | None = None
+    ) -> LookedUp:
+        """Return what a cut of a pair, or of one lot of its material, will take.
+
+        Raises UnusableInput, NotThere of the machine.
+        """
         query = {"material": material, "tool": tool} | cut.model_dump(exclude_none=True)
+        query |= {} if lot is None else {"lot": lot}
         found: LookedUp = self._get(LookedUp, f"{_of(machine)}/lookup", query)
         return found
 
@@ -206,16 +212,30 @@ class Client:
             raise UnusableInput(said.refused or "refused")
         return said.came_in
 
-    def confirm(self, mismatch: int, term: str | None = None) -> Decision:
-        """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate."""
-        path = f"/mismatches/{mismatch}/confirm"
-        response = self._asked("POST", path, json={"term": term})
-        found: Decision = _adapter(Decision).validate_json(response.content)
-        return found
+    def confirm(
+        self,
+        mismatch: int,
+        term: str | None = None,
+        *,
+        lot: str | None = None,
+        why: str | None = None,
+    ) -> Decision:
+        """Confirm a mismatch, as an alternative ``term`` or as named; needs role operate.
 
-    def reject(self, mismatch: int) -> Decision:
-        """Reject a mismatch; needs a token of role operate."""
-        response = self._asked("POST", f"/mismatches/{mismatch}/reject")
+        ``lot``: of the material that a hard spot is of; ``why``: the reason that is kept.
+        """
+        return self._decided(mismatch, "confirm", term=term, lot=lot, why=why)
+
+    def reject(self, mismatch: int, *, why: str | None = None) -> Decision:
+        """Reject a mismatch, and take back what confirming it changed; needs role operate."""
+        return self._decided(mismatch, "reject", why=why)
+
+    def reopen(self, mismatch: int, *, why: str | None = None) -> Decision:
+        """Take back the decision on a mismatch, and what it changed; needs role operate."""
+        return self._decided(mismatch, "reopen", why=why)
+
+    def _decided(self, mismatch: int, word: str, **said: str | None) -> Decision:
+        response = self._asked("POST", f"/mismatches/{mismatch}/{word}", json=said)
         found: Decision = _adapter(Decision).validate_json(response.content)
         return found
 

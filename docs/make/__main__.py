@@ -14,6 +14,7 @@ from docs.make import (
     day,
     emps,
     frames,
+    homes,
     house,
     pair_peers,
     peers,
@@ -40,12 +41,14 @@ REAL_PAGE = DOCS / "tutorial.md"
 SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
 COMMANDS_PAGE = DOCS / "commands.md"
 TERMS_PAGE = DOCS / "terms.md"
+HOMES_PAGE = DOCS / "how-to" / "decide.md"
 
 
 def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
     TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
+    HOMES_PAGE.write_text(homes.filled(HOMES_PAGE.read_text("utf-8")), "utf-8")
     for page in proofs.PAGES:
         page.write_text(proofs.filled(page.read_text("utf-8")), "utf-8")
     for page, filled in (

@@ -13,7 +13,7 @@ from autodb.forward import job_cuts
 from autodb.forward.limits import exceeding
 from autodb.forward.predictedfile import prediction_as_csv
 from autodb.forward.prediction import Moment, Peaks, PredictedCut
-from autodb.pairs.posterior import WEAR, PairPosterior, Shared, Wear
+from autodb.pairs.posterior import WEAR, PairPosterior, PairTerms, Shared, Wear
 from tests.helpers.known_pairs import INSERT, known
 
 FACE = JobCut(
@@ -109,7 +109,7 @@ def test_the_wear_of_one_edge_is_shared_by_its_steps() -> None:
     posterior = replace(
         worn,
         state=Gaussian(mean, worn.state.covariance),
-        wear=Wear(reference_s=100.0, power=1.0, between=0.3, size=(40.0, 60.0)),
+        terms=PairTerms(Wear(reference_s=100.0, power=1.0, between=0.3, size=(40.0, 60.0))),
     )
     used = FACE.model_copy(update={"cutting_time_s": 100.0, "end_diameter_mm": 59.999})
     stays, found = at(used, 60.0, posterior), one(used, posterior)

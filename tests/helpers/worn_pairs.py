@@ -6,7 +6,7 @@ import numpy as np
 
 from autodb.pairs.forecast import worn
 from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.posterior import WEAR, PairPosterior, Wear
+from autodb.pairs.posterior import WEAR, PairPosterior, PairTerms, Wear
 from tests.helpers.turned_pairs import cuts_of, prior, sensed, truth
 
 WEARS = Wear(2.0, 1200.0, 0.2, (60.0, 90.0))
@@ -14,7 +14,9 @@ WEARS = Wear(2.0, 1200.0, 0.2, (60.0, 90.0))
 
 def worn_posterior(wear: Wear = WEARS) -> PairPosterior:
     """Return the prior's law with a wear that is as large as its size, 10 and 15 N/mm."""
-    posterior = replace(prior(), wear=wear).also(replace(prior(), wear=wear).open_terms)
+    posterior = replace(prior(), terms=PairTerms(wear)).also(
+        replace(prior(), terms=PairTerms(wear)).open_terms
+    )
     place = posterior.columns(WEAR)
     mean, covariance = posterior.state.mean.copy(), posterior.state.covariance.copy()
     mean[place] = wear.size

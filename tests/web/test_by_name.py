@@ -105,9 +105,15 @@ def test_a_decision_is_kept_with_who_took_it(url: str, store: Store, mismatch: i
         assert (done.json()["mismatch"]["decided_by"], done.json()["already"]) == ("operate", False)
         again = client.post(f"{path}/confirm", headers=bearer(operates))
         assert again.json()["already"]
-        refused = client.post(f"{path}/reject", headers=bearer(operates))
-        assert (refused.status_code, "a decision stands" in detail(refused)) == (422, True)
+        refused = client.post(f"{path}/confirm", json={"term": "warmup"}, headers=bearer(operates))
+        assert (refused.status_code, "take that back first" in detail(refused)) == (422, True)
         assert client.get(f"{API}/machines/lathe-0/mismatches").json() == []
+        why = {"why": "the amplifier was cold"}
+        back = client.post(f"{path}/reopen", json=why, headers=bearer(operates))
+        (_, second) = back.json()["mismatch"]["decisions"]
+        assert second.endswith(": the amplifier was cold")
+        again = client.post(f"{path}/reject", headers=bearer(operates)).json()
+        assert again["mismatch"]["status"] == "rejected"
     with store.reading() as session:
-        (_, first), *_ = noted(session, most=5)
+        *_, (_, first) = noted(session, most=3)
     assert (first.who, first.action, first.row_id) == ("operate", "mismatch confirmed", mismatch)

@@ -261,7 +261,14 @@ def test_a_decision_needs_the_role_and_the_sessions_number(url: str, store: Stor
         got = client.post(path, data=word | {"csrf": csrf})
         assert "Rejected by operate" in _text(got.text)
         again = client.post(path, data={"word": "confirm", "csrf": csrf})
-        assert (again.status_code, "a decision stands" in _said(again.text)[0]) == (422, True)
+        assert (again.status_code, "take that back first" in _said(again.text)[0]) == (422, True)
+        shown = client.get(path).text
+        assert "Once confirmed it is kept in" in _text(shown)
+        assert "Take the decision back" in shown
+        back = {"word": "reopen", "csrf": csrf, "why": "it was another machine"}
+        assert "Confirm" in client.post(path, data=back).text
+        assert ": it was another machine" in _text(client.get(path).text)
+        assert client.post(path, data=word | {"csrf": csrf}).status_code == 200
     with client_of(url) as client:
         csrf = _sign_in(client, operates)
         assert client.post(path, data=word | {"csrf": csrf}).status_code == 403

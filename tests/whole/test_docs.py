@@ -18,7 +18,7 @@ from autodb.store import head
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import vocabulary
 from docs.make import __main__ as make
-from docs.make import blocks, commands, explained, frames, pair_peers, proofs, style, terms
+from docs.make import blocks, commands, explained, frames, homes, pair_peers, proofs, style, terms
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -71,6 +71,13 @@ def test_the_command_reference_is_the_command_line() -> None:
     page = make.COMMANDS_PAGE.read_text("utf-8")
     assert commands.filled(page) == page
     assert "| `--machine NAME` | required | Name of the machine. |" in page
+
+
+def test_where_causes_are_kept_is_what_their_terms_say() -> None:
+    page = make.HOMES_PAGE.read_text("utf-8")
+    assert homes.filled(page) == page
+    for name in vocabulary():
+        assert page.count(f"| `{name}` |") == 1
 
 
 def test_the_tables_of_terms_are_the_terms() -> None:

@@ -17,7 +17,7 @@ from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.sense.measured import errors_of, shared_key
 from autodb.agent.sense.sensed import Readings, as_observed
 from autodb.fitting.uncertainty import BudgetEntry, UncertaintyBudget
-from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, REFERENCES, WEAR
+from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, LOT, REFERENCES, WEAR
 from autodb.pairs.updating import ReadingErrors, reading_errors
 from autodb.sensing.dynamometer import PARTS, WHOLE, ForceError
 from autodb.store import models
@@ -53,7 +53,7 @@ def _learnt_by(session: Session, force: models.SensedForce) -> models.CuttingPar
 def _errors(force: models.SensedForce, version: models.CuttingParameters | None) -> ReadingErrors:
     if version is not None:
         posterior = as_posterior(version)
-        return reading_errors(posterior, as_observed([force], wear=posterior.wear))
+        return reading_errors(posterior, as_observed([force], terms=posterior.terms))
     readings = Readings([force])
     return ReadingErrors(readings.sd_N, np.full(1, np.nan), readings.moved_N())
 
@@ -84,7 +84,7 @@ def _shared(force: models.SensedForce, found: ReadingErrors) -> Iterator[BudgetE
         of = stated.get(key)
         if of is not None:
             yield BudgetEntry(of.name, float(sd_N[0]), of.evaluation, of.source, of.freedom)
-        elif not key.startswith(WEAR):  # of the law, not of what read the force
+        elif not key.startswith((WEAR, LOT)):  # of the law, not of what read the force
             begins = next(one for one in _SENSED if key.startswith(one))
             yield _SENSED[begins](force, float(sd_N[0]))
 

@@ -14,14 +14,14 @@ from autodb import records
 from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import counted_cuts, cuts_as_table, import_file
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.corrected import corrected
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
-from autodb.pairs.forecast import forecast
-from autodb.pairs.posterior import WEAR
+from autodb.pairs.forecast import means_of_lots
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import chosen
 from autodb.store import Store, models
@@ -132,7 +132,7 @@ def expected_and_sensed(
         if not any(row.offered for row in current):
             continue
         component = current[0].component
-        force = chosen.sensed_force_N(table, [as_calibration(row) for row in current])
+        force = _sensed_N(table, kept, current)
         mean = expected_N[:, QUANTITY[component]]
         if np.isfinite(force).all() and np.isfinite(mean).all():
             sensed[f"force.{component}"] = force
@@ -148,12 +148,21 @@ def expected_and_sensed(
     )
 
 
+def _sensed_N(
+    table: CutTable, cuts: list[models.Cut], current: list[models.CalibrationVersion]
+) -> Array:
+    """Return the force that an axis senses in cuts (n,), corrected; NaN where it senses none."""
+    read = chosen.sense_each(table, [as_calibration(row) for row in current])
+    sensed = [corrected(current, cut, one).force_N for cut, one in zip(cuts, read, strict=True)]
+    return np.array([np.nan if force is None else force for force in sensed])
+
+
 def _expected(
     session: Session, owner: models.Machine, cuts: list[models.Cut]
 ) -> tuple[list[models.Cut], Array, list[str]]:
     """Return the cuts of pairs that the machine has learnt, and the forces x, y, z expected, N.
 
-    And the terms that these have: wear where a pair's posterior has it.
+    And the terms that these have: beside the law's own those that were confirmed of a pair.
     """
     has = ["shear", "edge_force"]
     kept: list[models.Cut] = []
@@ -162,16 +171,16 @@ def _expected(
         row = None if pair_id is None else latest(session, owner.id, pair_id)
         if row is not None:
             posterior = as_posterior(row)
-            if posterior.wear is not None and WEAR not in has:
-                has.append(WEAR)
+            has += [str(one.confirmed_term) for one in row.mismatches]
             number, made = as_cuts([cut for cut in cuts if cut.pair_id == pair_id and usable(cut)])
-            means = np.concatenate([forecast(posterior, some).mean[:, :3] for some in made])
+            means = np.concatenate([means_of_lots(posterior, some)[:, :3] for some in made])
             for cut in cuts:
                 if cut.id in number:
                     kept.append(cut)
                     forces.append(means[number[cut.id]])
     order = np.argsort([cut.number for cut in kept], kind="stable")
-    return [kept[k] for k in order], np.array([forces[k] for k in order]).reshape(-1, 3), has
+    expected_N = np.array([forces[k] for k in order]).reshape(-1, 3)
+    return [kept[k] for k in order], expected_N, list(dict.fromkeys(has))
 
 
 def keep_mismatches(

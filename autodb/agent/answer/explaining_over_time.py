@@ -15,6 +15,7 @@ from autodb.files.channels import FORCES, effort_channels
 from autodb.records import Recording
 from autodb.sensing.drives.feed_axis import predict_effort
 from autodb.store import models
+from autodb.terms.vocabulary import RUNOUT
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,8 @@ def _waves(known: KnownPair, recording: Recording) -> Explained:
     """Explain a recording's forces against its pair's posterior."""
     waves = expected_waves(known, recording)
     made = _as_simulation(waves.measured, waves.forces_N)
-    explained = explain(waves.measured, made, includes=list(HAS))
+    has = [*HAS, *([RUNOUT.name] if known.tool.numbers.get("runout_mm") else [])]
+    explained = explain(waves.measured, made, includes=has)
     return replace(explained, notes=(*waves.notes, *explained.notes))
 
 

@@ -53,13 +53,13 @@ class PairReader:
         self._session = session
         self._owner = owner_named(session, machine)
 
-    def look_up(self, material: str, tool: str, cut: JobCut) -> LookedUp:
-        """Return what a cut of a pair will take.
+    def look_up(self, material: str, tool: str, cut: JobCut, *, lot: str | None = None) -> LookedUp:
+        """Return what a cut of a pair, or of one lot of its material, will take.
 
         Raises UnusableInput where the tool cannot make it, or the pair was learnt under an earlier
         law only.
         """
-        return self.basis(material, tool).look_up(cut)
+        return self.basis(material, tool).of_lot(lot).look_up(cut)
 
     def basis(self, material: str, tool: str) -> PredictionBasis:
         """Return what answers about a pair rest on; raises UnusableInput as ``known`` does."""

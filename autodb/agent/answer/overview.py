@@ -8,10 +8,11 @@ from sqlalchemy.orm import Session, selectinload
 
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holding
 from autodb.agent.rows.machines import as_file, find_machine, limits_of
-from autodb.agent.rows.mismatches import found_words
+from autodb.agent.rows.mismatches import decision_words, found_words
 from autodb.files.machine import AxisLimits
 from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
 from autodb.store import models
+from autodb.terms.homes import kept_words
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,8 @@ class MismatchSaid:
     ``alternatives``: what it may be otherwise; ``to_tell_apart``: the move or cut that would
     distinguish. ``recordings``: all that it was found in, by id, ``recording_id`` the first;
     ``found_in``: of how many cuts, recordings and edges, in words, where they are several.
+    ``once_confirmed``: where its term is kept then, and what that changes; ``lot``: of the material
+    that it was confirmed for; ``decisions``: a line each, oldest first.
     """
 
     id: int
@@ -89,6 +92,9 @@ class MismatchSaid:
     decided_at: str | None
     decided_by: str | None
     confirmed_term: str | None
+    once_confirmed: str
+    lot: str | None
+    decisions: tuple[str, ...]
 
 
 _OF_MISMATCH = (
@@ -210,6 +216,9 @@ def mismatch_said(session: Session, row: models.Mismatch) -> MismatchSaid:
         recordings=tuple(one.id for one in row.recordings),
         found_in=found_words(row),
         alternatives=tuple(row.alternatives or ()),
+        once_confirmed=kept_words(row.confirmed_term or row.term, row.channel),
+        lot=row.lot,
+        decisions=tuple(map(decision_words, row.decisions)),
         **own,
     )
 

@@ -5,8 +5,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_basis_of
+from autodb.agent.answer.said_of_terms import said_of_terms
 from autodb.agent.learn.known import Behind, known_of
-from autodb.agent.learn.learnt_from import said_of_wear
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
@@ -103,6 +103,7 @@ def _answer(
 
     A program's lines are predicted in the usual state.
     """
+    basis = basis.of_lot(job.lot)
     known = basis.known
     if program is None:
         cuts, states = basis.predict(job.cut)
@@ -114,7 +115,7 @@ def _answer(
         )
         notes = (
             *basis.notes(program.lines),
-            *said_of_wear(known.posterior, known.tool, (), cuts),
+            *said_of_terms(known.posterior, known.tool, (), cuts),
             *_of_program(program, job.tool, cuts),
         )
     return JobAnswer(job, cuts, known.behind, notes, basis.exceeding(cuts)), states

@@ -1,15 +1,16 @@
 """What answers about a machine's pair rest on, read at once: each answer is then calculated."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
+from autodb.agent.answer.said_of_terms import said_of_terms
 from autodb.agent.learn.known import Behind, KnownPair
-from autodb.agent.learn.learnt_from import LearntFrom, said_of_wear
+from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
@@ -95,6 +96,11 @@ class PredictionBasis:
         others = frozenset(one.row.id for one in self.states.others)
         return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width)
 
+    def of_lot(self, lot: str | None) -> "PredictionBasis":
+        """Return what answers about one lot of the material rest on."""
+        known = replace(self.known, posterior=replace(self.known.posterior, lot=lot))
+        return self if lot is None else replace(self, known=known)
+
     def predict(
         self, cuts: Sequence[JobCut]
     ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
@@ -129,7 +135,7 @@ class PredictionBasis:
             *self.notes(cuts),
             *_open_ended(cuts),
             *said_of_states(found),
-            *said_of_wear(self.known.posterior, self.known.tool, cuts, found),
+            *said_of_terms(self.known.posterior, self.known.tool, cuts, found),
         )
 
     def exceeding(self, found: Sequence[PredictedCut]) -> tuple[Exceeding, ...]:

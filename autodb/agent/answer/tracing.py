@@ -10,11 +10,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
+from autodb.agent.answer.said_of_terms import terms_words
 from autodb.agent.ingest.importing import cuts_as_table, time_sentences
-from autodb.agent.learn.learnt_from import wear_words
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
 from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.mismatches import decision_words
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.agent.sense.measured import statement_of
 from autodb.cutting import shear
@@ -72,7 +73,14 @@ def _calibration(session: Session, row: models.CalibrationVersion) -> Node:
     equation = form.equation(coefficients, row.unit, row.current_unit)
     said = f"{equation}, I = {row.channel}; {row.verdict}"
     text = f"calibration {row.id}: axis {as_calibration(row).called} version {row.version}: {said}"
-    return Node(text, [_recording(session, r) for r in row.recordings])
+    node = Node(text, [_recording(session, r) for r in row.recordings])
+    causes = select(models.Mismatch).where(
+        models.Mismatch.calibrations.any(models.CalibrationVersion.id == row.id)
+    )
+    for one in row.corrections or ():
+        said = f"divided by {one['factor']:.4g} from recording {one['recording']} on"
+        node.sources.append(Node(said, [_cause(session, c) for c in session.scalars(causes)]))
+    return node
 
 
 def _sensed(session: Session, row: models.SensedForce) -> Node:
@@ -138,10 +146,12 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         [Node(_posterior(row) if row.law == LAW else _earlier_law(row))],
     )
     causes = [_cause(session, mismatch) for mismatch in row.mismatches]
-    if row.terms is not None:
-        node.sources.append(Node(wear_words(as_posterior(row)), causes))
-    elif row.state is not None:
+    if row.state is not None:
         node.sources.append(Node(f"of the state '{row.state}'", causes))
+    elif row.mismatches:
+        held = [str(one.confirmed_term or one.term) for one in row.mismatches]
+        said = "; ".join(terms_words(as_posterior(row), held))
+        node.sources.append(Node(said or f"with {', '.join(held)}", causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
         begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
@@ -300,11 +310,30 @@ def _cause(session: Session, row: models.Mismatch) -> Node:
 
 
 def _mismatch(session: Session, row: models.Mismatch) -> Node:
-    """A mismatch leads to its recordings, and to the version that confirming it made."""
+    """A mismatch leads to its recordings, to all decisions, and to the versions these made."""
     node = _cause(session, row)
-    node.sources += [Node(f"confirmed, it made {_version(model)}") for model in row.models]
-    node.sources += [Node(f"confirmed, it is in {_named(row)}") for row in row.parameters_of_pairs]
+    node.sources += [Node(decision_words(one)) for one in row.decisions]
+    node.sources += [
+        Node(f"confirmed, it made {_version(model)}{_back(model.undone_at)}")
+        for model in row.models
+    ]
+    node.sources += [
+        Node(f"confirmed, it corrected {_calibrated(one)}{_back(one.undone_at)}")
+        for one in row.calibrations
+    ]
+    node.sources += [
+        Node(f"confirmed, it is in {_named(one)}{_back(one.undone_at)}")
+        for one in row.parameters_of_pairs
+    ]
     return node
+
+
+def _calibrated(row: models.CalibrationVersion) -> str:
+    return f"calibration {row.id}: axis {row.axis} version {row.version}"
+
+
+def _back(undone_at: str | None) -> str:
+    return "" if undone_at is None else f", taken back on {undone_at}"
 
 
 _KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {

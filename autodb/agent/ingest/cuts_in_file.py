@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.rows.catalogue import pair_id
 from autodb.agent.rows.content import of_cut
 from autodb.errors import UnusableInput
-from autodb.files.channels import JOB, JOB_BLOCK, JOB_CUT, axis_of
+from autodb.files.channels import JOB, JOB_BLOCK, JOB_CUT, LOT, axis_of
 from autodb.files.side import SideFile
 from autodb.pairs.engaged import BY_NAME, DIRECTION
 from autodb.records import EDGE, CutTable, Recording, RecordingSource
@@ -134,6 +134,7 @@ def _cut_row(table: CutTable, row: int, signs: dict[str, int], *, outward: bool)
         operation=texts.get("operation"),
         conditions=conditions,
         measured=measured,
+        lot=texts.get(LOT) or table.side.recording.lot,
         named=_named(table, row),
     )
 

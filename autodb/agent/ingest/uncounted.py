@@ -10,7 +10,7 @@ from autodb.store import models
 
 COPIED = (
     *("recording_id", "pair_id", "operation", "conditions", "measured", "content"),
-    *("started_at", "state", "named"),
+    *("started_at", "state", "named", "lot"),
 )
 
 

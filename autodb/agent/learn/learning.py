@@ -1,10 +1,11 @@
 """What the newest forces of a pair change: its posterior, its process states, what is excluded."""
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Collection, Container, Sequence
 from dataclasses import dataclass, field, replace
 
 from sqlalchemy.orm import Session
 
+from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
@@ -16,7 +17,6 @@ from autodb.agent.learn.states import (
     outlying_cuts,
     recordings_of,
     sorted_forces,
-    worn_forces,
 )
 from autodb.agent.rows.posteriors import (
     Start,
@@ -33,10 +33,9 @@ from autodb.agent.sense.sensed import PairForces, as_observed
 from autodb.errors import UnusableInput
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.pairs.posterior import WEAR, PairPosterior
+from autodb.pairs.posterior import PairPosterior, PairTerms
 from autodb.pairs.prior import of_state
 from autodb.pairs.updating import posterior_of_readings
-from autodb.pairs.worn import learn_worn
 from autodb.store import models
 
 ROUNDS = 2
@@ -104,7 +103,7 @@ class _Pair:
             if self._found.after:
                 self._done.outliers += sorted({force.cut_id for force in self._new_ones()})
             else:
-                self._with_wear()
+                self._with_terms()
                 self._other_states(self._usual_state())
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
@@ -118,47 +117,50 @@ class _Pair:
     def _latest(self, state: str | None = None) -> models.CuttingParameters | None:
         return latest(self._session, self._machine_id, self._found.pair.id, state)
 
-    def _with_wear(self) -> None:
-        """Add a version with wear in it where it was confirmed and the last one has it not.
+    def _with_terms(self) -> None:
+        """Add a version with the causes in it that were confirmed and that the last one has not.
 
-        It is fitted with the law, from the cuts that the last has learnt and those of the
-        recordings that wear was found in; but those of them that are not of the usual state with
-        wear either.
+        It is fitted anew, from the cuts that the last has learnt and those of the recordings that
+        the causes were found in; but those of them that are not of the normal cutting state with
+        these causes either.
         """
         last = self._latest()
-        causes = causes_of(self._session, self._found.forces, WEAR)
+        causes = held_causes(self._session, self._found.forces)
         if last is None or not causes:
             return
-        recordings, known = recordings_of(causes), recordings_of(last.mismatches)
-        if recordings <= known:
-            last.mismatches = list(causes)
+        new = [one for one in causes if one not in last.mismatches]
+        if not new:
             return
-        seen = seen_by(last)
-        usual = self._but_of_states(but=WEAR)
-        worn = [
-            force
-            for force in worn_forces(causes, usual)
-            if force.cut.recording_id in recordings or force.id in seen
-        ]
-        if not worn:
+        if all(_is_known(one, last.mismatches) for one in new):
+            last.mismatches = causes
             return
-        start = self._start()
-        before = replace(start.posterior, off_law=as_posterior(last).off_law)
-        observed = as_observed(worn)
-        learnt = learn_worn(before, observed, near=as_posterior(last), progress=self._progress)
-        before, kept = replace(before, wear=learnt.wear), worn
+        seen, terms = seen_by(last), as_posterior(last).terms
+        usual = self._but_of_states(but={str(one.confirmed_term) for one in causes})
+        forces = to_learn(causes, usual, seen, terms)
+        start = self._start(causes)
+        learnt = learn_with(
+            causes, start.posterior, forces, last=as_posterior(last), progress=self._progress
+        )
+        before = replace(start.posterior, off_law=as_posterior(last).off_law, terms=learnt.terms)
+        kept = forces
         for _ in range(ROUNDS):
-            outlying = outlying_cuts(learnt.past(), worn)
-            now = [force for force in worn if force.id in seen or force.cut_id not in outlying]
+            outlying = outlying_cuts(learnt.past(), forces)
+            now = [force for force in forces if force.id in seen or force.cut_id not in outlying]
             if now == kept:
                 break
             kept, near = now, learnt
-            learnt = posterior_of_readings(before, as_observed(kept, wear=learnt.wear), near=near)
+            observed = as_observed(kept, terms=learnt.terms)
+            learnt = posterior_of_readings(before, observed, near=near)
         self._keep(start, None, kept, learnt.past(), causes=causes)
 
-    def _start(self) -> Start:
+    def _start(self, causes: Sequence[models.Mismatch] = ()) -> Start:
+        """Return where the pair starts; with the numbers of the law opened that causes are of."""
         pair = self._found.pair
-        return start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
+        start = start_of(self._session, self._machine_id, pair.material.name, pair.tool.name)
+        wider = opened(start.posterior, causes)
+        if wider is start.posterior or start.said is None:
+            return start
+        return begins(wider, start.said, start.row, start.prior)
 
     def _new_ones(self) -> Forces:
         """Learn new cuts that are of the usual state; return the forces of the others.
@@ -180,32 +182,35 @@ class _Pair:
     def _usual_state(self) -> Forces:
         """Learn what is of the usual state; return the forces of no state yet."""
         last = self._latest()
-        wear = None if last is None else as_posterior(last).wear
-        forces = self._but_of_states(but=None if wear is None else WEAR)
-        if wear is not None:
+        causes = [] if last is None else last.mismatches
+        held = {str(one.confirmed_term) for one in causes}
+        terms = PairTerms() if last is None else as_posterior(last).terms
+        forces = self._but_of_states(but=held)
+        if terms.wear is not None:
             forces = self._of_known_wear(forces)
         base = self._still_counting(last, forces)
         seen = seen_by(base)
         fresh = [force for force in forces if force.id not in seen]
         if not fresh:
             return []
-        start = self._start()
-        start = replace(start, posterior=replace(start.posterior, wear=wear))
+        start = self._start(causes)
+        start = replace(start, posterior=replace(start.posterior, terms=terms))
         before = learnt_before(
             self._session,
             [force for force in forces if force.id in seen],
-            worn=wear is not None,
+            among=forces,
+            held=held,
             old=self._old,
         )
         posterior = start.posterior if base is None else as_posterior(base)
         parted = sorted_forces(posterior, fresh, before=before)
-        self._add(start, base, parted.usual, causes=[] if last is None else last.mismatches)
+        self._add(start, base, parted.usual, causes=causes)
         return parted.outliers
 
-    def _but_of_states(self, *, but: str | None) -> Forces:
-        """Return the forces that no other state than ``but`` has learnt."""
+    def _but_of_states(self, *, but: Collection[str]) -> Forces:
+        """Return the forces that no other state than those of ``but`` has learnt."""
         states = newest_states(self._session, self._machine_id, self._found.pair.id)
-        elsewhere = {n for state in states if state.state != but for n in seen_by(state)}
+        elsewhere = {n for state in states if state.state not in but for n in seen_by(state)}
         return [force for force in self._found.forces if force.id not in elsewhere]
 
     def _of_known_wear(self, forces: Forces) -> Forces:
@@ -223,8 +228,8 @@ class _Pair:
         """Learn states from cuts whose cause was confirmed; note the other outliers."""
         usual = self._latest()
         states = named_states(self._session, outliers) if usual is not None else {}
-        if usual is not None and as_posterior(usual).wear is not None:
-            states.pop(WEAR, None)
+        for cause in [] if usual is None else usual.mismatches:
+            states.pop(str(cause.confirmed_term), None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
             start = begins(
@@ -233,7 +238,7 @@ class _Pair:
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
-            self._add(start, base, fresh, name, causes_of(self._session, cuts, name))
+            self._add(start, base, fresh, name, causes_of(self._session, cuts, [name]))
         named = {force.cut_id for forces in states.values() for force in forces}
         self._done.outliers += sorted({force.cut_id for force in outliers} - named)
 
@@ -264,7 +269,7 @@ class _Pair:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
             learnt = self._in_turn(start.posterior, every)
         else:
-            observed = as_observed([*before, *fresh], wear=start.posterior.wear)
+            observed = as_observed([*before, *fresh], terms=start.posterior.terms)
             learnt = learn_averaging(start.posterior, observed).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
@@ -277,7 +282,7 @@ class _Pair:
             some = set(cuts[begin : begin + IN_TURN])
             observed = as_observed(
                 [force for force in forces if force.cut_id in some],
-                wear=posterior.wear,
+                terms=posterior.terms,
                 known=known,
             )
             taught = posterior_of_readings if posterior.cuts else learn_averaging
@@ -315,6 +320,14 @@ class _Pair:
         )
         self._session.flush()
         self._done.versions.append((name, version, learnt.cuts))
+
+
+def _is_known(cause: models.Mismatch, known: Sequence[models.Mismatch]) -> bool:
+    """Say whether a cause is one that a version holds, found again in another component."""
+    alike = [
+        one for one in known if (one.confirmed_term, one.lot) == (cause.confirmed_term, cause.lot)
+    ]
+    return recordings_of([cause]) <= recordings_of(alike)
 
 
 def seen_by(parameters: models.CuttingParameters | None) -> set[int]:

@@ -18,7 +18,7 @@ from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.outlying import outlier_test
-from autodb.pairs.posterior import WEAR, PairPosterior
+from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.updating import posterior_of_readings
 from autodb.store import models
 
@@ -67,24 +67,20 @@ def learnt_before(
     session: Session,
     seen: Sequence[models.SensedForce],
     *,
-    worn: bool = False,
+    among: Sequence[models.SensedForce],
+    held: Collection[str] = (),
     old: int | None = None,
 ) -> LearntBefore:
-    """Return what became of the recordings of forces that were learnt.
+    """Return what became of the recordings of forces that were learnt (``seen``), ``among`` all.
 
-    Where wear is in the posterior (``worn``), those that it was confirmed for are examined anew.
+    Those that a term was confirmed for which the posterior has (``held``) are examined anew.
     ``old``: the last cut, by id, that was examined; None: all were.
     """
     recordings = {force.cut.recording_id for force in seen}
-    causes = [
-        (row, one.id)
-        for row in _found_in_forces(session, seen)
-        for one in row.recordings
-        if one.id in recordings
-    ]
+    causes = [(row, one.id) for row in _found_in_forces(session, among) for one in row.recordings]
     holds = {recording for row, recording in causes if row.status != "rejected"}
     cleared = {recording for _, recording in causes} - holds
-    anew = {recording for row, recording in causes if worn and row.confirmed_term == WEAR}
+    anew = {recording for row, recording in causes if row.confirmed_term in held}
     return LearntBefore(recordings - anew, {force.cut_id for force in seen}, cleared, old)
 
 
@@ -112,28 +108,16 @@ def _found_in_forces(
 
 
 def causes_of(
-    session: Session, forces: Sequence[models.SensedForce], term: str
+    session: Session, forces: Sequence[models.SensedForce], terms: Collection[str]
 ) -> Sequence[models.Mismatch]:
-    """Return the mismatches confirmed as a term that were found in a pair's forces."""
+    """Return the mismatches confirmed as one of some terms that were found in a pair's forces."""
     confirmed = models.Mismatch.status == "confirmed"
-    return _found_in_forces(session, forces, confirmed, models.Mismatch.confirmed_term == term)
+    return _found_in_forces(session, forces, confirmed, models.Mismatch.confirmed_term.in_(terms))
 
 
 def recordings_of(causes: Iterable[models.Mismatch]) -> set[int]:
     """Return the recordings, by id, that mismatches were found in."""
     return {one.id for row in causes for one in row.recordings}
-
-
-def worn_forces(causes: Sequence[models.Mismatch], forces: Forces) -> Forces:
-    """Return the forces of cuts that state how long their edge has cut.
-
-    None where those of the causes' recordings are fewer than PERSISTS, or all at the same time.
-    """
-    stated = [force for force in forces if CUTTING_TIME in force.cut.conditions]
-    recordings = recordings_of(causes)
-    of_cause = {f.cut_id: f.cut for f in stated if f.cut.recording_id in recordings}
-    times = {float(cut.conditions[CUTTING_TIME]) for cut in of_cause.values()}
-    return stated if len(of_cause) >= PERSISTS and len(times) > 1 else []
 
 
 def sorted_forces(
@@ -152,7 +136,7 @@ def sorted_forces(
     for some in _by_recording(forces):
         if usual:  # of the recording before; nobody asks for what the last of them would teach
             taught = posterior_of_readings if posterior.cuts else learn_averaging
-            posterior = taught(posterior, as_observed(usual, wear=posterior.wear)).past()
+            posterior = taught(posterior, as_observed(usual, terms=posterior.terms)).past()
         outlying = {force.cut_id for force in some if known.still_excluded(force)}
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
@@ -172,7 +156,7 @@ def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
 
 def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
     """Return the cuts, by id, that are not of a posterior's state."""
-    observed = as_observed(forces, wear=posterior.wear)
+    observed = as_observed(forces, terms=posterior.terms)
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
     found = outlier_test(posterior, observed)
     return {cut_ids[k] for k, improbable in enumerate(found.outlying) if improbable}

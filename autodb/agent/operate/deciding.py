@@ -4,34 +4,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.as_imported import as_imported, signed
+from autodb.agent.answer.said_of_terms import terms_words
 from autodb.agent.ingest.uncounted import counted
-from autodb.agent.learn.learnt_from import wear_words
+from autodb.agent.operate.clamping import keep_runout
+from autodb.agent.operate.correcting import correct
+from autodb.agent.operate.fitting_confirmed import fit_with, keep_version
 from autodb.agent.operate.refreshing import learn_confirmed
+from autodb.agent.operate.reversing import take_back
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, pair_name
-from autodb.agent.sense.identifying import (
-    KeptModel,
-    Refit,
-    add_version,
-    newest_model,
-    refitted,
-    stored_terms,
-    version_names,
-)
+from autodb.agent.sense.identifying import KeptModel
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.engine.candidates import UNKNOWN
-from autodb.files.channels import effort_channels
-from autodb.records import Recording
-from autodb.sensing.drives.feed_axis import cross_test
-from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
+from autodb.fitting import NORMAL_95
 from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
-from autodb.terms import COGGING, FRICTION_RIPPLE
-from autodb.terms.vocabulary import of_the_machine
+from autodb.terms import Home
+from autodb.terms.vocabulary import effect_called, of_the_machine, where_kept
 
 
 @dataclass(frozen=True)
@@ -39,9 +31,10 @@ class Decided:
     """A mismatch as it stands after a decision; ``kept``: the version that holds the term now.
 
     ``error_before``: relative error of the version before on the mismatch' recording, ``error`` of
-    ``kept``; None without a version. ``pairs``: the versions of pairs that hold the term, in words.
-    ``alternatives``: those that a model could hold; ``stale``:
-    numbers of the channel's open mismatches, found before ``kept`` was there.
+    ``kept``; None without a version. ``pairs``, ``calibrations`` and ``tool``: what holds the term,
+    in words; ``back``: those that were taken back; ``notes``: what was not learnt from, and
+    why. ``alternatives``: those that a model could
+    hold; ``stale``: numbers of the channel's open mismatches, found before ``kept`` was there.
     """
 
     number: int
@@ -53,9 +46,23 @@ class Decided:
     alternatives: tuple[str, ...] = ()
     kept: KeptModel | None = None
     pairs: tuple[str, ...] = ()
+    calibrations: tuple[str, ...] = ()
+    tool: str | None = None
+    back: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     error_before: float | None = None
     error: float | None = None
     stale: tuple[int, ...] = ()
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """What holds the term now, of a cause found in forces, in words."""
+        return (*([] if self.tool is None else [self.tool]), *self.calibrations, *self.pairs)
+
+    @property
+    def home(self) -> Home:
+        """Where its term is kept once it is confirmed."""
+        return where_kept(self.term, self.channel)
 
     @property
     def of_cuts(self) -> bool:
@@ -82,17 +89,21 @@ def confirm(
     number: int,
     *,
     term: str | None = None,
+    lot: str | None = None,
     by: str | None = None,
+    why: str | None = None,
     progress: Callable[[str], None] = lambda _: None,
     also: Also = nothing_else,
 ) -> Decided:
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
-    A term that belongs to the machine is fitted to the mismatch' recording together with those of
-    the channel's newest version, which makes the next version; wear found in forces is fitted with
-    the law to the cuts of each of its pairs, of all its recordings, and of five outlying cuts
-    for another cause a state of the pair is learnt. Decision and version are written together. Any
-    other belongs to its recording: only the decision is kept. ``also``: what else is written then.
+    Where the term belongs decides what changes (``autodb.terms.Home``). A machine's is fitted to
+    the mismatch' recording together with those of the channel's newest version, which makes the
+    next version. One of a pair, or of a ``lot`` of its material, is fitted with the law to the cuts
+    of each pair, of all its recordings; a gain corrects the calibrations of its force. Of five
+    outlying cuts for a cause that a pair cannot hold a state of the pair is learnt. Decision and
+    version are written together. Any other belongs to its recording: only the decision is kept.
+    ``why``: the reason that is kept with it; ``also``: what else is written then.
 
     Raises UnusableInput when there is no such mismatch or alternative, it was decided otherwise,
     its recording is not there any more, or its moves do not excite the term: it then stays open.
@@ -102,21 +113,20 @@ def confirm(
         wanted = _wanted(row, term)
         if _is_decided(row, "confirmed", wanted):
             return _decided(session, row, wanted, already=True)
-        step = _fit(session, row, wanted, progress) if wanted in of_the_machine() else None
+        _refuse_lot(wanted, lot)
+        step = fit_with(session, row, wanted, progress) if wanted in of_the_machine() else None
     with store.writing() as session:
         row = mismatch(session, number)
         if _is_decided(row, "confirmed", wanted):  # another process was faster
             return _decided(session, row, wanted, already=True)
-        version = _keep_version(session, row, step) if step else None
-        for recording in row.recordings:
-            counted(session, recording.id)
-        row.confirmed_term = wanted
-        _decide(row, "confirmed", by)
+        version = keep_version(session, row, step) if step else None
+        _count(session, row)
+        _decide(row, "confirmed", wanted, by=by, why=why)
         also(session, number)
         done = _decided(session, row, wanted, already=False)
         if done.of_cuts and wanted != UNKNOWN:
             session.flush()
-            done = replace(done, pairs=_in_pairs(learn_confirmed(session, row, progress)))
+            done = _in_forces(session, row, done, lot=lot, progress=progress)
         open_ones = mismatches(session, done.machine, decided=False)
         stale = tuple(one.id for one in open_ones if one.channel == row.channel)
     if step is None or version is None:
@@ -125,27 +135,108 @@ def confirm(
     return replace(done, kept=kept, error_before=step.before, error=step.after, stale=stale)
 
 
-def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
+def _in_forces(
+    session: Session,
+    row: models.Mismatch,
+    done: Decided,
+    *,
+    lot: str | None,
+    progress: Callable[[str], None],
+) -> Decided:
+    """Put a cause found in forces where it belongs; return the decision with what changed."""
+    if done.home == "tool":
+        return replace(done, tool=keep_runout(session, row))
+    corrected = correct(session, row) if done.home == "calibration" else []
+    pairs, notes = learn_confirmed(session, row, progress, lot=lot)
+    said = _in_calibrations(row, corrected)
+    return replace(done, calibrations=said, pairs=_in_pairs(pairs), notes=tuple(notes))
+
+
+def _count(session: Session, row: models.Mismatch) -> None:
+    """Have recordings count that came in to be explained alone, and keep which."""
+    looked_at = [one.id for one in row.recordings if one.looked_at is not None]
+    for number in looked_at:
+        counted(session, number)
+    if looked_at:
+        row.applied = {**(row.applied or {}), "recordings": looked_at}
+
+
+def _refuse_lot(term: str, lot: str | None) -> None:
+    """Raise UnusableInput where a lot is named of what belongs to none."""
+    if lot is not None and effect_called(term).belongs_to != "lot":
+        raise UnusableInput(f"--lot: {term} is of no lot of material; leave out --lot")
+
+
+def _in_calibrations(
+    row: models.Mismatch, made: Sequence[models.CalibrationVersion]
+) -> tuple[str, ...]:
+    """Return corrected calibrations in words."""
     return tuple(
-        f"{pair_name(row.pair)}, {row.state}: version {row.version} from {row.n_cuts} cuts"
-        if row.state is not None
-        else f"{pair_name(row.pair)}: version {row.version} from {row.n_cuts} cuts: "
-        f"{wear_words(as_posterior(row))}"
-        for row in versions
+        f"calibration of {one.axis}: version {one.version}: {row.channel} is divided by "
+        f"{one.corrections[-1]['factor']:.3g} ± {NORMAL_95 * one.corrections[-1]['sd']:.2g} from "
+        f"recording {one.corrections[-1]['recording']} on"
+        for one in made
+        if one.corrections
     )
 
 
+def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
+    return tuple(_in_pair(row) for row in versions)
+
+
+def _in_pair(row: models.CuttingParameters) -> str:
+    state = "" if row.state is None else f", {row.state}"
+    said = f"{pair_name(row.pair)}{state}: version {row.version} from {row.n_cuts} cuts"
+    if row.state is not None:
+        return said
+    held = (str(one.confirmed_term) for one in row.mismatches)
+    return ": ".join([said, *filter(None, ["; ".join(terms_words(as_posterior(row), held))])])
+
+
 def reject(
-    store: Store, number: int, *, by: str | None = None, also: Also = nothing_else
+    store: Store,
+    number: int,
+    *,
+    by: str | None = None,
+    why: str | None = None,
+    also: Also = nothing_else,
 ) -> Decided:
-    """Reject a mismatch. Raises UnusableInput when there is none, or it was confirmed."""
+    """Reject a mismatch; what confirming it had changed is taken back (``reversing``).
+
+    Raises UnusableInput when there is none.
+    """
     with store.writing() as session:
         row = mismatch(session, number)
-        already = _is_decided(row, "rejected", None)
+        already, back = row.status == "rejected", list[str]()
         if not already:
-            _decide(row, "rejected", by)
+            back = take_back(session, row)
+            last = session.scalar(select(func.max(models.CuttingParameters.id)))
+            row.applied = {"after": last or 0}
+            _decide(row, "rejected", None, by=by, why=why)
             also(session, number)
-        return _decided(session, row, row.term, already=already)
+        return replace(_decided(session, row, row.term, already=already), back=tuple(back))
+
+
+def reopen(
+    store: Store,
+    number: int,
+    *,
+    by: str | None = None,
+    why: str | None = None,
+    also: Also = nothing_else,
+) -> Decided:
+    """Take back the decision on a mismatch, and what it had changed (``reversing``).
+
+    Raises UnusableInput when there is none.
+    """
+    with store.writing() as session:
+        row = mismatch(session, number)
+        already, back = row.status == "open", list[str]()
+        if not already:
+            back = take_back(session, row)
+            _decide(row, "open", None, by=by, why=why)
+            also(session, number)
+        return replace(_decided(session, row, row.term, already=already), back=tuple(back))
 
 
 def mismatch(session: Session, number: int) -> models.Mismatch:
@@ -181,12 +272,23 @@ def _is_decided(row: models.Mismatch, status: str, term: str | None) -> bool:
     was = f"{row.status} as {row.confirmed_term}" if row.confirmed_term else row.status
     by = f" by {row.decided_by}" if row.decided_by else ""
     raise UnusableInput(
-        f"mismatch {row.id} was {was}{by} on {row.decided_at} already; a decision stands"
+        f"mismatch {row.id} was {was}{by} on {row.decided_at} already; take that back first with "
+        f"'autodb mismatch reopen {row.id}'"
     )
 
 
-def _decide(row: models.Mismatch, status: str, by: str | None) -> None:
-    row.status, row.decided_at, row.decided_by = status, now(), by
+def _decide(
+    row: models.Mismatch, status: str, term: str | None, *, by: str | None, why: str | None
+) -> None:
+    """Keep a decision as what stands now, and in the history."""
+    at = now()
+    row.status, row.confirmed_term, row.decided_by = status, term, by
+    row.decided_at = None if status == "open" else at
+    if status == "open":
+        row.decided_by = None
+    row.decisions.append(
+        models.MismatchDecision(status=status, term=term, why=why, decided_by=by, decided_at=at)
+    )
 
 
 def _decided(session: Session, row: models.Mismatch, term: str, *, already: bool) -> Decided:
@@ -199,91 +301,3 @@ def _decided(session: Session, row: models.Mismatch, term: str, *, already: bool
         already=already,
         alternatives=tuple(name for name in row.alternatives or () if name in of_the_machine()),
     )
-
-
-@dataclass(frozen=True)
-class _Step:
-    """A fit with the term, the version that was the newest then, and the errors of both."""
-
-    refit: Refit
-    newest_id: int
-    before: float
-    after: float
-
-
-def _fit(
-    session: Session, row: models.Mismatch, term: str, progress: Callable[[str], None]
-) -> _Step:
-    """Fit the newest version's terms and the confirmed one to the mismatch' recording.
-
-    Raises UnusableInput when the moves do not excite the term.
-    """
-    progress("reading")
-    owner = session.get_one(models.Machine, row.recording.machine_id)
-    newest = newest_model(session, owner.id, row.channel)
-    if newest is None:
-        raise UnusableInput(
-            f"machine '{owner.name}' has no model of {row.channel}; make one with 'autodb identify'"
-        )
-    moves = signed(_moves(row), owner)
-    progress("fitting")
-    names = list(dict.fromkeys([*version_names(newest), term]))
-    try:
-        refit = refitted(newest, moves, row.recording.sha256, axis=newest.axis, terms=names)
-    except UnusableInput as error:
-        raise UnusableInput(f"mismatch {row.id} stays open: {error}") from error
-    _refuse_unexcited(row, refit, term)
-    before, after = (
-        cross_test(moves, newest.axis, refit.model.protocol, terms)
-        for terms in (stored_terms(newest), refit.model.terms)
-    )
-    return _Step(refit, newest.id, before, after)
-
-
-def _moves(row: models.Mismatch) -> Recording:
-    """Read a mismatch' recording as it was imported, with no other effort than the mismatch'."""
-    try:
-        moves = as_imported(row.recording)
-    except UnusableInput as error:
-        raise UnusableInput(f"mismatch {row.id} stays open: {error}") from None
-    if not isinstance(moves, Recording):
-        raise UnusableInput(f"{moves.path}: a table of cuts; {row.channel} needs moves over time")
-    others = {n for n in effort_channels(list(moves.channels)) if n != row.channel}
-    kept = {name: values for name, values in moves.channels.items() if name not in others}
-    return replace(moves, channels=kept)
-
-
-def _refuse_unexcited(row: models.Mismatch, refit: Refit, term: str) -> None:
-    if of_term(refit.model.fitted, term):
-        return
-    needed = [said for said in refit.model.not_excited if said.split(" ", 1)[0] == term]
-    raise UnusableInput(
-        f"mismatch {row.id} stays open: {Path(row.recording.path).name} does not excite {term}"
-        + "".join(f"; {said}" for said in needed[:1])
-    )
-
-
-def of_term(terms: Sequence[IdentifiedTerm], name: str) -> list[IdentifiedTerm]:
-    """Return the parameters of a term; asked for as `cogging`, of a ripple of either kind."""
-    ripple = FRICTION_RIPPLE.name, FRICTION_RIPPLE.form
-    if name == COGGING.name:
-        return [t for t in terms if t.term == name or (t.term, t.form) == ripple]
-    return [t for t in terms if t.term == name and (t.term, t.form) != ripple]
-
-
-def _keep_version(session: Session, row: models.Mismatch, step: _Step) -> int:
-    """Add the version, or take the newest where it is the same, link it, and return its number.
-
-    Raises UnusableInput when the channel got another version meanwhile: what that one added would
-    be lost.
-    """
-    newest = newest_model(session, row.recording.machine_id, row.channel)
-    if newest is None or newest.id != step.newest_id:
-        raise UnusableInput(
-            f"mismatch {row.id} stays open: {row.channel} got another version during the fit; "
-            "run the same command again"
-        )
-    if not step.refit.already_there:
-        newest = add_version(session, row.recording.machine_id, step.refit, row.recording_id)
-    row.models.append(newest)
-    return newest.version

@@ -17,6 +17,7 @@ from autodb.agent.answer.pooled_mismatches import open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
+from autodb.agent.learn.lots import name_lot
 from autodb.agent.learn.passes import (
     PassRecord,
     RefreshReport,
@@ -36,6 +37,7 @@ from autodb.agent.sense.over_time import feel_over_time
 from autodb.agent.sense.ranging import known_otherwise, sense_cuts
 from autodb.agent.sense.sensed import Calibrations, forces_of_pair
 from autodb.store import Store, models, retried
+from autodb.terms.chip import HARD_SPOT
 
 Progress = Callable[[str], None]
 
@@ -197,26 +199,34 @@ class _Pass:
 
 
 def learn_confirmed(
-    session: Session, row: models.Mismatch, progress: Progress
-) -> list[models.CuttingParameters]:
-    """Learn the pairs of a confirmed mismatch; return their newest versions that hold it."""
+    session: Session, row: models.Mismatch, progress: Progress, *, lot: str | None = None
+) -> tuple[list[models.CuttingParameters], list[str]]:
+    """Learn the pairs of a confirmed mismatch; return their newest versions that do, or are new.
+
+    And what is to be said of cuts that are not used. ``lot``: of the material that a hard spot is
+    of; None: as its cuts say.
+    """
+    said, made = list[str](), models.CuttingParameters
+    last = session.scalar(select(func.max(made.id))) or 0
     owner = session.get_one(models.Machine, row.recording.machine_id)
     newest_cut = session.scalar(select(func.max(models.Cut.id))) or 0
     every = Span(0, newest_cut, old=newest_cut, force=0, anew=True)
     sensed = sense_cuts(session, owner, every, progress)
+    if row.confirmed_term == HARD_SPOT.name and row.lot is None:
+        name_lot(session, row, lot, upto=newest_cut)
     cuts = [cut for recording in row.recordings for cut in recording.cuts]
     pairs = {cut.pair_id: cut.pair for cut in cuts if cut.pair is not None}
     if row.pairs:
         pairs = {pair.id: pair for pair in row.pairs}
     for _, pair in sorted(pairs.items(), key=lambda one: one[0] or 0):
         progress(f"updating {pair_name(pair)}")
-        learn_pair(
-            session, owner.id, forces_of_pair(session, owner.id, pair, sensed), progress=progress
-        )
+        forces = forces_of_pair(session, owner.id, pair, sensed)
+        said += learn_pair(session, owner.id, forces, progress=progress).not_used
     session.flush()
     session.refresh(row)
-    made = {(one.pair_id, one.state): one for one in row.parameters_of_pairs}
-    return list(made.values())
+    held = [one for one in row.parameters_of_pairs if one.undone_at is None]
+    new = session.scalars(select(made).where(made.id > last).order_by(made.id)).all()
+    return list({(one.pair_id, one.state): one for one in (*held, *new)}.values()), said
 
 
 Opens = Callable[[], AbstractContextManager[Store]]

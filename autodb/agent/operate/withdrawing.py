@@ -13,8 +13,9 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.ingest.uncounted import anew
+from autodb.agent.operate.reversing import forgotten
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.posteriors import pair_name, version_chain
+from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
 
@@ -107,9 +108,9 @@ def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
             said.append(f"mismatch {mismatch.id}, {mismatch.status}, stays with {_others(others)}")
             mismatch.recording, mismatch.further = others[0], others[1:]
             continue
-        said.append(f"mismatch {mismatch.id}, {mismatch.status}")
+        said += [f"mismatch {mismatch.id}, {mismatch.status}", *forgotten(session, mismatch)]
         mismatch.status, mismatch.decided_at = "rejected", models.now()
-        mismatch.confirmed_term = None
+        mismatch.confirmed_term = mismatch.applied = None
     return said
 
 
@@ -133,9 +134,16 @@ def _named(one: _Derived) -> str:
 
 
 def _calibrations(session: Session, row: models.StoredRecording) -> list[models.CalibrationVersion]:
-    made = models.CalibrationVersion
+    """Return the calibrations made on a recording, or corrected by what it alone shows."""
+    made, link = models.CalibrationVersion, models.calibration_mismatch.c
+    corrected = (
+        select(link.calibration_id)
+        .join(models.Mismatch, models.Mismatch.id == link.mismatch_id)
+        .where(models.Mismatch.recording_id == row.id, ~models.Mismatch.further.any())
+    )
     query = select(made).where(
-        made.undone_at.is_(None), made.recordings.any(models.StoredRecording.id == row.id)
+        made.undone_at.is_(None),
+        made.recordings.any(models.StoredRecording.id == row.id) | made.id.in_(corrected),
     )
     return list(session.scalars(query.order_by(made.id)))
 
@@ -177,15 +185,9 @@ def _parameters(
     calibrations: Iterable[models.CalibrationVersion],
     sensors: Iterable[models.Estimator],
 ) -> list[models.CuttingParameters]:
-    """Return versions of pairs that rest on a recording's cuts, or on what is taken back with it.
-
-    One rests on all that the versions rest on which it was built on.
-    """
-    force, made = models.SensedForce, models.CuttingParameters
+    """Return versions of pairs that rest on a recording's cuts, or on what was derived from it."""
+    force = models.SensedForce
     its = force.cut.has(models.Cut.recording_id == row.id)
     its |= force.calibration_id.in_([one.id for one in calibrations])
     its |= force.estimator_id.in_([one.id for one in sensors])
-    own = made.machine_id == row.machine_id, made.undone_at.is_(None)
-    direct = set(session.scalars(select(made.id).where(*own, made.forces.any(its))))
-    every = session.scalars(select(made).where(*own).order_by(made.id))
-    return [one for one in every if any(version.id in direct for version in version_chain(one))]
+    return resting_on(session, row.machine_id, models.CuttingParameters.forces.any(its))

@@ -12,8 +12,9 @@ Named = TypeVar("Named", models.Material, models.Tool)
 GEOMETRY = (
     *("diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
     *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
+    *("runout_mm", "runout_deg", "runout_sd_mm"),
 )
-"""Columns of a tool that are its geometry."""
+"""Columns of a tool that are its geometry, as it is clamped."""
 
 
 def find_or_add(session: Session, table: type[Named], name: str) -> Named:

@@ -21,6 +21,7 @@ def of_cut(cut: models.Cut, material: str, tool: str) -> str:
     return _digest(
         [
             *(_shown(cut.number), cut.operation, material, tool),
+            *([] if cut.lot is None else [cut.lot]),
             _shown_all(cut.conditions),
             _shown_all(cut.measured),
         ]

@@ -1,4 +1,4 @@
-"""What mismatches were found in, in words."""
+"""What mismatches were found in and what was decided of them, in words."""
 
 from autodb.store import models
 
@@ -15,3 +15,12 @@ def found_words(row: models.Mismatch) -> str:
     edges = found["edges"]
     on = f", edge{'s' if len(edges) > 1 else ''} {', '.join(edges)}" if edges else ""
     return f"{found['cuts']} cuts of {recordings} recordings, {found['excluded']} excluded{on}"
+
+
+def decision_words(row: models.MismatchDecision) -> str:
+    """Return a decision as a line: what, by whom, when and why."""
+    what = {"open": "reopened"}.get(row.status, row.status)
+    called = f" as {row.term}" if row.term else ""
+    by = f" by {row.decided_by}" if row.decided_by else ""
+    why = f": {row.why}" if row.why else ""
+    return f"{what}{called}{by} on {row.decided_at}{why}"

@@ -11,19 +11,23 @@ from sqlalchemy.orm import Session
 from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian
 from autodb.pairs.posterior import (
+    BAND,
     CALIBRATION,
     GAIN,
     REFERENCES,
     WEAR,
     LawDiscrepancy,
     PairPosterior,
+    PairTerms,
     PassiveKnown,
     Scatter,
     Shared,
+    SpeedBand,
     Wear,
 )
 from autodb.store import models
 from autodb.store.models.learning import EVERY
+from autodb.terms.chip import HARD_SPOT
 
 LAW = "thin_shear_zone"
 OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
@@ -57,14 +61,39 @@ def posterior_of(
         scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
         cuts=cuts,
         off_law=LawDiscrepancy(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
-        wear=_wear(terms[WEAR]) if terms and WEAR in terms else None,
+        terms=_terms(terms or {}),
         passive={k: PassiveKnown(**one) for k, one in scatter.get("passive", {}).items()},
+    )
+
+
+def _terms(kept: Mapping[str, Any]) -> PairTerms:
+    return PairTerms(
+        wear=_wear(kept[WEAR]) if WEAR in kept else None,
+        band=_band(kept[BAND]) if BAND in kept else None,
+        lots=tuple(kept.get(HARD_SPOT.name, ())),
     )
 
 
 def _wear(kept: Mapping[str, Any]) -> Wear:
     along, across = kept["size"]
     return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
+
+
+def _band(kept: Mapping[str, Any]) -> SpeedBand:
+    (one, two), (three, four) = kept["covariance"]
+    return SpeedBand(kept["centre_m_min"], kept["width"], ((one, two), (three, four)))
+
+
+def _kept_terms(terms: PairTerms) -> dict[str, Any] | None:
+    """Return what a version keeps of terms beside the law; None: there are none."""
+    kept: dict[str, Any] = {}
+    if terms.wear is not None:
+        kept[WEAR] = asdict(terms.wear)
+    if terms.band is not None:
+        kept[BAND] = asdict(terms.band)
+    if terms.lots:
+        kept[HARD_SPOT.name] = list(terms.lots)
+    return kept or None
 
 
 def posterior_columns(posterior: PairPosterior) -> dict[str, Any]:
@@ -84,7 +113,7 @@ def posterior_columns(posterior: PairPosterior) -> dict[str, Any]:
             "off_law": asdict(posterior.off_law),
             "passive": {name: asdict(one) for name, one in posterior.passive.items()},
         },
-        "terms": None if posterior.wear is None else {WEAR: asdict(posterior.wear)},
+        "terms": _kept_terms(posterior.terms),
         "n_cuts": posterior.cuts,
     }
 
@@ -147,6 +176,20 @@ def version_chain(parameters: models.CuttingParameters) -> list[models.CuttingPa
     while versions[-1].previous is not None:
         versions.append(versions[-1].previous)
     return versions
+
+
+def resting_on(
+    session: Session, machine_id: int, direct: ColumnElement[bool]
+) -> list[models.CuttingParameters]:
+    """Return a machine's versions of pairs, none taken back, of which a condition holds.
+
+    Or holds of one that they were built on: a version rests on all that those rest on.
+    """
+    made = models.CuttingParameters
+    own = made.machine_id == machine_id, made.undone_at.is_(None)
+    ids = set(session.scalars(select(made.id).where(*own, direct)))
+    every = session.scalars(select(made).where(*own).order_by(made.id))
+    return [one for one in every if any(version.id in ids for version in version_chain(one))]
 
 
 def pair_name(pair: models.Pair) -> str:

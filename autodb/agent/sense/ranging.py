@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.corrected import corrected
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.sense.measured import MEASURED, take_measured
 from autodb.agent.sense.sensed import Calibrations
@@ -85,7 +86,8 @@ def _sense(session: Session, among: Select[models.Cut], current: Calibrations) -
         return
     table = cuts_as_table(cuts, path=Path(cuts[0].recording.path))
     sensed = sense_each(table, [as_calibration(row) for row in current])
-    for cut, one in zip(cuts, sensed, strict=True):
+    for cut, read in zip(cuts, sensed, strict=True):
+        one = corrected(current, cut, read)
         session.add(
             models.SensedForce(
                 cut_id=cut.id,

@@ -7,7 +7,7 @@ has for itself (noise) is not tied to the calibration's coefficients: over their
 """
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +18,14 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.rows.corrected import is_after
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
+from autodb.pairs.confirmed import with_terms
 from autodb.pairs.determined import CHIP_SHARE
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import CHIP, Observed, PairCuts, X, Y, Z
-from autodb.pairs.posterior import CALIBRATION, DAY, GAIN, REFERENCES, Shared, Wear
-from autodb.pairs.worn import with_wear
+from autodb.pairs.posterior import CALIBRATION, DAY, GAIN, NO_TERMS, REFERENCES, PairTerms, Shared
 from autodb.sensing.ranges.chosen import choose
 from autodb.sensing.ranges.error_kinds import day_moves
 from autodb.store import models
@@ -198,13 +199,14 @@ def _unusable(cut: models.Cut) -> str | None:
 def as_observed(
     forces: Sequence[models.SensedForce],
     *,
-    wear: Wear | None = None,
+    terms: PairTerms = NO_TERMS,
     known: Container[int] = (),
 ) -> Observed:
     """Return forces of one pair's cuts, measured or sensed, as readings of it.
 
-    With the chips that were measured of the cuts, but of those ``known`` before, by id; ``wear``:
-    how the pair's edges wear. Raises UnusableInput where the pair's tool cannot make the cuts.
+    With the chips that were measured of the cuts, but of those ``known`` before, by id; ``terms``:
+    those of the pair beside the law. Raises UnusableInput where the pair's tool cannot make the
+    cuts.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     number, made = as_cuts(cuts)
@@ -222,7 +224,7 @@ def as_observed(
         shared=sensed.shared,
         shift=np.vstack([sensed.shift, none]),
     )
-    return with_wear(observed, wear)
+    return with_terms(observed, terms)
 
 
 def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts, ...]]:
@@ -236,7 +238,8 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
         if tool is None:
             raise UnusableInput(f"cut {some[0].number:g}: its work-tool pair is not known")
         conditions = [cut.conditions for cut in some]
-        made.append(BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name))
+        its = BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name)
+        made.append(replace(its, lots=tuple(cut.lot for cut in some)))
     return number, tuple(made)
 
 
@@ -251,7 +254,8 @@ class Readings:
     def __init__(self, forces: Sequence[models.SensedForce]) -> None:
         self.value_N = np.array([f.value_N for f in forces], dtype=np.float64)
         self.sd_N = np.array([f.sd_N for f in forces], dtype=np.float64)
-        self._recordings = np.array([f.cut.recording.first_id for f in forces])
+        self._cuts = [f.cut for f in forces]
+        self._recordings = np.array([cut.recording.first_id for cut in self._cuts])
         self._moved: dict[str, tuple[Shared, Array, Array]] = {}
         rows = {f.calibration.id: f.calibration for f in forces if f.calibration is not None}
         for row in rows.values():
@@ -309,6 +313,10 @@ class Readings:
         if calibration.domain is not None and common[:, -1].any():
             error = Shared(f"{CALIBRATION} {row.id} beyond its range", np.eye(1))
             self._add(error, sensed, common[:, -1:], np.zeros((len(common), 1)))
+        for k, by in enumerate(row.corrections or ()):
+            later = np.array([is_after(by, cut) for cut in self._cuts])[sensed, None]
+            error = Shared(f"{CALIBRATION} {row.id} corrected {k}", np.array([[by["sd"] ** 2]]))
+            self._add(error, sensed, 0.0 * later, later.astype(np.float64) / by["factor"])
         for one in calibration.reference_errors:
             by = one.share * scaling
             error = Shared(shared_key(one, 0), np.eye(1))

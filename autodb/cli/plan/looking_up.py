@@ -29,6 +29,9 @@ def _number(option: str, metavar: str, what: str) -> Any:
 
 Material = Annotated[str | None, typer.Option("--material", help="Work material.")]
 ToolName = Annotated[str | None, typer.Option("--tool", help="Name of the tool.")]
+Lot = Annotated[
+    str | None, typer.Option("--lot", metavar="NAME", help="Lot of the material: a bar, a heat.")
+]
 Operation = Annotated[
     str | None,
     typer.Option(
@@ -71,6 +74,7 @@ def lookup(
     machine: MachineName,
     material: Material = None,
     tool: ToolName = None,
+    lot: Lot = None,
     operation: Operation = None,
     diameter: Diameter = None,
     depth: Depth = None,
@@ -103,12 +107,14 @@ def lookup(
     cut = _cut(stated) if stated else None
     if cut is not None and (material is None or tool is None):
         raise UnusableInput("a cut needs --material and --tool")
+    if cut is None and lot is not None:
+        raise UnusableInput("--lot goes with a cut; state one, or leave --lot out")
     with opened_store(db) as store, store.reading() as session:
         pair_reader = PairReader(session, machine)
         if cut is None:
             _list(machine, pair_reader.pairs(material, tool), json=json)
         else:
-            _answer(pair_reader.look_up(str(material), str(tool), cut), json=json)
+            _answer(pair_reader.look_up(str(material), str(tool), cut, lot=lot), json=json)
 
 
 def _cut(stated: dict[str, Any]) -> "JobCut":

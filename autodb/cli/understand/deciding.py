@@ -17,12 +17,23 @@ if TYPE_CHECKING:
     from autodb.store.models import Mismatch
 
 mismatch = typer.Typer(
-    help="Causes that explain found on a machine: list, show, confirm, reject.",
+    help="Causes that explain found on a machine: list, show, confirm, reject, reopen.",
     no_args_is_help=True,
 )
 
 Number = Annotated[int, typer.Argument(help="Number of the mismatch.", min=1, max=2**63 - 1)]
 By = Annotated[str | None, typer.Option("--by", metavar="WHO", help="Who says so.")]
+Why = Annotated[
+    str | None, typer.Option("--why", metavar="TEXT", help="Why; kept with the decision.")
+]
+Lot = Annotated[
+    str | None,
+    typer.Option(
+        "--lot",
+        metavar="NAME",
+        help="Lot of material that a hard spot is of [default: as cuts say].",
+    ),
+]
 As = Annotated[
     str | None,
     typer.Option(
@@ -91,7 +102,8 @@ def _name(path: str) -> str:
 
 def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     """Return what is kept of a mismatch, a line each: what it is and its text."""
-    from autodb.agent.rows.mismatches import found_words
+    from autodb.agent.rows.mismatches import decision_words, found_words
+    from autodb.terms.homes import kept_words
     from autodb.terms.vocabulary import effect_called
 
     if found := found_words(row):
@@ -105,13 +117,31 @@ def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
         yield "or", ", ".join(row.alternatives)
         yield "to tell them apart", row.to_tell_apart or "no simple move or cut separates them"
     yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
-    for made in row.models:
-        yield "made", f"{made.channel} version {made.version} (model {made.id})"
-    for held in row.parameters_of_pairs:
-        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
-        yield "made", f"{pair} version {held.version} (parameters {held.id})"
+    for decision in row.decisions:
+        yield "decision", decision_words(decision)
+    if row.lot is not None:
+        yield "lot", row.lot
+    yield from (("made", text) for text in _made(row))
+    yield "once confirmed", kept_words(row.confirmed_term or row.term, row.channel)
     one = effect_called(row.confirmed_term or row.term)
     yield "advice", f"{one.check} ({one.check_source})"
+
+
+def _made(row: "Mismatch") -> "Iterator[str]":
+    """Return the versions that hold a mismatch; those that were taken back say so."""
+    for model in row.models:
+        yield f"{model.channel} version {model.version} (model {model.id}){_back(model.undone_at)}"
+    for one in row.calibrations:
+        back = _back(one.undone_at)
+        yield f"calibration of {one.axis} version {one.version} (calibration {one.id}){back}"
+    for held in row.parameters_of_pairs:
+        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
+        back = _back(held.undone_at)
+        yield f"{pair} version {held.version} (parameters {held.id}){back}"
+
+
+def _back(undone_at: str | None) -> str:
+    return "" if undone_at is None else f", taken back on {undone_at}"
 
 
 def _places(row: "Mismatch") -> "Iterator[str]":
@@ -147,26 +177,36 @@ def _status(row: "Mismatch") -> str:
 
 
 @mismatch.command("confirm")
-def confirm_command(number: Number, as_: As = None, by: By = None, db: Database = None) -> None:
-    """Confirm a cause: a term of the machine becomes part of its model, as the next version.
+def confirm_command(
+    number: Number,
+    as_: As = None,
+    lot: Lot = None,
+    by: By = None,
+    why: Why = None,
+    db: Database = None,
+) -> None:
+    """Confirm a cause: it becomes part of what the machine knows, as the next version.
 
-    Wear found in forces becomes part of the work-tool pair's parameters. Five outlier cuts of
-    another cause become a cutting state of the pair.
+    A term of the machine enters its model, one of cutting the work-tool pair's parameters, run-out
+    the tool, a gain the calibration. `mismatch show` says where its term is kept. What belongs to
+    its recording is noted, and no prediction changes.
     """
     from autodb.agent.operate.deciding import confirm
 
     with working(f"confirming mismatch {number}") as progress, opened_store(db) as store:
-        done = confirm(store, number, term=as_, by=by, progress=progress)
+        done = confirm(store, number, term=as_, lot=lot, by=by, why=why, progress=progress)
     if done.already:
         say(f"mismatch {number}: already confirmed as {done.term}")
-    elif done.pairs:
-        say(f"mismatch {number}: {done.term} confirmed")
-        for version in done.pairs:
-            say(version)
-    elif done.kept is None:
-        say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
-    else:
+    elif done.kept is not None:
         _show_version(done, done.kept)
+    elif done.changed:
+        say(f"mismatch {number}: {done.term} confirmed")
+        for changed in done.changed:
+            say(changed)
+    else:
+        say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
+        for note in done.notes:
+            say(note)
 
 
 def _why_no_version(done: "Decided") -> str:
@@ -174,14 +214,25 @@ def _why_no_version(done: "Decided") -> str:
         return (
             f"no model changes; use --as {' or --as '.join(done.alternatives)} to put it into one"
         )
-    if done.of_cuts and done.term != "unknown":
-        return "no pair changes: fewer than five of its cuts are outliers"
-    return "it belongs to this recording, no model changes"
+    if done.of_cuts and done.home == "lot":
+        return (
+            "it is noted, no prediction changes: fewer than five of its cuts are outliers, or its "
+            "cuts are of no lot; 'autodb mismatch reopen' and --lot NAME name theirs"
+        )
+    if done.of_cuts and done.home == "pair":
+        return "it is noted, no prediction changes: fewer than five of its cuts state what it needs"
+    if done.of_cuts and done.home == "tool":
+        return "it is noted, no prediction changes: its recording names no tool"
+    if done.of_cuts and done.home == "calibration":
+        return (
+            "it is noted, no prediction changes: it states no factor, or no calibration senses it"
+        )
+    return "it belongs to this recording: it is noted, no prediction changes"
 
 
 def _show_version(done: "Decided", kept: "KeptModel") -> None:
     """Print the version that holds the term now, its numbers, and what it does to the error."""
-    from autodb.agent.operate.deciding import of_term
+    from autodb.agent.operate.fitting_confirmed import of_term
     from autodb.cli.learn.identifying import show_kept
     from autodb.sensing.drives.fit.axis_model import amplitudes, readable
 
@@ -203,10 +254,26 @@ def _show_version(done: "Decided", kept: "KeptModel") -> None:
 
 
 @mismatch.command("reject")
-def reject_command(number: Number, by: By = None, db: Database = None) -> None:
-    """Reject a cause that does not hold on the machine."""
+def reject_command(number: Number, by: By = None, why: Why = None, db: Database = None) -> None:
+    """Reject a cause that does not hold on the machine; take back what confirming it changed."""
     from autodb.agent.operate.deciding import reject
 
     with opened_store(db) as store:
-        done = reject(store, number, by=by)
-    say(f"mismatch {number}: {'already rejected' if done.already else f'{done.term} rejected'}")
+        done = reject(store, number, by=by, why=why)
+    _say_back(done, "already rejected" if done.already else f"{done.term} rejected")
+
+
+@mismatch.command("reopen")
+def reopen_command(number: Number, by: By = None, why: Why = None, db: Database = None) -> None:
+    """Take back a decision, and what it changed: the next prediction is as it was before."""
+    from autodb.agent.operate.deciding import reopen
+
+    with opened_store(db) as store:
+        done = reopen(store, number, by=by, why=why)
+    _say_back(done, "already open" if done.already else f"{done.term} is open again")
+
+
+def _say_back(done: "Decided", said: str) -> None:
+    say(f"mismatch {done.number}: {said}")
+    for one in done.back:
+        say(one)

@@ -7,8 +7,10 @@ searched by. Times are ISO 8601 text in UTC.
 from autodb.store.models._base import Base, now
 from autodb.store.models.answers import (
     Mismatch,
+    MismatchDecision,
     PredictedCutMade,
     Prediction,
+    calibration_mismatch,
     mismatch_pair,
     mismatch_recording,
     prediction_parameters,
@@ -64,6 +66,7 @@ __all__ = [
     "Machine",
     "Material",
     "Mismatch",
+    "MismatchDecision",
     "Pair",
     "PairState",
     "PredictedCutMade",
@@ -75,6 +78,7 @@ __all__ = [
     "StoredRecording",
     "Tool",
     "ToolProperty",
+    "calibration_mismatch",
     "calibration_recording",
     "calibration_repeat",
     "channel_model_mismatch",

@@ -15,12 +15,15 @@ from autodb.store.models.learning import (
     cutting_parameters_mismatch,
 )
 from autodb.store.models.recording import Cut, StoredRecording
+from autodb.store.models.sensing import CalibrationVersion
 from autodb.store.models.work import Pair
 
 mismatch_recording = link("mismatch_recording", "mismatch", "recording")
 """Further recordings that a mismatch was found in, together with its first."""
 mismatch_pair = link("mismatch_pair", "mismatch", "pair")
 """The pairs in whose cuts a mismatch was found; none: in all that its recording holds."""
+calibration_mismatch = link("calibration_mismatch", "calibration", "mismatch")
+"""The mismatches that a calibration's correction came from."""
 prediction_parameters = link("prediction_parameters", "prediction", "cutting_parameters")
 BY_NAME, BY_CONDITIONS, BY_STATEMENT = MATCHES = ("name", "conditions", "stated")
 """By what a cut is known to be the one that was predicted."""
@@ -88,8 +91,12 @@ class Mismatch(Base):
     with it; ``pairs``: those whose cuts were, none: all that the recording holds. ``found_in``:
     `cuts`, how many these were, `excluded`, how many of them their pair's normal cutting state
     excludes, and `edges`, which cut them; NULL: of the whole recording.
-    ``confirmed_term``: what it was confirmed as, its term or an alternative; ``models``: the model
-    versions that confirming it made; ``parameters_of_pairs``: versions of pairs that hold it.
+    ``confirmed_term``: what it was confirmed as, its term or an alternative. ``applied``: what that
+    changed: the `models` it made, the `lot` of material that it is of, the `cuts` that were named
+    so, the `recordings` that count since, the `tool` whose run-out it is and what that was
+    `before`; rejected: the parameters `after` which it was, by id; NULL: nothing. ``models``,
+    ``calibrations`` and ``parameters_of_pairs``: the versions that hold it; ``decisions``: all that
+    were taken on it, oldest first.
     """
 
     __tablename__ = "mismatch"
@@ -118,6 +125,7 @@ class Mismatch(Base):
     decided_by: Mapped[str | None]
     confirmed_term: Mapped[str | None]
     found_in: Mapped[dict[str, Any] | None]
+    applied: Mapped[dict[str, Any] | None]
     recording: Mapped[StoredRecording] = relationship()
     further: Mapped[list[StoredRecording]] = relationship(
         secondary=mismatch_recording, order_by=StoredRecording.id
@@ -129,6 +137,13 @@ class Mismatch(Base):
         order_by=CuttingParameters.id,
         back_populates="mismatches",
     )
+    calibrations: Mapped[list[CalibrationVersion]] = relationship(secondary=calibration_mismatch)
+    decisions: Mapped[list["MismatchDecision"]] = relationship(order_by="MismatchDecision.id")
+
+    @property
+    def lot(self) -> str | None:
+        """The lot of material that it was confirmed for."""
+        return (self.applied or {}).get("lot")
 
     @property
     def recordings(self) -> list[StoredRecording]:
@@ -147,3 +162,24 @@ class Mismatch(Base):
     def of_pair(cls, pair: int) -> ColumnElement[bool]:
         """Return what asks for mismatches that hold for the cuts of a pair, by id."""
         return or_(~cls.pairs.any(), cls.pairs.any(Pair.id == pair))
+
+
+class MismatchDecision(Base):
+    """One decision on a mismatch: what it became, `open` where a decision was taken back.
+
+    ``term``: what it was confirmed as; ``why``: the reason that was given.
+    """
+
+    __tablename__ = "mismatch_decision"
+    __table_args__ = (
+        one_of("status", ("open", "confirmed", "rejected"), name="ck_mismatch_decision_status"),
+    )
+    id: Mapped[int] = mapped_column(primary_key=True)
+    mismatch_id: Mapped[int] = mapped_column(
+        ForeignKey("mismatch.id", ondelete="CASCADE"), index=True
+    )
+    status: Mapped[str]
+    term: Mapped[str | None]
+    why: Mapped[str | None]
+    decided_by: Mapped[str | None]
+    decided_at: Mapped[str]

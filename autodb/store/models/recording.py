@@ -96,6 +96,7 @@ class Cut(Base):
     ``superseded_at``: since when its recording, which came in again with another content, has
     another in its place, or is withdrawn; it does not count any more.
     ``content``: by what a cut of a table is known again, in whatever bytes.
+    ``lot``: of the work material, such as a bar or a heat number; NULL: nobody said.
     ``named``: its job, program, cut of the job and block of the program, as far as stated.
     """
 
@@ -116,5 +117,6 @@ class Cut(Base):
     superseded_at: Mapped[str | None] = mapped_column(index=True)
     content: Mapped[str | None] = mapped_column(index=True)
     named: Mapped[dict[str, Any] | None]
+    lot: Mapped[str | None]
     recording: Mapped[StoredRecording] = relationship(back_populates="cuts")
     pair: Mapped[Pair | None] = relationship()

@@ -33,6 +33,8 @@ class CalibrationVersion(Base):
     scores and covariance. ``current_sd``: rms error of the currents, which ``cut_sd`` lacks.
     ``domain``: what its cuts were, and laws nearly as good; NULL: not kept before.
     ``reference_errors``: what moves all forces that it was made on, as in SensedForce.errors.
+    ``corrections``: each the `factor` by which it reads too high, its standard deviation `sd`, and
+    since when: `recording`, by id, and in that the time `t_s` of a cut; NULL: none.
     """
 
     __tablename__ = "calibration"
@@ -80,6 +82,7 @@ class CalibrationVersion(Base):
     group_covariance: Mapped[list[Any] | None]
     domain: Mapped[dict[str, Any] | None]
     reference_errors: Mapped[list[Any] | None]
+    corrections: Mapped[list[Any] | None]
     undone_at: Mapped[str | None]
     recordings: Mapped[list[StoredRecording]] = relationship(secondary=calibration_recording)
     repeats: Mapped[list[Cut]] = relationship(secondary=calibration_repeat)

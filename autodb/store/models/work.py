@@ -12,7 +12,9 @@ class Tool(Base):
     """One tool, by name, with the geometry that is known.
 
     ``kappa_deg``: entering angle κ_r; ``rake_deg``: normal rake in the holder; ``included_deg``:
-    angle between an insert's two edges.
+    angle between an insert's two edges. ``runout_mm``: offset of the tool's axis from the
+    spindle's, ``runout_sd_mm`` its standard deviation, towards ``runout_deg`` from tooth 0 to tooth
+    1, as it is clamped; NULL: not known, taken as none.
     """
 
     __tablename__ = "tool"
@@ -34,6 +36,9 @@ class Tool(Base):
     rake_deg: Mapped[float | None]
     inclination_deg: Mapped[float | None]
     included_deg: Mapped[float | None]
+    runout_mm: Mapped[float | None]
+    runout_deg: Mapped[float | None]
+    runout_sd_mm: Mapped[float | None]
     properties: Mapped[list["ToolProperty"]] = relationship(order_by="ToolProperty.code")
 
 

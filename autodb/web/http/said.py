@@ -39,12 +39,14 @@ class Step:
 class Decision:
     """A mismatch as it stands after a decision; ``already``: it was decided so before.
 
-    ``kept``: the versions, in words, that hold the confirmed term now.
+    ``kept``: the versions, in words, that hold the confirmed term now; ``back``: what was taken
+    back with a decision.
     """
 
     mismatch: MismatchSaid
     already: bool
     kept: tuple[str, ...]
+    back: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.overview import MismatchSaid, mismatch_said
 from autodb.agent.operate.access import Role, noting
-from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject
+from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject, reopen
 from autodb.errors import UnusableInput
 from autodb.reports.explanation import certainty_words, term_words
 from autodb.web.html import path, piece, service_page
@@ -21,7 +21,12 @@ from autodb.web.service import Reads, allowed, made_apart, service_of
 
 router = APIRouter()
 SEE_OTHER = 303
-CONFIRM, REJECT = "confirm", "reject"
+CONFIRM = "confirm"
+OTHERS = {"reject": reject, "reopen": reopen}
+NOTED = {
+    CONFIRM: "mismatch confirmed", "reject": "mismatch rejected", "reopen": "mismatch reopened",
+}  # fmt: skip
+"""What the audit log says of a decision, by its word."""
 
 
 @router.get("/machines/{machine:path}/mismatches")
@@ -67,25 +72,35 @@ async def report(request: Request, _access: Reads, number: Number) -> Response:
 def decide_page(
     request: Request,
     number: Number,
+    *,
     word: Annotated[str, Form()],
     csrf: Annotated[str, Form()] = "",
     term: Annotated[str, Form()] = "",
+    lot: Annotated[str, Form()] = "",
+    why: Annotated[str, Form(max_length=1000)] = "",
 ) -> Response:
-    """Confirm or reject a mismatch."""
+    """Confirm or reject a mismatch, or take its decision back."""
     access = allowed(request, Role.OPERATE, csrf, changes=True)
     service = service_of(request)
     try:
+        also = noting(access, NOTED.get(word, word), "mismatch", **_said(term, why))
+        who, reason = access.who, why or None
         if word == CONFIRM:
-            also = noting(access, "mismatch confirmed", "mismatch", term=term or None)
-            confirm(service.store, number, term=term or None, by=access.who, also=also)
-        elif word == REJECT:
-            also = noting(access, "mismatch rejected", "mismatch")
-            reject(service.store, number, by=access.who, also=also)
+            confirm(
+                service.store, number, term=term or None, lot=lot or None, by=who, why=reason,
+                also=also,
+            )  # fmt: skip
+        elif word in OTHERS:
+            OTHERS[word](service.store, number, by=who, why=reason, also=also)
         else:
-            raise HTTPException(422, f"word: '{word}'; use {CONFIRM} or {REJECT}")
+            raise HTTPException(422, f"word: '{word}'; use {', '.join(NOTED)}")
     except UnusableInput as error:
         return _shown(request, number, said=str(error), status=422)
     return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)
+
+
+def _said(term: str, why: str) -> dict[str, str | None]:
+    return {"term": term or None, "why": why or None}
 
 
 def _shown(request: Request, number: int, *, said: str = "", status: int = 200) -> Response:

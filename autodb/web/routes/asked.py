@@ -11,6 +11,7 @@ from autodb.web.http.problems import first_of
 
 TEXTS = ("name", "operation")
 PAIR = ("material", "tool")
+LOT = "lot"
 EXAMPLES = {
     "name": "rough", "operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0,
     "feed_mm_rev": 0.25, "speed_m_min": 220.0,
@@ -29,7 +30,7 @@ def cut_of_query(query: Mapping[str, str]) -> JobCut:
     """Return the cut that a query states, beside the pair; raises UnusableInput."""
     stated: dict[str, str] = {}
     for name, text in query.items():
-        if name in PAIR:
+        if name in (*PAIR, LOT):
             continue
         if name not in JobCut.model_fields:
             raise UnusableInput(f"{name}: no key of a cut{near(name, JobCut.model_fields)}")
@@ -71,6 +72,8 @@ def parameters_of_a_cut() -> list[dict[str, Any]]:
          "description": "Work material.", "example": "C45"},
         {"name": "tool", "in": "query", "required": True, "schema": {"type": "string"},
          "description": "Name of the tool.", "example": "CNMG 120408"},
+        {"name": LOT, "in": "query", "required": False, "schema": {"type": "string"},
+         "description": "Lot of the material: a bar, a heat."},
     ]  # fmt: skip
     for name, shape in shapes.items():
         of_text = _of_text(shape)

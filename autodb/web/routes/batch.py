@@ -17,7 +17,7 @@ from autodb.web.http.problems import problems
 from autodb.web.http.responses import adapter, tag_of
 from autodb.web.http.said import BatchLine, End
 from autodb.web.http.settings import MIB
-from autodb.web.routes.asked import EXAMPLES, pair_of, read_cut
+from autodb.web.routes.asked import EXAMPLES, LOT, pair_of, read_cut
 from autodb.web.routes.machines import MachineName
 from autodb.web.service import Reads, service_of
 
@@ -57,9 +57,9 @@ _BODY = {
     openapi_extra={
         "requestBody": _BODY,
         "parameters": [
-            {"name": name, "in": "query", "required": True, "schema": {"type": "string"},
+            {"name": name, "in": "query", "required": name != LOT, "schema": {"type": "string"},
              "example": example}
-            for name, example in (("material", "C45"), ("tool", "CNMG 120408"))
+            for name, example in (("material", "C45"), ("tool", "CNMG 120408"), (LOT, "B12"))
         ],
     },
 )  # fmt: skip
@@ -68,6 +68,7 @@ async def look_up_many(request: Request, _access: Reads, machine: MachineName) -
     material, tool = pair_of(dict(request.query_params))
     service = service_of(request)
     found = await run_in_threadpool(service.lookup_cache.basis, machine, material, tool)
+    basis = found.basis.of_lot(request.query_params.get(LOT))
     lines = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed when answered
     try:
         async for part in request.stream():
@@ -82,7 +83,7 @@ async def look_up_many(request: Request, _access: Reads, machine: MachineName) -
         with lines:
             numbered = enumerate(_lines(lines), start=1)
             while some := list(islice(numbered, AT_ONCE)):
-                rows = await run_in_threadpool(_rows, found.basis, some)
+                rows = await run_in_threadpool(_rows, basis, some)
                 refused += sum(row.problem is not None for row in rows)
                 answered += sum(row.problem is None for row in rows)
                 service.metrics.cuts.inc(len(rows))

@@ -12,7 +12,13 @@ from autodb.files.job import Job
 from autodb.web.http import responses
 from autodb.web.http.problems import problems
 from autodb.web.http.responses import json_answer, unchanged
-from autodb.web.routes.asked import EXAMPLES, cut_of_query, pair_of, parameters_of_a_cut
+from autodb.web.routes.asked import (
+    EXAMPLES,
+    LOT,
+    cut_of_query,
+    pair_of,
+    parameters_of_a_cut,
+)
 from autodb.web.routes.machines import MachineName, documented_answer
 from autodb.web.service import Operates, Reads, service_of
 
@@ -51,7 +57,8 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
     cut = cut_of_query(query)
     found = service.lookup_cache.basis(machine, material, tool)
     service.metrics.cuts.inc()
-    return responses.conditional(request, LookedUp, found.basis.look_up(cut), found.mark)
+    answer = found.basis.of_lot(query.get(LOT)).look_up(cut)
+    return responses.conditional(request, LookedUp, answer, found.mark)
 
 
 AJob = Annotated[Job, Body(openapi_examples=JOB)]

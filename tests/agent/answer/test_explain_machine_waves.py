@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from sqlalchemy import select
 
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import posterior_columns
@@ -180,9 +181,53 @@ def test_run_out_is_found_and_kept_as_a_mismatch(milled: Cli) -> None:
     assert "wholly in the work" in ran.err
     listed = milled("mismatch", "list", "mill-1")
     assert "runout" in listed.out
-    confirmed = milled("mismatch", "confirm", "1")
+    before = _peaks(milled)
+    number = _number_of("runout")
+    confirmed = milled("mismatch", "confirm", number)
     assert confirmed.code == 0, confirmed.err
-    assert "confirmed" in confirmed.out
+    assert f"mismatch {number}: runout confirmed\ntool mill-10: run-out 0.01" in confirmed.out
+
+    # The next prediction's peaks are those of a mill that runs out
+    angle = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
+    true = np.abs(_sent(_mill(0.06, 2.0, 3.0), angle, angle >= 0.0, StandsOut(OUT))).max(axis=1)
+    after = _peaks(milled)
+    for k, (was, is_now) in enumerate(zip(before, after, strict=True)):
+        assert is_now["low"] < true[k] < is_now["high"]
+        assert abs(is_now["value"] - true[k]) < 0.5 * abs(was["value"] - true[k])
+
+    # Explained again it is there; taken back, peaks are as they were
+    again = _answer(milled("explain", path, "--machine", "mill-1", "--json"))
+    assert {c["kind"] for a in again.values() for c in a["missing"] if c["term"] == "runout"} <= {
+        "mistuned"
+    }
+    back = milled("mismatch", "reopen", number, "--why", "clamped anew").out
+    assert "the run-out of tool mill-10 is taken back" in back
+    assert _peaks(milled) == before
+
+
+def _number_of(term: str) -> int:
+    store = open_store(URL)
+    with store.reading() as session:
+        query = select(models.Mismatch.id).where(models.Mismatch.term == term)
+        number = session.scalars(query.order_by(models.Mismatch.id)).first()
+    store.close()
+    assert number is not None
+    return number
+
+
+def _peaks(cli: Cli) -> list[dict[str, float]]:
+    """Return the peaks of force x, y and z that a look-up of the cut has, by size."""
+    ran = cli(
+        "lookup", "--machine", "mill-1", "--material", "C45", "--tool", "mill-10", "--operation",
+        "side-up", "--depth", 2, "--width", 3, "--feed", 0.06, "--rpm", RPM, "--json",
+    )  # fmt: skip
+    peaks = json.loads(ran.out)["cut"]["peaks"]
+    found = []
+    for axis in "xyz":
+        value, low, high = (peaks[f"force_{axis}_N"][key] for key in ("value", "low", "high"))
+        low, high = sorted((abs(low), abs(high)))
+        found.append({"value": abs(value), "low": low, "high": high})
+    return found
 
 
 @pytest.mark.parametrize("angle_deg", first(1, [np.degrees(ANGLE) - 30.0, None]))

@@ -16,9 +16,11 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb.agent.operate.deciding import confirm, of_term, reject
+from autodb.agent.operate.deciding import confirm, reject
+from autodb.agent.operate.fitting_confirmed import of_term
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, stored_terms
+from autodb.agent.sense.reconstructing import reconstruct_on_machine
 from autodb.errors import UnusableInput
 from autodb.records import Recording, read
 from autodb.sensing.drives import feed_axis
@@ -240,11 +242,14 @@ def test_what_belongs_to_a_recording_changes_no_model(machine: Cli, refused: Ref
     done = machine("mismatch", "confirm", load)
     assert done.out == (
         f"mismatch {load}: external_load confirmed; "
-        "it belongs to this recording, no model changes\n"
+        "it belongs to this recording: it is noted, no prediction changes\n"
     )
     assert machine("mismatch", "confirm", load).out.endswith("already confirmed as external_load\n")
-    assert "was confirmed as external_load on" in refused("mismatch", "reject", load)
     assert stored(1)
+    assert machine("mismatch", "reject", load).out == f"mismatch {load}: external_load rejected\n"
+    line = refused("mismatch", "confirm", load)
+    assert "was rejected on" in line
+    assert f"take that back first with 'autodb mismatch reopen {load}'" in line
     assert machine("doctor").code == 0
 
 
@@ -400,3 +405,53 @@ def test_a_weight_that_turns_is_no_ripple() -> None:
     assert of_term(terms, "gravity") == [turning]
     assert of_term(terms, "cogging") == [ripple, magnets]
     assert of_term(terms, "position_friction") == []
+
+
+def test_what_is_reconstructed_has_the_confirmed_term_until_it_is_taken_back(
+    machine: Cli,
+) -> None:
+    third = written("c.csv", 3)
+
+    def load_A() -> tuple[Array, str]:
+        store, recorded = open_store(URL), read(third)
+        assert isinstance(recorded, Recording)
+        (found,) = reconstruct_on_machine(
+            store, "mill", recorded, axis=None, bandwidth_hz=20.0, observer=False
+        )
+        store.close()
+        return found.load.value, found.model
+
+    before, was = load_A()
+    number = mismatch(written("b.csv", 2), machine, "asymmetry")
+    machine("mismatch", "confirm", number, "--why", "the gib is tight towards +")
+    after, is_now = load_A()
+    assert (was, is_now) == tuple(f"version {n} of machine 'mill'" for n in (1, 2))
+    assert np.std(after) < 0.5 * np.std(before)
+    assert ": the gib is tight towards +" in machine("mismatch", "show", number).out
+    done = machine("mismatch", "reopen", number).out
+    assert done == (
+        f"mismatch {number}: asymmetry is open again\nx.current version 2 is taken back\n"
+    )
+    again, called = load_A()
+    assert called == "version 1 of machine 'mill'"
+    np.testing.assert_array_equal(again, before)
+    assert (
+        "version 3 of machine 'mill', started from version 1"
+        in machine("mismatch", "confirm", number).out
+    )
+    assert machine("doctor").code == 0
+
+
+def test_a_version_that_two_causes_hold_stays_until_both_are_taken_back(machine: Cli) -> None:
+    written("b.csv", 2)
+    number = mismatch(Path("b.csv"), machine, "asymmetry")
+    machine("mismatch", "confirm", number)
+    again = mismatch(Path("b.csv"), machine, "asymmetry")
+    assert "version 2 of machine 'mill': already there" in machine("mismatch", "confirm", again).out
+    machine("mismatch", "reopen", number)
+    assert stored(2)
+    machine("identify", written("d.csv", 4), "--machine", "mill")
+    done = machine("mismatch", "reject", again).out
+    assert "x.current version 2 is taken back" in done
+    assert "x.current version 3 is taken back" in done
+    assert stored(1)

@@ -47,6 +47,10 @@ def _fill_what_nothing_writes_yet() -> None:
         mismatch.found_in = {"cuts": 24, "excluded": 7, "edges": ["B1"]}
         mismatch.models = [session.get_one(models.ChannelModel, 1)]
         mismatch.parameters_of_pairs = [session.get_one(models.CuttingParameters, 1)]
+        mismatch.calibrations = [session.get_one(models.CalibrationVersion, 1)]
+        mismatch.decisions = [
+            models.MismatchDecision(status="open", why="a new bar", decided_at=NOW)
+        ]
         session.get_one(models.CalibrationVersion, 1).repeats = [session.get_one(models.Cut, 1)]
         session.add_all([
             models.SensedWaveform(

@@ -198,6 +198,9 @@ COMMANDS = (
     Command("explain --machine", ("explain", "later.csv", *OF, "--out", "answer")),
     Command("mismatch confirm", ("mismatch", "confirm", "1"), (EXPLAINED,)),
     Command("mismatch reject", ("mismatch", "reject", "1"), (EXPLAINED,)),
+    Command(
+        "mismatch reopen", ("mismatch", "reopen", "1"), (EXPLAINED, ("mismatch", "confirm", "1"))
+    ),
     Command("withdraw", WITHDRAW),
     Command(
         "withdraw --undo",
