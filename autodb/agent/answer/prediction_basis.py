@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
+from autodb.agent.answer.undecided_causes import NONE_OPEN, OpenCauses, open_causes, undecided_cuts
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom, said_of_wear
 from autodb.agent.matching.past_predictions import width_of_next
@@ -20,6 +21,7 @@ from autodb.files.machine import AxisLimits
 from autodb.forward.limits import Exceeding, exceeding
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width, wider
+from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
 from autodb.store import models
 
@@ -60,7 +62,7 @@ class Stamp:
     """What grounds of a learnt pair depend on: as long as it is equal, so are they.
 
     ``usual`` and ``others``: newest versions of the pair's states, by id; nobody changes a version.
-    ``width``: what past predictions make of the intervals.
+    ``width``: what past predictions make of the intervals; ``open``: causes that wait for a person.
     """
 
     usual: int
@@ -68,6 +70,7 @@ class Stamp:
     tool: Mapping[str, float]
     limits: Mapping[str, AxisLimits]
     width: Width
+    open: OpenCauses
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,8 @@ class PredictionBasis:
     """The posterior of a machine's pair, what its cuts were, and the machine's limits by axis.
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
-    ``width``: what past predictions make of the intervals.
+    ``width``: what past predictions make of the intervals; ``undecided``: what the ``open`` causes
+    do until a person decides on them, or None.
     """
 
     machine: str
@@ -85,6 +89,8 @@ class PredictionBasis:
     states: States | None
     learnt: tuple[str, ...]
     width: Width = AS_STATED
+    open: OpenCauses = NONE_OPEN
+    undecided: UndecidedCuts | None = None
 
     @property
     def stamp(self) -> Stamp | None:
@@ -93,7 +99,7 @@ class PredictionBasis:
         if usual is None or self.states is None:
             return None
         others = frozenset(one.row.id for one in self.states.others)
-        return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width)
+        return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width, self.open)
 
     def predict(
         self, cuts: Sequence[JobCut]
@@ -105,11 +111,21 @@ class PredictionBasis:
         made, used = in_state.predict_in_states(
             self.known.posterior, self.known.tool, self.states, cuts
         )
-        return self.widened(made), used
+        return self.widened(
+            made, [cut.conditions(self.known.tool.diameter_mm) for cut in cuts]
+        ), used
 
-    def widened(self, cuts: Sequence[PredictedCut]) -> tuple[PredictedCut, ...]:
-        """Return predicted cuts with intervals as wide as past predictions ask for."""
-        return tuple(wider(cut, self.width.factor) for cut in cuts)
+    def widened(
+        self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]] = ()
+    ) -> tuple[PredictedCut, ...]:
+        """Return predicted cuts as wide as past predictions and open causes ask for.
+
+        ``stated``: the conditions of each by channel; none: of lines of a program.
+        """
+        wide = tuple(wider(cut, self.width.factor) for cut in cuts)
+        if self.undecided is None:
+            return wide
+        return self.undecided.widened(wide, stated or [{}] * len(wide))
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -151,6 +167,8 @@ class PredictionBasis:
             yield from _outside(self.states.usual, cuts, self.known.tool)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
+        if self.undecided is not None:
+            yield self.undecided.words
 
 
 def prediction_basis_of(
@@ -158,6 +176,7 @@ def prediction_basis_of(
 ) -> PredictionBasis:
     """Read what else answers rest on about a pair of which this is known."""
     number = known.behind.parameters
+    waiting = NONE_OPEN if number is None else open_causes(session, number)
     return PredictionBasis(
         machine=owner.name,
         limits=owner.limits,
@@ -166,6 +185,8 @@ def prediction_basis_of(
         states=None if number is None else states_of_version(session, number),
         learnt=() if known.own else tuple(learnt_pairs(session, owner.id)),
         width=width_of_next(session, owner.id, (material, known.tool.name), learnt=known.own),
+        open=waiting,
+        undecided=None if number is None else undecided_cuts(session, number, waiting),
     )
 
 

@@ -19,10 +19,13 @@ HISTORY = 200
 class PastCut:
     """A cut that was predicted and then made: its job, its name there, and what is scored of it.
 
-    ``learnt``: it was predicted from the pair's own parameters. ``number`` of the link.
+    ``learnt``: it was predicted from the pair's own parameters, at ``predicted_at``. ``number`` of
+    the link; ``made``: the cut, by id.
     """
 
     number: int
+    made: int
+    predicted_at: str
     prediction: int
     job: str
     pair: tuple[str, str]
@@ -51,13 +54,78 @@ def width_of_next(
 ) -> Width:
     """Return by what the next intervals of a pair, material and tool, are wider.
 
-    Predictions from parameters that were ``learnt`` say nothing of others, nor others of them.
+    Predictions from parameters that were ``learnt`` say nothing of others, nor others of them; nor
+    do those say anything of the next of which a mismatch says why they were off
+    (``known_causes``).
     """
     past = past_cuts(session, machine_id, most=HISTORY)
-    alike = [one for one in past if one.learnt == learnt]
+    causes = known_causes(session, machine_id) if past else []
+    alike = [
+        one
+        for one in past
+        if one.learnt == learnt and not any(cause.tells_why(one) for cause in causes)
+    ]
     own = [each for one in alike if one.pair == pair for each in one.scored]
     others = [each for one in alike if one.pair != pair for each in one.scored]
     return width_of(own, others, upto=max((one.number for one in past), default=None))
+
+
+@dataclass(frozen=True)
+class KnownCause:
+    """A recording that an open or confirmed mismatch in forces was found in, and of whose cuts.
+
+    ``pair``: material and tool; None: of all of its cuts. ``decided_at``: None: it is open.
+    """
+
+    recording: int
+    pair: tuple[str, str] | None
+    decided_at: str | None
+
+    def tells_why(self, one: PastCut) -> bool:
+        """Say whether a cut was predicted before this cause, which its forces hold, was learnt."""
+        return (
+            one.recording == self.recording
+            and self.pair in (None, one.pair)
+            and (self.decided_at is None or one.predicted_at <= self.decided_at)
+        )
+
+
+def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
+    """Return the recordings of a machine of which a mismatch says why forces were off."""
+    rows = session.connection().execute(_CAUSES, {"machine": machine_id}).all()
+    return [
+        KnownCause(recording, None if tool is None else (material, tool), decided_at)
+        for first, further, decided_at, material, tool in rows
+        for recording in {first, further} - {None}
+    ]
+
+
+def _causes() -> Select[Any]:
+    row, recording = models.Mismatch, models.StoredRecording
+    further, of_pair = models.mismatch_recording.c, models.mismatch_pair.c
+    return (
+        select(
+            row.recording_id,
+            further.recording_id,
+            row.decided_at,
+            models.Material.name,
+            models.Tool.name,
+        )
+        .join(recording, recording.id == row.recording_id)
+        .outerjoin(models.mismatch_recording, further.mismatch_id == row.id)
+        .outerjoin(models.mismatch_pair, of_pair.mismatch_id == row.id)
+        .outerjoin(models.Pair, models.Pair.id == of_pair.pair_id)
+        .outerjoin(models.Material, models.Material.id == models.Pair.material_id)
+        .outerjoin(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(
+            recording.machine_id == bindparam("machine"),
+            row.status != "rejected",
+            row.channel.startswith("force."),
+        )
+    )
+
+
+_CAUSES = _causes()
 
 
 def _past() -> Select[Any]:
@@ -76,6 +144,7 @@ def _past() -> Select[Any]:
             link.matched_by,
             link.expected,
             link.made,
+            asked.created_at,
             *(asked.job[key].as_string().label(key) for key in ("material", "tool")),
             asked.job["name"].as_string().label("job"),
             asked.started_from,
@@ -99,6 +168,8 @@ _PAST = _past()
 def _past_cut(row: Mapping[str, Any]) -> PastCut:
     return PastCut(
         number=row["id"],
+        made=row["cut_id"],
+        predicted_at=row["created_at"],
         prediction=row["prediction_id"],
         job=row["job"],
         pair=(row["material"], row["tool"]),

@@ -166,9 +166,7 @@ class _Edges:
         self._until_mm = float(rng.uniform(*CHANGED_MM))
         self._leaves_out, self.unrecorded_at, self._cuts = unrecorded, 0, 0
 
-    def next(
-        self, duration_s: float, *, batch: int
-    ) -> tuple[tuple[str, float], tuple[str, float]]:
+    def next(self, duration_s: float, *, batch: int) -> tuple[tuple[str, float], tuple[str, float]]:
         """Return name and cutting time of the edge before a cut, and as they are written down."""
         self._cuts += 1
         if flank_wear_mm(self._pair, self._name(self._number), self._used_s) > self._until_mm:

@@ -69,7 +69,9 @@ class NamedSoFar:
     def outcome(self) -> list[Named]:
         """Return what became of every event, and what was invented."""
         found = [
-            Named(name, NAMES[name][0], first, at, None if at is None else self._cuts(name, pair, at))
+            Named(
+                name, NAMES[name][0], first, at, None if at is None else self._cuts(name, pair, at)
+            )
             for (name, pair), first in self._events.items()
             for at in [self._batch.get((name, pair))]
         ]
@@ -78,7 +80,7 @@ class NamedSoFar:
 
     def _event_of(self, row: models.Mismatch, batch: int) -> tuple[str, int | None] | None:
         """Return the event that a mismatch names, if it has happened by then."""
-        pairs = [PAIRS.index(one.material.name) for one in row.pairs]
+        pairs = [PAIRS.index(one.material.name) for one in row.pairs] or range(len(PAIRS))
         for (name, pair), first in self._events.items():
             if row.term not in NAMES[name] or first > batch:
                 continue
@@ -86,7 +88,7 @@ class NamedSoFar:
                 axis = COMPONENT[self._weeks.drifts[0]]
                 if row.channel == f"force.{axis}":
                     return name, pair
-            elif pairs == [pair] and (name != "hard batch" or self._holds(row, first)):
+            elif pair in pairs and (name != "hard batch" or self._holds(row, first)):
                 return name, pair
         return None
 

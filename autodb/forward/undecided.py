@@ -1,0 +1,166 @@
+"""Intervals that hold what cuts showed whose cause nobody has decided on, beside what was learnt.
+
+Of a pair with an open mismatch some cuts are excluded: they were not as learnt. Until a person says
+what they were, the next cut may be of either kind, and its force F has a mixture of both,
+
+    F ~ (1 - p) N(m, s²) + p sum_j v_j N(m (1 + r_j), (m s_j)²),    sum v_j = 1
+
+with m and s as learnt, and of each excluded cut j the share r_j by which its force was off what is
+learnt, which s_j of sensing and scatter blurs. p and v_j are local: with weights of all cuts of the
+pair to the one asked for,
+
+    w_j = 2^(-a_j / A) exp(-½ sum_d (x_d - x_dj)² / h_d²)
+
+a_j cuts ago, at x the logarithms of cutting speed, time on the edge and flank wear, as far as both
+state them, p = (sum of excluded w_j + p_0) / (sum of w_j + 1), p_0 the excluded share of all cuts
+by age alone, which also shares its one cut's weight among them. A band of speed widens where it is,
+wear where edges are as old, what nobody can place everywhere; the newest cuts tell most. The
+interval runs between the mixture's 2.5 and 97.5 %, and never inside of what was learnt.
+
+Sources: mixture of predictive distributions, Gneiting and Ranjan 2013 (Electron. J. Statist. 7);
+local weights, Nadaraya 1964.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from autodb.fitting import NORMAL_95
+from autodb.forward.predictedfile import QUANTITIES
+from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.pairs.engaged import BANDS, CUTTING_TIME, FLANK_WEAR, SPEED
+
+Array = NDArray[np.float64]
+
+FORCES = ("force_x_N", "force_y_N", "force_z_N")
+TANGENTIAL = 1
+HALF_LIFE = 30.0
+"""A, cuts of the pair after which a cut tells half as much. Chosen: a shop's day or two."""
+PLACED = {SPEED: (0.0, 0.12), CUTTING_TIME: (60.0, 0.35), FLANK_WEAR: (0.05, 0.35)}
+"""What cuts are alike in: what is added before the logarithm is taken (m/min, s, mm), and h.
+Chosen: 12 % of speed, a third of an edge's age."""
+TAIL = 0.025
+STEPS = 50
+"""Halvings of the range in which an end is sought."""
+
+
+@dataclass(frozen=True)
+class UndecidedCuts:
+    """The newest cuts of a pair, oldest first, and how those that are excluded were off.
+
+    ``placed`` (n, 3): logarithms as in PLACED, NaN: not stated; ``excluded`` (n,); ``off`` and
+    ``sd`` (n, 3): of x, y, z by what share of what is learnt, NaN: not sensed. ``words``: which
+    mismatches are open, and what decides them.
+    """
+
+    placed: Array
+    excluded: NDArray[np.bool_]
+    off: Array
+    sd: Array
+    words: str
+
+    def widened(
+        self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]]
+    ) -> tuple[PredictedCut, ...]:
+        """Return cuts that are predicted in the usual state with intervals that hold either kind.
+
+        ``stated``: the conditions of each by channel, as far as they are known.
+        """
+        places = np.array(
+            [placed({SPEED: c.speed_m_min, **s}) for c, s in zip(cuts, stated, strict=True)]
+        )
+        return tuple(
+            cut if cut.state is not None else self._widened(cut, place)
+            for cut, place in zip(cuts, places, strict=True)
+        )
+
+    def _widened(self, cut: PredictedCut, place: Array) -> PredictedCut:
+        weight = self._weights(place)
+        reach: dict[str, tuple[float, float]] = {}
+        for k, name in enumerate(FORCES):
+            there = self.excluded & np.isfinite(self.off[:, k])
+            if there.any():
+                own = getattr(cut, name)
+                reach[name] = _reach(own, self.off[there, k], self.sd[there, k], weight[there])
+        if not reach:
+            return cut
+        turned = cut.operation not in BANDS and FORCES[TANGENTIAL] in reach
+        low, high = (max(ends) for ends in zip(*reach.values(), strict=True))
+        both = reach[FORCES[TANGENTIAL]] if turned else (low, high)
+        reach |= dict.fromkeys(("torque_N_m", "power_W"), both)
+        return _stretched(cut, reach)
+
+    def _weights(self, place: Array) -> Array:
+        """Return the chance (n,) that a cut is as each of the excluded ones was."""
+        age = np.exp2(-np.arange(len(self.excluded))[::-1] / HALF_LIFE)
+        width = np.array([h for _, h in PLACED.values()])
+        apart = np.nan_to_num((place - self.placed) / width)
+        near = age * np.exp(-0.5 * np.sum(apart**2, axis=1))
+        each = near + age / np.sum(age)
+        return np.asarray(np.where(self.excluded, each, 0.0) / (np.sum(near) + 1.0))
+
+
+def placed(stated: Mapping[str, Any]) -> list[float]:
+    """Return where a cut is among others: logarithms as in PLACED, NaN where it does not say."""
+    return [
+        float(np.log(stated[name] + more)) if stated.get(name) is not None else np.nan
+        for name, (more, _) in PLACED.items()
+    ]
+
+
+def _reach(own: Interval, off: Array, sd: Array, weight: Array) -> tuple[float, float]:
+    """Return by what the distances of an interval's ends from its value are larger, 1 at least."""
+    size = abs(own.value)
+    if size == 0.0 or own.high <= own.low:
+        return 1.0, 1.0
+    chance = float(np.sum(weight))
+    middle = np.concatenate([[own.value], own.value + size * np.sign(own.value) * off])
+    spread = np.concatenate([[(own.high - own.low) / (2.0 * NORMAL_95)], size * sd])
+    share = np.concatenate([[1.0 - chance], weight])
+    ends = [_quantile(middle, spread, share, at) for at in (TAIL, 1.0 - TAIL)]
+    low = max((own.value - ends[0]) / (own.value - own.low), 1.0) if own.low < own.value else 1.0
+    high = max((ends[1] - own.value) / (own.high - own.value), 1.0) if own.high > own.value else 1.0
+    return low, high
+
+
+def _quantile(middle: Array, spread: Array, share: Array, at: float) -> float:
+    """Return where a mixture of normals has a share ``at`` below."""
+    low, high = float(np.min(middle - 6.0 * spread)), float(np.max(middle + 6.0 * spread))
+    for _ in range(STEPS):
+        half = 0.5 * (low + high)
+        if share @ ndtr((half - middle) / spread) < at:
+            low = half
+        else:
+            high = half
+    return 0.5 * (low + high)
+
+
+_Predicted = TypeVar("_Predicted", PredictedCut, Moment, Peaks)
+
+
+def _stretched(one: _Predicted, reach: Mapping[str, tuple[float, float]]) -> _Predicted:
+    """Return what is predicted with the ends of its intervals so much farther off."""
+    changes: dict[str, Any] = {
+        each.field: _farther(getattr(one, each.field), *reach[each.field])
+        for each in QUANTITIES
+        if each.field in reach
+    }
+    if isinstance(one, PredictedCut):
+        changes |= {
+            "peaks": None if one.peaks is None else _stretched(one.peaks, reach),
+            "start": None if one.start is None else _stretched(one.start, reach),
+            "end": None if one.end is None else _stretched(one.end, reach),
+        }
+    return replace(one, **changes)
+
+
+def _farther(own: Interval, low: float, high: float) -> Interval:
+    return Interval(
+        own.value,
+        own.value - low * (own.value - own.low),
+        own.value + high * (own.high - own.value),
+    )
