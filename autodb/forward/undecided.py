@@ -22,16 +22,16 @@ local weights, Nadaraya 1964.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from autodb.fitting import NORMAL_95
-from autodb.forward.predictedfile import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.forward.prediction import Interval, PredictedCut
+from autodb.forward.stretching import Reach, stretched
 from autodb.pairs.engaged import BANDS, CUTTING_TIME, FLANK_WEAR, SPEED
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ class UndecidedCuts:
 
     def _widened(self, cut: PredictedCut, place: Array) -> PredictedCut:
         weight = self._weights(place)
-        reach: dict[str, tuple[float, float]] = {}
+        reach: dict[str, Reach] = {}
         for k, name in enumerate(FORCES):
             there = self.excluded & np.isfinite(self.off[:, k])
             if there.any():
@@ -92,7 +92,7 @@ class UndecidedCuts:
         low, high = (max(ends) for ends in zip(*reach.values(), strict=True))
         both = reach[FORCES[TANGENTIAL]] if turned else (low, high)
         reach |= dict.fromkeys(("torque_N_m", "power_W"), both)
-        return _stretched(cut, reach)
+        return stretched(cut, reach)
 
     def _weights(self, place: Array) -> Array:
         """Return the chance (n,) that a cut is as each of the excluded ones was."""
@@ -112,7 +112,7 @@ def placed(stated: Mapping[str, Any]) -> list[float]:
     ]
 
 
-def _reach(own: Interval, off: Array, sd: Array, weight: Array) -> tuple[float, float]:
+def _reach(own: Interval, off: Array, sd: Array, weight: Array) -> Reach:
     """Return by what the distances of an interval's ends from its value are larger, 1 at least."""
     size = abs(own.value)
     if size == 0.0 or own.high <= own.low:
@@ -137,30 +137,3 @@ def _quantile(middle: Array, spread: Array, share: Array, at: float) -> float:
         else:
             high = half
     return 0.5 * (low + high)
-
-
-_Predicted = TypeVar("_Predicted", PredictedCut, Moment, Peaks)
-
-
-def _stretched(one: _Predicted, reach: Mapping[str, tuple[float, float]]) -> _Predicted:
-    """Return what is predicted with the ends of its intervals so much farther off."""
-    changes: dict[str, Any] = {
-        each.field: _farther(getattr(one, each.field), *reach[each.field])
-        for each in QUANTITIES
-        if each.field in reach
-    }
-    if isinstance(one, PredictedCut):
-        changes |= {
-            "peaks": None if one.peaks is None else _stretched(one.peaks, reach),
-            "start": None if one.start is None else _stretched(one.start, reach),
-            "end": None if one.end is None else _stretched(one.end, reach),
-        }
-    return replace(one, **changes)
-
-
-def _farther(own: Interval, low: float, high: float) -> Interval:
-    return Interval(
-        own.value,
-        own.value - low * (own.value - own.low),
-        own.value + high * (own.high - own.value),
-    )

@@ -19,10 +19,11 @@ from autodb.errors import near
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import Exceeding, exceeding
+from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
-from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
+from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
 
 PROFILED = ("face", "taper", "contour")
@@ -123,9 +124,25 @@ class PredictionBasis:
         ``stated``: the conditions of each by channel; none: of lines of a program.
         """
         wide = tuple(wider(cut, self.width.factor) for cut in cuts)
-        if self.undecided is None:
-            return wide
-        return self.undecided.widened(wide, stated or [{}] * len(wide))
+        known = stated or [{}] * len(wide)
+        longest_s = self.longest_s
+        if longest_s is not None:
+            wide = tuple(
+                with_room_for_wear(cut, cut_s=one.get(CUTTING_TIME, 0.0), seen_s=longest_s)
+                for cut, one in zip(wide, known, strict=True)
+            )
+        return wide if self.undecided is None else self.undecided.widened(wide, known)
+
+    @property
+    def longest_s(self) -> float | None:
+        """The longest that an edge had cut before a cut that the pair was learnt from.
+
+        None where its posterior has wear, or its cuts do not say.
+        """
+        if self.states is None or self.known.posterior.wear is not None:
+            return None
+        ends = self.states.usual.ranges.get(CUTTING_TIME)
+        return None if ends is None else ends[1]
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -144,6 +161,7 @@ class PredictionBasis:
         return (
             *self.notes(cuts),
             *_open_ended(cuts),
+            *_older(self.longest_s, cuts),
             *said_of_states(found),
             *said_of_wear(self.known.posterior, self.known.tool, cuts, found),
         )
@@ -208,6 +226,17 @@ def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
             yield (
                 f"cut {number}{name}: its torque and power are those at its start, "
                 f"{cut.diameter_mm:g} mm; state end_diameter_mm for their mean and end"
+            )
+
+
+def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
+    """Say which cuts have an older edge than any that a pair without wear was learnt from."""
+    for number, cut in enumerate(cuts, start=1):
+        if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
+            name = f" '{cut.name}'" if cut.name else ""
+            yield (
+                f"cut {number}{name}: no edge had cut for more than {longest_s:g} s; its intervals "
+                "leave room for the wear of an older one"
             )
 
 

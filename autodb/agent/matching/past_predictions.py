@@ -1,6 +1,6 @@
 """What was predicted of cuts and what they then took: read for scores, and for the next widths."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,15 +55,18 @@ def width_of_next(
     """Return by what the next intervals of a pair, material and tool, are wider.
 
     Predictions from parameters that were ``learnt`` say nothing of others, nor others of them; nor
-    do those say anything of the next of which a mismatch says why they were off
-    (``known_causes``).
+    do outlying cuts whose cause is open, which widen by what they showed, and cuts predicted before
+    their cause was confirmed.
     """
     past = past_cuts(session, machine_id, most=HISTORY)
     causes = known_causes(session, machine_id) if past else []
+    outlying = _outlying(session, [one for one in past if any(c.waits_for(one) for c in causes)])
     alike = [
         one
         for one in past
-        if one.learnt == learnt and not any(cause.tells_why(one) for cause in causes)
+        if one.learnt == learnt
+        and one.made not in outlying
+        and not any(cause.tells_why(one) for cause in causes)
     ]
     own = [each for one in alike if one.pair == pair for each in one.scored]
     others = [each for one in alike if one.pair != pair for each in one.scored]
@@ -86,8 +89,29 @@ class KnownCause:
         return (
             one.recording == self.recording
             and self.pair in (None, one.pair)
-            and (self.decided_at is None or one.predicted_at <= self.decided_at)
+            and self.decided_at is not None
+            and one.predicted_at <= self.decided_at
         )
+
+    def waits_for(self, one: PastCut) -> bool:
+        """Say whether nobody has decided yet on this cause, which a cut's recording holds."""
+        return (
+            one.recording == self.recording
+            and self.pair in (None, one.pair)
+            and self.decided_at is None
+        )
+
+
+def _outlying(session: Session, cuts: Sequence[PastCut]) -> set[int]:
+    """Return those cuts, by id, that no version has learnt from."""
+    numbers = {one.made for one in cuts}
+    seen = models.cutting_parameters_force.c
+    learnt = (
+        select(models.SensedForce.cut_id)
+        .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
+        .where(models.SensedForce.cut_id.in_(numbers))
+    )
+    return numbers - set(session.scalars(learnt)) if numbers else set()
 
 
 def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
