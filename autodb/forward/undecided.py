@@ -3,17 +3,19 @@
 Of a pair with an open mismatch some cuts are excluded: they were not as learnt. Until a person says
 what they were, the next cut may be of either kind, and its force F has a mixture of both,
 
-    F ~ (1 - p) N(m, s²) + p sum_j v_j N(m (1 + r_j), (m s_j)²),    sum v_j = 1
+    F ~ (1 - p) N(m (1 + b), s²) + p sum_j v_j N(m (1 + r_j), (m s_j)²),    sum v_j = 1
 
 with m and s as learnt, and of each excluded cut j the share r_j by which its force was off what is
-learnt, which s_j of sensing and scatter blurs. p and v_j are local: with weights of all cuts of the
-pair to the one asked for,
+learnt, which s_j of sensing and scatter blurs. What nobody has decided on also bent what was learnt
+from the others: b is what they are off by here. All is local: with weights of all cuts of the pair
+to the one asked for,
 
     w_j = 2^(-a_j / A) exp(-½ sum_d (x_d - x_dj)² / h_d²)
 
 a_j cuts ago, at x the logarithms of cutting speed, time on the edge and flank wear, as far as both
 state them, p = (sum of excluded w_j + p_0) / (sum of w_j + 1), p_0 the excluded share of all cuts
-by age alone, which also shares its one cut's weight among them. A band of speed widens where it is,
+by age alone, which also shares its one cut's weight among them, and b = sum of w_j r_j / (sum of
+w_j + 1) over cuts that are not excluded. A band of speed widens where it is,
 wear where edges are as old, what nobody can place everywhere; the newest cuts tell most. The
 interval runs between the mixture's 2.5 and 97.5 %, and never inside of what was learnt.
 
@@ -50,7 +52,7 @@ STEPS = 50
 
 @dataclass(frozen=True)
 class UndecidedCuts:
-    """The newest cuts of a pair, oldest first, and how those that are excluded were off.
+    """The newest cuts of a pair, oldest first, and how they were off.
 
     ``placed`` (n, 3): logarithms as in PLACED, NaN: not stated; ``excluded`` (n,); ``off`` and
     ``sd`` (n, 3): of x, y, z by what share of what is learnt, NaN: not sensed. ``words``: which
@@ -79,29 +81,56 @@ class UndecidedCuts:
         )
 
     def _widened(self, cut: PredictedCut, place: Array) -> PredictedCut:
-        weight = self._weights(place)
+        near, age = self._near(place)
         reach: dict[str, Reach] = {}
         for k, name in enumerate(FORCES):
-            there = self.excluded & np.isfinite(self.off[:, k])
-            if there.any():
-                own = getattr(cut, name)
-                reach[name] = _reach(own, self.off[there, k], self.sd[there, k], weight[there])
+            known = np.isfinite(self.off[:, k])
+            there, others = known & self.excluded, known & ~self.excluded
+            if not there.any():
+                continue
+            off = self.off[:, k]
+            chance = (near + age / np.sum(age[known]))[there] / (np.sum(near[known]) + 1.0)
+            bent = float(near[others] @ off[others] / (np.sum(near[others]) + 1.0))
+            seen = _Seen(off[there], self.sd[there, k], chance, bent)
+            reach[name] = seen.reach(getattr(cut, name))
         if not reach:
             return cut
         turned = cut.operation not in BANDS and FORCES[TANGENTIAL] in reach
         low, high = (max(ends) for ends in zip(*reach.values(), strict=True))
         both = reach[FORCES[TANGENTIAL]] if turned else (low, high)
-        reach |= dict.fromkeys(("torque_N_m", "power_W"), both)
-        return stretched(cut, reach)
+        return stretched(cut, reach | dict.fromkeys(("torque_N_m", "power_W"), both))
 
-    def _weights(self, place: Array) -> Array:
-        """Return the chance (n,) that a cut is as each of the excluded ones was."""
+    def _near(self, place: Array) -> tuple[Array, Array]:
+        """Return the weights of all cuts (n,) for one asked for, and those by age alone."""
         age = np.exp2(-np.arange(len(self.excluded))[::-1] / HALF_LIFE)
         width = np.array([h for _, h in PLACED.values()])
         apart = np.nan_to_num((place - self.placed) / width)
-        near = age * np.exp(-0.5 * np.sum(apart**2, axis=1))
-        each = near + age / np.sum(age)
-        return np.asarray(np.where(self.excluded, each, 0.0) / (np.sum(near) + 1.0))
+        return age * np.exp(-0.5 * np.sum(apart**2, axis=1)), age
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """How excluded cuts (j,) were off, with which sd, how probable each is, and b of the others."""
+
+    off: Array
+    sd: Array
+    chance: Array
+    bent: float
+
+    def reach(self, own: Interval) -> Reach:
+        """Return by what the distances of an interval's ends are larger, 1 at least."""
+        size = abs(own.value)
+        if size == 0.0 or not own.low < own.value < own.high:
+            return 1.0, 1.0
+        learnt = own.value * (1.0 + self.bent)
+        middle = np.concatenate([[learnt], own.value * (1.0 + self.off)])
+        spread = np.concatenate([[(own.high - own.low) / (2.0 * NORMAL_95)], size * self.sd])
+        share = np.concatenate([[1.0 - float(np.sum(self.chance))], self.chance])
+        low, high = (_quantile(middle, spread, share, at) for at in (TAIL, 1.0 - TAIL))
+        return (
+            max((own.value - low) / (own.value - own.low), 1.0),
+            max((high - own.value) / (own.high - own.value), 1.0),
+        )
 
 
 def placed(stated: Mapping[str, Any]) -> list[float]:
@@ -110,21 +139,6 @@ def placed(stated: Mapping[str, Any]) -> list[float]:
         float(np.log(stated[name] + more)) if stated.get(name) is not None else np.nan
         for name, (more, _) in PLACED.items()
     ]
-
-
-def _reach(own: Interval, off: Array, sd: Array, weight: Array) -> Reach:
-    """Return by what the distances of an interval's ends from its value are larger, 1 at least."""
-    size = abs(own.value)
-    if size == 0.0 or own.high <= own.low:
-        return 1.0, 1.0
-    chance = float(np.sum(weight))
-    middle = np.concatenate([[own.value], own.value + size * np.sign(own.value) * off])
-    spread = np.concatenate([[(own.high - own.low) / (2.0 * NORMAL_95)], size * sd])
-    share = np.concatenate([[1.0 - chance], weight])
-    ends = [_quantile(middle, spread, share, at) for at in (TAIL, 1.0 - TAIL)]
-    low = max((own.value - ends[0]) / (own.value - own.low), 1.0) if own.low < own.value else 1.0
-    high = max((ends[1] - own.value) / (own.high - own.value), 1.0) if own.high > own.value else 1.0
-    return low, high
 
 
 def _quantile(middle: Array, spread: Array, share: Array, at: float) -> float:

@@ -78,14 +78,12 @@ def undecided_cuts(session: Session, parameters: int, causes: OpenCauses) -> Und
     there = np.array([cut.id in waiting for cut in cuts], dtype=np.bool_)
     if not there.any():
         return None
-    off, sd = _off(session, usual, [cut for cut in cuts if cut.id in waiting])
-    whole = np.full((2, len(cuts), len(QUANTITY)), np.nan)
-    whole[:, there] = off, sd
+    off, sd = _off(session, usual, cuts)
     return UndecidedCuts(
         placed=np.array([placed(cut.conditions) for cut in cuts]),
         excluded=there,
-        off=whole[0],
-        sd=whole[1],
+        off=off,
+        sd=sd,
         words=_words(named, int(there.sum())),
     )
 
