@@ -13,6 +13,7 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.drifted_gains import open_drifted_gains
 from autodb.agent.answer.pooled_mismatches import open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
@@ -103,6 +104,7 @@ class _Pass:
         outliers: list[int] = []
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
+        done.mismatches += open_drifted_gains(session, owner, self.span, sensed)
         done.mismatches += open_mismatches(
             session, owner, outliers, upto=self.span.upto, progress=self._progress
         )

@@ -1,6 +1,16 @@
 """What mismatches were found in, in words."""
 
 from autodb.store import models
+from autodb.terms.sensor import GAIN
+
+GAIN_TERM = GAIN.name
+SINCE = "since"
+"""Of what a drifted gain was found in: the recording, by id, from which on an axis reads so."""
+
+
+def is_of_axis(row: models.Mismatch) -> bool:
+    """Say whether a mismatch is of what senses a force, and of no pair: its gain has drifted."""
+    return row.found_in is not None and SINCE in row.found_in
 
 
 def found_words(row: models.Mismatch) -> str:
