@@ -31,8 +31,8 @@ FREEDOM = 4.0
 ROUNDS = 15
 OVER = (1, 2, 3)
 """Recordings that a shift takes to come."""
-AFTER = 2
-"""Recordings since it came, and before, that a shift needs at least."""
+BEFORE, AFTER = 3, 2
+"""Recordings before a shift, and since it came, at least."""
 PAIRS = 2
 """Pairs that must share a shift. Chosen: of one, its own change is as good an account."""
 BEATS = 3.0
@@ -227,7 +227,7 @@ def _cells(readings: SensedShares) -> _Cells | None:
     level = _within(readings)
     key = np.stack([readings.pair, readings.component, readings.recording])
     which, place = np.unique(key, axis=1, return_inverse=True)
-    if len(np.unique(which[2])) < 2 * AFTER or len(np.unique(which[0])) < PAIRS:
+    if len(np.unique(which[2])) < BEFORE + AFTER or len(np.unique(which[0])) < PAIRS:
         return None
     rows = [np.flatnonzero(place == k) for k in range(which.shape[1])]
     pair, component, recording = which
@@ -265,7 +265,7 @@ def _within(readings: SensedShares) -> Array:
 
 def _accounts(cells: _Cells) -> Iterator[_Account]:
     last = int(cells.recording.max())
-    for since in range(AFTER, last + 2 - AFTER):
+    for since in range(BEFORE, last + 2 - AFTER):
         for over in OVER:
             if since + over - 1 > last:
                 continue

@@ -1,6 +1,6 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from autodb.agent.ingest.importing import counted_cuts, cuts_as_table, import_fi
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
+from autodb.agent.sense.edges_in_use import conditions_in_use
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
@@ -121,7 +122,7 @@ def expected_and_sensed(
             "no cut belongs to a work-tool pair that the machine has parameters of; run 'autodb "
             "refresh' first"
         )
-    table = cuts_as_table(kept, path=Path(kept[0].recording.path))
+    table = cuts_as_table(kept, path=Path(kept[0].recording.path), conditions=_in_use(kept))
     if stamps is not None:
         number, t_s = np.array([stamps[cut.id] for cut in kept]).T
         table = replace(table, channels={**table.channels, "cut": number, "t": t_s})
@@ -146,6 +147,15 @@ def expected_and_sensed(
         CutTable(path=table.path, channels={"cut": table.cut, **predicted}),
         has,
     )
+
+
+def _in_use(cuts: Sequence[models.Cut]) -> dict[int, Mapping[str, Any]]:
+    """Return the conditions of cuts by id, with the edges that they were made with."""
+    found: dict[int, Mapping[str, Any]] = {}
+    for pair_id in dict.fromkeys(cut.pair_id for cut in cuts):
+        own = [cut for cut in cuts if cut.pair_id == pair_id]
+        found |= {cut.id: one for cut, one in zip(own, conditions_in_use(own), strict=True)}
+    return found
 
 
 def _expected(

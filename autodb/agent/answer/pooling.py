@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
 from autodb.agent.ingest.importing import counted_cuts
-from autodb.agent.rows.mismatches import is_of_axis
+from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recordings import stated_start
 from autodb.agent.sense.sensed import usable
@@ -114,7 +114,7 @@ def explain_mismatch(session: Session, row: models.Mismatch) -> Explained:
     Raises UnusableInput as ``explain_recording``, or where too few of its cuts count.
     """
     several = row.found_in is not None and len(row.recordings) > 1 and row.pairs
-    if not several or is_of_axis(row):
+    if not several or not is_cause(row):
         return explain_recording(session, row.recording)
     owner = session.get_one(models.Machine, row.recording.machine_id)
     cuts = [cut for one in row.recordings for cut in cuts_of_pair(one, row.pairs[0])]

@@ -8,7 +8,13 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
-from autodb.agent.answer.undecided_causes import NONE_OPEN, OpenCauses, open_causes, undecided_cuts
+from autodb.agent.answer.undecided_causes import (
+    NONE_OPEN,
+    OpenCauses,
+    open_causes,
+    said_of_open,
+    undecided_cuts,
+)
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom, said_of_wear
 from autodb.agent.matching.past_predictions import width_of_next
@@ -80,7 +86,7 @@ class PredictionBasis:
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
     ``width``: what past predictions make of the intervals; ``undecided``: what the ``open`` causes
-    do until a person decides on them, or None.
+    do until a person decides on them, or None; ``apart``: what is said of others.
     """
 
     machine: str
@@ -92,6 +98,7 @@ class PredictionBasis:
     width: Width = AS_STATED
     open: OpenCauses = NONE_OPEN
     undecided: UndecidedCuts | None = None
+    apart: tuple[str, ...] = ()
 
     @property
     def stamp(self) -> Stamp | None:
@@ -187,6 +194,7 @@ class PredictionBasis:
             yield self.width.words(self.machine)
         if self.undecided is not None:
             yield self.undecided.words
+        yield from self.apart
 
 
 def prediction_basis_of(
@@ -205,6 +213,7 @@ def prediction_basis_of(
         width=width_of_next(session, owner.id, (material, known.tool.name), learnt=known.own),
         open=waiting,
         undecided=None if number is None else undecided_cuts(session, number, waiting),
+        apart=said_of_open(session, waiting),
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.learn.states import excluded_cuts, recordings_of
 from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.rows.mismatches import NEW_EDGE, SINCE
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, forces_of_cuts, usable
@@ -23,10 +25,14 @@ NEWEST = 200
 
 @dataclass(frozen=True)
 class OpenCauses:
-    """The open mismatches in the forces of a pair's cuts, by id, and the last cut examined then."""
+    """The open mismatches in the forces of a pair's cuts, by id, and the last cut examined then.
+
+    ``apart``: those that are no cause of excluded cuts: a drifted gain, a new edge.
+    """
 
     mismatches: tuple[int, ...] = ()
     upto: int = 0
+    apart: tuple[int, ...] = ()
 
 
 NONE_OPEN = OpenCauses()
@@ -38,13 +44,18 @@ def open_causes(session: Session, parameters: int) -> OpenCauses:
     if not found:
         return NONE_OPEN
     mark = last_mark(session, found[0].machine_id)
-    return OpenCauses(tuple(row.id for row in found), 0 if mark is None else mark.cut)
+    apart = {row.id for row in found if {SINCE, NEW_EDGE} & (row.found_in or {}).keys()}
+    return OpenCauses(
+        tuple(row.id for row in found if row.id not in apart),
+        0 if mark is None else mark.cut,
+        tuple(sorted(apart)),
+    )
 
 
-def _open() -> Select[int, int]:
+def _open() -> Select[Any]:
     row, usual = models.Mismatch, models.CuttingParameters
     return (
-        select(row.id, usual.machine_id)
+        select(row.id, usual.machine_id, row.found_in)
         .join(models.StoredRecording, models.StoredRecording.id == row.recording_id)
         .join(usual, usual.machine_id == models.StoredRecording.machine_id)
         .where(
@@ -85,6 +96,16 @@ def undecided_cuts(session: Session, parameters: int, causes: OpenCauses) -> Und
         off=off,
         sd=sd,
         words=_words(named, int(there.sum())),
+    )
+
+
+def said_of_open(session: Session, causes: OpenCauses) -> tuple[str, ...]:
+    """Say which drifted gains and new edges of a pair nobody has decided on, and what decides."""
+    rows = [session.get_one(models.Mismatch, number) for number in causes.apart]
+    return tuple(
+        f"mismatch {row.id} is open: {row.statement}; 'autodb mismatch confirm {row.id}' or "
+        f"'autodb mismatch reject {row.id}' decides"
+        for row in rows
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 from sqlalchemy import Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.rows.mismatches import NEW_EDGE, SINCE
 from autodb.forward.prediction import Interval
 from autodb.forward.scored import Scored, Width, width_of
 from autodb.store import models
@@ -119,7 +120,8 @@ def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
     rows = session.connection().execute(_CAUSES, {"machine": machine_id}).all()
     return [
         KnownCause(recording, None if tool is None else (material, tool), decided_at)
-        for first, further, decided_at, material, tool in rows
+        for first, further, decided_at, found_in, material, tool in rows
+        if not {SINCE, NEW_EDGE} & (found_in or {}).keys()
         for recording in {first, further} - {None}
     ]
 
@@ -132,6 +134,7 @@ def _causes() -> Select[Any]:
             row.recording_id,
             further.recording_id,
             row.decided_at,
+            row.found_in,
             models.Material.name,
             models.Tool.name,
         )

@@ -19,6 +19,7 @@ from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.sense.drifted import DriftedGain, drifted_gains
+from autodb.agent.sense.edges_in_use import conditions_in_use
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE
@@ -236,7 +237,7 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
         tool = some[0].pair.tool if some[0].pair else None
         if tool is None:
             raise UnusableInput(f"cut {some[0].number:g}: its work-tool pair is not known")
-        conditions = [cut.conditions for cut in some]
+        conditions = conditions_in_use(some)
         made.append(BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name))
     return number, tuple(made)
 

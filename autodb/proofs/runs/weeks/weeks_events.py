@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.rows.mismatches import NEW_EDGE
 from autodb.proofs.machines.lathe.weeks import BUILT_UP, COMPONENT, FROM_BATCH, PAIRS, Weeks
 from autodb.store import models
 
@@ -14,10 +15,13 @@ NAMES = {
     "built-up edge": ("built_up_edge", "speed_softening"),
     "hard batch": ("hard_spot",),
     "calibration": ("gain",),
+    "edge change": ("tool_wear",),
 }
 """Events, and the terms that name each; a band between two flanks that were hardly cut is a law of
 the speed."""
 UNKNOWN = "unknown"
+WITHIN = 3
+"""Cuts of the pair by which an inferred edge change may be off."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +85,11 @@ class NamedSoFar:
     def _event_of(self, row: models.Mismatch, batch: int) -> tuple[str, int | None] | None:
         """Return the event that a mismatch names, if it has happened by then."""
         pairs = [PAIRS.index(one.material.name) for one in row.pairs] or range(len(PAIRS))
+        new_edge = NEW_EDGE in (row.found_in or {})
         for (name, pair), first in self._events.items():
-            if row.term not in NAMES[name] or first > batch:
+            if row.term not in NAMES[name] or first > batch or new_edge != (name == "edge change"):
+                continue
+            if new_edge and (pair not in pairs or not self._changed_at(row)):
                 continue
             if pair is None:
                 axis = COMPONENT[self._weeks.drifts[0]]
@@ -91,6 +98,21 @@ class NamedSoFar:
             elif pair in pairs and (name != "hard batch" or self._holds(row, first)):
                 return name, pair
         return None
+
+    def _changed_at(self, row: models.Mismatch) -> bool:
+        """Say whether an inferred edge change is within some cuts of the one there was."""
+        pair, number = self._weeks.unrecorded
+        batches = enumerate(self._weeks.batches, start=1)
+        own = [
+            (f"batch-{batch:02}", k)
+            for batch, one in batches
+            for k, cut in enumerate(one.cuts, start=1)
+            if cut.pair == pair
+        ]
+        near = own[max(number - 1 - WITHIN, 0) : number + WITHIN]
+        interval = row.intervals or []
+        at = int(interval[0][1]) if interval else 0
+        return any(name in row.recording.path and (not at or at == k) for name, k in near)
 
     def _holds(self, row: models.Mismatch, batch: int) -> bool:
         """Say whether the recordings of a mismatch hold a batch."""
@@ -119,4 +141,16 @@ def _events(weeks: Weeks) -> dict[tuple[str, int | None], int]:
         ("built-up edge", BUILT_UP): FROM_BATCH + 1,
         ("hard batch", pair): batch + 1,
         ("calibration", None): weeks.drifts[1] + 1,
+        ("edge change", weeks.unrecorded[0]): _batch_of(weeks),
     }
+
+
+def _batch_of(weeks: Weeks) -> int:
+    """Return the batch, from 1, in which the edge was changed that nobody recorded."""
+    pair, number = weeks.unrecorded
+    seen = 0
+    for batch, one in enumerate(weeks.batches, start=1):
+        seen += sum(cut.pair == pair for cut in one.cuts)
+        if seen >= number:
+            return batch
+    return len(weeks.batches)

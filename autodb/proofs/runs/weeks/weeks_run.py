@@ -1,7 +1,8 @@
 """A shop's weeks with autodb: predicted, cut, imported and refreshed, file after file.
 
 A foreman looks at what waits: a mismatch that was open when the last file came in, and names what
-happened, he confirms before the next file is predicted; the others he leaves open. Truth of a
+happened, he confirms before the next file is predicted; the others he leaves open. A counter of
+cutting time that an inferred edge change says is wrong is set back in the next file. Truth of a
 prediction is the force that the cut then had, with its own scatter, without errors of sensing.
 """
 
@@ -20,6 +21,7 @@ from autodb.agent.operate.deciding import confirm
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.sense.calibrating import calibrate_machine
+from autodb.agent.sense.edges_in_use import inferred_changes
 from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
 from autodb.files.machine import AxisFile, MachineFile
@@ -95,7 +97,8 @@ class _Shop:
         calibrate_machine(self._store, MACHINE)
         refresh(self._store, MACHINE)
         named = NamedSoFar(self._weeks)
-        for number, batch in enumerate(self._weeks.batches, start=1):
+        for number, drawn in enumerate(self._weeks.batches, start=1):
+            batch = self._as_written(drawn)
             for pair in range(len(PAIRS)):
                 self._predict(number, batch, pair)
             self._take_in(f"batch-{number:02}", batch.table)
@@ -105,6 +108,25 @@ class _Shop:
             for mismatch in due:
                 self._confirm(mismatch)
         return [*self._found, *named.outcome()]
+
+    def _as_written(self, batch: Batch) -> Batch:
+        """Return a batch with the counters set back that inferred edge changes say are wrong."""
+        with self._store.reading() as session:
+            known = [
+                one
+                for pair in session.scalars(select(models.Pair.id)).all()
+                for one in inferred_changes(session, pair)
+            ]
+        table = {name: values.copy() for name, values in batch.table.items()}
+        edge = table["tool.edge"].astype(object)
+        for one in sorted(known, key=lambda change: change.used_s):
+            same = (batch.table["tool.edge"] == one.edge) & (
+                batch.table["tool.cutting_time"] >= one.used_s
+            )
+            table["tool.cutting_time"][same] = batch.table["tool.cutting_time"][same] - one.used_s
+            edge[same] = f"{one.edge} new"
+        table["tool.edge"] = edge.astype(str)
+        return Batch(table, batch.cuts)
 
     def _confirm(self, number: int) -> None:
         try:
