@@ -1,7 +1,7 @@
 """Edge changes that nobody recorded: found in a pair's forces, and kept for a person to reject.
 
 Each is a mismatch of the pair: wear that fell back to its beginning. From then on its cuts count as
-made with a new edge (``autodb.agent.sense.edges_in_use``), whether it is confirmed or not yet.
+made with a new edge (``autodb.agent.rows.edges_in_use``), whether it is confirmed or not yet.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.rows.edges_in_use import conditions_in_use, label_of
 from autodb.agent.rows.mismatches import NEW_EDGE
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
-from autodb.agent.sense.edges_in_use import conditions_in_use, label_of
 from autodb.agent.sense.sensed import (
     QUANTITY,
     Calibrations,

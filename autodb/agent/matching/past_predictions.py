@@ -20,13 +20,10 @@ HISTORY = 200
 class PastCut:
     """A cut that was predicted and then made: its job, its name there, and what is scored of it.
 
-    ``learnt``: it was predicted from the pair's own parameters, at ``predicted_at``. ``number`` of
-    the link; ``made``: the cut, by id.
+    ``learnt``: it was predicted from the pair's own parameters. ``number`` of the link.
     """
 
     number: int
-    made: int
-    predicted_at: str
     prediction: int
     job: str
     pair: tuple[str, str]
@@ -60,15 +57,8 @@ def width_of_next(
     their cause was confirmed.
     """
     past = past_cuts(session, machine_id, most=HISTORY)
-    causes = known_causes(session, machine_id) if past else []
-    outlying = _outlying(session, [one for one in past if any(c.waits_for(one) for c in causes)])
-    alike = [
-        one
-        for one in past
-        if one.learnt == learnt
-        and one.made not in outlying
-        and not any(cause.tells_why(one) for cause in causes)
-    ]
+    known = _known_why(session, machine_id, past)
+    alike = [one for one in past if one.learnt == learnt and one.number not in known]
     own = [each for one in alike if one.pair == pair for each in one.scored]
     others = [each for one in alike if one.pair != pair for each in one.scored]
     return width_of(own, others, upto=max((one.number for one in past), default=None))
@@ -85,34 +75,52 @@ class KnownCause:
     pair: tuple[str, str] | None
     decided_at: str | None
 
-    def tells_why(self, one: PastCut) -> bool:
-        """Say whether a cut was predicted before this cause, which its forces hold, was learnt."""
-        return (
-            one.recording == self.recording
-            and self.pair in (None, one.pair)
-            and self.decided_at is not None
-            and one.predicted_at <= self.decided_at
-        )
+    def holds(self, one: PastCut) -> bool:
+        """Say whether it was found in the recording of a cut, among cuts of its pair."""
+        return one.recording == self.recording and self.pair in (None, one.pair)
 
-    def waits_for(self, one: PastCut) -> bool:
-        """Say whether nobody has decided yet on this cause, which a cut's recording holds."""
-        return (
-            one.recording == self.recording
-            and self.pair in (None, one.pair)
-            and self.decided_at is None
-        )
+
+def _known_why(session: Session, machine_id: int, past: Sequence[PastCut]) -> set[int]:
+    """Return the links, by number, of cuts of which a mismatch says why they were off.
+
+    Where it is open those that no version has learnt; where it is confirmed, those that were
+    predicted before.
+    """
+    causes = known_causes(session, machine_id) if past else []
+    waiting = [one for one in past if any(c.decided_at is None and c.holds(one) for c in causes)]
+    found = _outlying(session, waiting)
+    decided = [cause for cause in causes if cause.decided_at is not None]
+    at = _predicted_at(session, past) if decided else {}
+    return found | {
+        one.number
+        for one in past
+        for cause in decided
+        if cause.holds(one) and at[one.prediction] <= (cause.decided_at or "")
+    }
 
 
 def _outlying(session: Session, cuts: Sequence[PastCut]) -> set[int]:
-    """Return those cuts, by id, that no version has learnt from."""
-    numbers = {one.made for one in cuts}
+    """Return the links, by number, of cuts that no version has learnt from."""
+    numbers = {one.number: one.scored[0].cut for one in cuts if one.scored}
+    if not numbers:
+        return set()
     seen = models.cutting_parameters_force.c
-    learnt = (
+    query = (
         select(models.SensedForce.cut_id)
         .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
-        .where(models.SensedForce.cut_id.in_(numbers))
+        .where(models.SensedForce.cut_id.in_(set(numbers.values())))
     )
-    return numbers - set(session.scalars(learnt)) if numbers else set()
+    learnt = set(session.scalars(query))
+    return {number for number, cut in numbers.items() if cut not in learnt}
+
+
+def _predicted_at(session: Session, cuts: Sequence[PastCut]) -> dict[int, str]:
+    """Return when the predictions of cuts were made, by id."""
+    row = models.Prediction
+    rows = session.execute(
+        select(row.id, row.created_at).where(row.id.in_({one.prediction for one in cuts}))
+    )
+    return {row.id: row.created_at for row in rows}
 
 
 def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
@@ -171,7 +179,6 @@ def _past() -> Select[Any]:
             link.matched_by,
             link.expected,
             link.made,
-            asked.created_at,
             *(asked.job[key].as_string().label(key) for key in ("material", "tool")),
             asked.job["name"].as_string().label("job"),
             asked.started_from,
@@ -195,8 +202,6 @@ _PAST = _past()
 def _past_cut(row: Mapping[str, Any]) -> PastCut:
     return PastCut(
         number=row["id"],
-        made=row["cut_id"],
-        predicted_at=row["created_at"],
         prediction=row["prediction_id"],
         job=row["job"],
         pair=(row["material"], row["tool"]),

@@ -18,8 +18,8 @@ from sqlalchemy.orm import Session
 from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.sense.drifted import DriftedGain, drifted_gains
-from autodb.agent.sense.edges_in_use import conditions_in_use
+from autodb.agent.rows.drifted import DriftedGain, drifted_gains
+from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.determined import CHIP_SHARE

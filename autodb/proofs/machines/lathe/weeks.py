@@ -67,7 +67,7 @@ class WeekCut:
 
 
 @dataclass(frozen=True)
-class Batch:
+class ShopFile:
     """A file of cuts: its rows, and what each of them was."""
 
     table: dict[str, NDArray[Any]]
@@ -84,7 +84,7 @@ class Weeks:
 
     seed: int
     calibration: dict[str, NDArray[Any]]
-    batches: tuple[Batch, ...]
+    batches: tuple[ShopFile, ...]
     drifts: tuple[str, int, float]
     hard: tuple[int, int]
     unrecorded: tuple[int, int]
@@ -129,7 +129,7 @@ def draw_weeks(seed: int) -> Weeks:
             )  # fmt: skip
             start_s += cut.duration_s + PAUSE_S
         batches.append(
-            Batch({name: np.array([row[name] for row in rows]) for name in rows[0]}, tuple(cuts))
+            ShopFile({name: np.array([row[name] for row in rows]) for name in rows[0]}, tuple(cuts))
         )
     return Weeks(
         seed=seed,
@@ -257,6 +257,6 @@ def _row(
     }
 
 
-def forces_of(batch: Batch) -> Array:
+def forces_made(batch: ShopFile) -> Array:
     """Return the forces x, y, z that a batch's cuts really had (n, 3), N."""
     return np.array([cut.force_N for cut in batch.cuts])

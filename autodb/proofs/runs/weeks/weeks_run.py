@@ -19,13 +19,20 @@ from autodb.agent.answer.predicting import predict_job
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.operate.deciding import confirm
 from autodb.agent.operate.refreshing import refresh
+from autodb.agent.rows.edges_in_use import inferred_changes
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.sense.calibrating import calibrate_machine
-from autodb.agent.sense.edges_in_use import inferred_changes
 from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
 from autodb.files.machine import AxisFile, MachineFile
-from autodb.proofs.machines.lathe.weeks import PAIRS, TOOLS, Batch, Weeks, draw_weeks, forces_of
+from autodb.proofs.machines.lathe.weeks import (
+    PAIRS,
+    TOOLS,
+    ShopFile,
+    Weeks,
+    draw_weeks,
+    forces_made,
+)
 from autodb.proofs.runs.weeks.weeks_events import Named, NamedSoFar
 from autodb.proofs.runs.weeks.weeks_peers import PEERS
 from autodb.store import Store, create_store, models, open_store
@@ -109,7 +116,7 @@ class _Shop:
                 self._confirm(mismatch)
         return [*self._found, *named.outcome()]
 
-    def _as_written(self, batch: Batch) -> Batch:
+    def _as_written(self, batch: ShopFile) -> ShopFile:
         """Return a batch with the counters set back that inferred edge changes say are wrong."""
         with self._store.reading() as session:
             known = [
@@ -126,7 +133,7 @@ class _Shop:
             table["tool.cutting_time"][same] = batch.table["tool.cutting_time"][same] - one.used_s
             edge[same] = f"{one.edge} new"
         table["tool.edge"] = edge.astype(str)
-        return Batch(table, batch.cuts)
+        return ShopFile(table, batch.cuts)
 
     def _confirm(self, number: int) -> None:
         try:
@@ -140,10 +147,10 @@ class _Shop:
         path.with_suffix(".toml").write_text(SIDE, encoding="utf-8")
         import_file(self._store, path, machine=MACHINE, columns=path.with_suffix(".toml"))
 
-    def _predict(self, number: int, batch: Batch, pair: int) -> None:
+    def _predict(self, number: int, batch: ShopFile, pair: int) -> None:
         """Predict a pair's cuts of a batch, and keep what was foreseen beside what then was."""
         places = [k for k, cut in enumerate(batch.cuts) if cut.pair == pair]
-        made = forces_of(batch)
+        made = forces_made(batch)
         job = Job(
             name=f"{PAIRS[pair]}, {number}",
             material=PAIRS[pair],
@@ -164,7 +171,9 @@ class _Shop:
                     )
                 )  # fmt: skip
 
-    def _others(self, batch: Batch, places: list[int], pair: int, component: str) -> Array | None:
+    def _others(
+        self, batch: ShopFile, places: list[int], pair: int, component: str
+    ) -> Array | None:
         """Return what the other ways expect of a pair's cuts (ways, n); None: too early."""
         asked = np.array([_numbers({n: v[k] for n, v in batch.table.items()}) for k in places])
         query = (
@@ -190,7 +199,7 @@ class _Shop:
         return np.array([way(cuts, force, asked) for way in PEERS.values()])
 
 
-def _asked(batch: Batch, k: int) -> JobCut:
+def _asked(batch: ShopFile, k: int) -> JobCut:
     row = {name: values[k] for name, values in batch.table.items()}
     return JobCut(
         name=f"cut {row['cut']}",
