@@ -10,9 +10,10 @@ sensed. Three accounts of how these move from recording to recording are compare
 Wear is in all of them: each pair's component grows with the time on the edge, and all of a
 component with the clock of a recording (warming), as the cuts within a recording say. What is left
 of a pair, a component and a recording is one cell, its robust mean. A shift comes at once, or over
-two or three recordings. Fits are robust (Student's t, 4 degrees of freedom: one hard bar is no
+two recordings. Fits are robust (Student's t, 4 degrees of freedom: one hard bar is no
 account), and each account is scored by the log density of cells that it was not fitted to: all of a
-pair in a recording are left out at once. What other pairs say of a cell is what they share.
+recording are left out at once, since they share its day. Where every component shifts, no axis is
+named.
 
 Sources: robust regression by t likelihoods, Lange, Little and Taylor 1989; leaving groups out by
 the hat matrix, Allen 1974.
@@ -29,7 +30,7 @@ Ints = NDArray[np.intp]
 
 FREEDOM = 4.0
 ROUNDS = 15
-OVER = (1, 2, 3)
+OVER = (1, 2)
 """Recordings that a shift takes to come."""
 BEFORE, AFTER = 3, 2
 """Recordings before a shift, and since it came, at least."""
@@ -39,9 +40,11 @@ BEATS = 3.0
 """Log score by which an account must beat those without it. Chosen: odds of 20."""
 CLEAR = 3.0
 """Standard deviations that a shift must be."""
+HALF = 0.5
+"""Of one component's shift, what others may shift by and it is that one's. Chosen."""
 APART = 2.0
 """Standard deviations by which components shift apart where only one does."""
-LEAST = 0.02
+LEAST = 0.03
 """Smaller shares are within what calibrations are good for. Chosen."""
 WORN, WARMED, AGAIN = 0.15, 0.1, 0.05
 """Prior sd of a share: of wear in 1000 s, of warming in an hour, and of what cells' means differ
@@ -52,7 +55,7 @@ SHIFT = 0.1
 """Prior sd of a shift, a share. Chosen: twice what a drifting calibration is found with."""
 START, LEAST_SCALE = 0.05, 0.005
 """Scale of cells' residuals to begin with, and at least, a share."""
-MOST = 4
+MOST = 3
 """Accounts that are put together at most."""
 ALIKE, ALIKE_CELLS, MOST_ALIKE = 0.5, 10.0, 0.9
 """Correlation between a cell's components before any is seen, how many cells that counts as, and
@@ -108,7 +111,7 @@ def drifted_gain(readings: SensedShares) -> GainDrift | None:
     at = found.index(account)
     column = sum(one.columns(cells).shape[1] for one in found[:at])
     share, sd = float(fit.shift[column]), _sd(cells, account, fit, column)
-    if abs(share) < max(LEAST, CLEAR * sd):
+    if abs(share) < max(LEAST, CLEAR * sd) or not _alone(cells, found, fit, account.which):
         return None
     pairs = _sharing(cells, account, fit, share)
     if len(pairs) < PAIRS:
@@ -140,6 +143,9 @@ def _selected(cells: "_Cells") -> list["_Account"]:
         best, k = max(tried, default=(-np.inf, 0))
         if best < score + BEATS:
             break
+        axes = [one for one in tried if rest[one[1]].kind == "axis"]
+        if rest[k].kind == "both" and axes and max(axes)[0] > best - BEATS:
+            best, k = max(axes)  # the plainer account, unless the other is clearly the better one
         found.append(rest[k])
         score = best
     return found
@@ -159,6 +165,19 @@ def _rivals(cells: "_Cells", rest: list["_Account"], axis: "_Account") -> dict[s
             continue
         scores[one.kind] = max(fit.score, scores.get(one.kind, -np.inf))
     return scores
+
+
+def _alone(cells: "_Cells", accounts: list["_Account"], fit: "_Fit", component: int) -> bool:
+    """Say whether what all pairs share of other components, in the end, is under half as much."""
+    total = dict.fromkeys(cells.component.tolist(), 0.0)
+    column = 0
+    for one in accounts:
+        which = [one.which] if one.kind == "axis" else sorted(total)
+        for k, name in enumerate(which):
+            total[name] += float(fit.shift[column + k]) if one.kind != "pair" else 0.0
+        column += len(which)
+    own = abs(total.pop(component))
+    return all(abs(other) < HALF * own for other in total.values())
 
 
 def _shift_apart(cells: "_Cells", fit: "_Fit", component: int) -> bool:
@@ -186,7 +205,7 @@ class _Cells:
 
     @property
     def group(self) -> Ints:
-        """What is left out at once: a pair in a recording."""
+        """What one component tells of another: a pair in a recording."""
         return np.asarray(self.recording * (int(self.pair.max()) + 1) + self.pair)
 
 
@@ -213,7 +232,7 @@ class _Account:
 class _Fit:
     """Shifts of accounts with their covariance, residuals of cells, and the score.
 
-    The score is the log density of all cells, each pair in a recording left out in turn.
+    The score is the log density of all cells, each recording left out in turn.
     """
 
     shift: Array
@@ -293,7 +312,7 @@ class _Stack:
 
     @classmethod
     def of(cls, cells: _Cells) -> "_Stack":
-        """Return cells by what is left out at once, and by component."""
+        """Return cells by pair and recording, and by component."""
         group = np.unique(cells.group, return_inverse=True)[1]
         component = np.unique(cells.component, return_inverse=True)[1]
         place = np.full((int(group.max()) + 1, int(component.max()) + 1), -1, dtype=np.intp)
@@ -342,20 +361,45 @@ def _fitted(cells: _Cells, accounts: Sequence[_Account]) -> _Fit:
         squares = np.sum(z**2, axis=0) / np.sum(stack.there, axis=0)
         scale = np.asarray(np.maximum(scale * np.sqrt(squares), LEAST_SCALE))
         alike = _alike(z, stack.there)
-    rest = np.eye(len(scale)) - np.einsum("gip,pq,gqj->gij", design, covariance, weighed)
-    left_out = np.linalg.solve(rest, residual[..., None])[..., 0]
-    shape = np.linalg.solve(rest, stack.shape(scale, alike))
-    shape = 0.5 * (shape + np.swapaxes(shape, 1, 2))
+    day = np.max(np.where(stack.there, cells.recording[stack.place], -1), axis=1)
+    left_out, spread = np.empty_like(residual), np.empty((*residual.shape, len(scale)))
+    for one in np.unique(day):
+        rows = day == one
+        left_out[rows], spread[rows] = _left_out(
+            design[rows], weight[rows], covariance, residual[rows]
+        )
+    shape = stack.shape(scale, alike) + spread
     far = np.vecdot(left_out, np.linalg.solve(shape, left_out[..., None])[..., 0])
     density = -0.5 * (FREEDOM + count) * np.log1p(far / FREEDOM)
     size = np.linalg.slogdet(shape)[1] - np.sum(
-        np.where(stack.there, 0.0, 2 * np.log(scale)), axis=1
+        np.where(stack.there, 0.0, 2.0 * np.log(scale)), axis=1
     )
     behind = slice(levels.shape[1], None)
     flat = np.empty(len(cells.off))
     flat[stack.place[stack.there]] = residual[stack.there]
     score = float(np.sum(density - 0.5 * size))
     return _Fit(found[behind], covariance[behind, behind], flat, score)
+
+
+def _left_out(
+    design: Array, weight: Array, covariance: Array, residual: Array
+) -> tuple[Array, Array]:
+    """Return residuals (g, c) of a recording that was left out, and their added covariance.
+
+    ``covariance``: of the coefficients with it; the added one (g, c, c) is that of the prediction.
+    """
+    count, size = residual.shape
+    rows = design.reshape(count * size, -1)
+    whole = np.zeros((count * size, count * size))
+    for k, one in enumerate(weight):
+        whole[k * size : (k + 1) * size, k * size : (k + 1) * size] = one
+    known = rows @ covariance @ rows.T
+    rest = np.eye(count * size) - known @ whole
+    off = np.linalg.solve(rest, residual.ravel()).reshape(count, size)
+    predicted = np.linalg.solve(rest, known).reshape(count, size, count, size)
+    every = np.arange(count)
+    own = predicted[every, :, every, :]
+    return np.asarray(off), np.asarray(0.5 * (own + np.swapaxes(own, 1, 2)))
 
 
 def _alike(z: Array, there: NDArray[np.bool_]) -> float:

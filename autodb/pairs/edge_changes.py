@@ -28,7 +28,7 @@ STEP_BEATS = 1.0
 """Log likelihood by which a step that stays may be better, with its share for each component."""
 AROUND = 4
 """Cuts on an edge before its change, and after, at least."""
-DROP = 0.08
+DROP = 0.1
 """Share of the force, of some component, that falls away at least. Chosen: less is no edge's
 end."""
 MOST = 3

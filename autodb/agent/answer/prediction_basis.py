@@ -141,6 +141,11 @@ class PredictionBasis:
         return wide if self.undecided is None else self.undecided.widened(wide, known)
 
     @property
+    def waiting(self) -> tuple[str, ...]:
+        """What waits for a person, and what decides it."""
+        return (*(() if self.undecided is None else (self.undecided.words,)), *self.apart)
+
+    @property
     def longest_s(self) -> float | None:
         """The longest that an edge had cut before a cut that the pair was learnt from.
 
@@ -192,9 +197,7 @@ class PredictionBasis:
             yield from _outside(self.states.usual, cuts, self.known.tool)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
-        if self.undecided is not None:
-            yield self.undecided.words
-        yield from self.apart
+        yield from self.waiting
 
 
 def prediction_basis_of(
