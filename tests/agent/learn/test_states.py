@@ -213,7 +213,8 @@ def test_confirmed_wear_is_in_the_next_prediction(
 ) -> None:
     Path("job.toml").write_text(JOB)
     (_, blind), notes, _ = _predicted(worn)
-    assert not [note for note in notes if "edge" in note and "cut " in note]
+    (room,) = [note for note in notes if "edge" in note and "cut " in note]
+    assert "cut 2 'late': no edge had cut for more than 124.9 s" in room
     number = _kept("shop-week-2.csv")
     done = worn("mismatch", "confirm", number, "--by", "Ann").out
     assert "carbide insert: version 2 from 10" in done
