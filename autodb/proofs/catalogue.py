@@ -46,6 +46,9 @@ from autodb.proofs.runs.real.real_score import JudgedReal
 from autodb.proofs.runs.run_file import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.proofs.runs.stamps import stamps_run, stamps_summary
+from autodb.proofs.runs.weeks import weeks_run, weeks_summary
+from autodb.proofs.runs.weeks.weeks_events import Named
+from autodb.proofs.runs.weeks.weeks_run import Foreseen
 from autodb.sensing.network import need_torch
 
 J = TypeVar("J")
@@ -142,6 +145,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=day_summary.day_summary_of,
         read=day_summary.DaySummary.from_json,
         generator=generators.DAY,
+    ),
+    Proof(
+        name="weeks",
+        what="a shop's weeks: every file of cuts predicted before it comes in, events named",
+        runs=40,
+        run=weeks_run.run_weeks,
+        kept=TypeAdapter(Finished[Foreseen | Named]),
+        score=weeks_summary.weeks_summary_of,
+        read=weeks_summary.WeeksSummary.from_json,
+        generator=generators.WEEKS,
     ),
     Proof(
         name="calibration",

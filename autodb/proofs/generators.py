@@ -35,12 +35,14 @@ from autodb.proofs.machines.lathe import (
     drives,
     edge_laws,
     fleets,
+    jobs,
     lathe,
     law_pairs,
     machine,
     power_pairs,
     process,
     reference_lathe,
+    weeks,
 )
 from autodb.proofs.machines.mill import (
     reference_cogging,
@@ -80,6 +82,7 @@ CONCEALED_MILLS = (
     milling,
 )
 DAY = (day, drives, machine, cases, build, case, cut_effects, cut_families, cuts, moves)
+WEEKS = (weeks, drives, jobs, lathe, machine, process)
 REFERENCE_AXIS = (curves, motion, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
     curves,

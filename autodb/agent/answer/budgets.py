@@ -115,6 +115,8 @@ def _day(_force: models.SensedForce, sd_N: float) -> BudgetEntry:
 
 
 def _gain(force: models.SensedForce, sd_N: float) -> BudgetEntry:
+    if force.calibration is not None:
+        return BudgetEntry(f"{SENSING}, drifted gain", sd_N, "A", "pairs read otherwise since then")
     return BudgetEntry(f"{SENSING}, gain", sd_N, "B", f"gain of sensor {force.estimator_id}")
 
 

@@ -1,6 +1,6 @@
 """The machine's own stored models as the simulation; what they leave out is kept as mismatches."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import counted_cuts, cuts_as_table, import_file
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.corrected import corrected
+from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
@@ -121,7 +122,7 @@ def expected_and_sensed(
             "no cut belongs to a work-tool pair that the machine has parameters of; run 'autodb "
             "refresh' first"
         )
-    table = cuts_as_table(kept, path=Path(kept[0].recording.path))
+    table = cuts_as_table(kept, path=Path(kept[0].recording.path), conditions=_in_use(kept))
     if stamps is not None:
         number, t_s = np.array([stamps[cut.id] for cut in kept]).T
         table = replace(table, channels={**table.channels, "cut": number, "t": t_s})
@@ -155,6 +156,15 @@ def _sensed_N(
     read = chosen.sense_each(table, [as_calibration(row) for row in current])
     sensed = [corrected(current, cut, one).force_N for cut, one in zip(cuts, read, strict=True)]
     return np.array([np.nan if force is None else force for force in sensed])
+
+
+def _in_use(cuts: Sequence[models.Cut]) -> dict[int, Mapping[str, Any]]:
+    """Return the conditions of cuts by id, with the edges that they were made with."""
+    found: dict[int, Mapping[str, Any]] = {}
+    for pair_id in dict.fromkeys(cut.pair_id for cut in cuts):
+        own = [cut for cut in cuts if cut.pair_id == pair_id]
+        found |= {cut.id: one for cut, one in zip(own, conditions_in_use(own), strict=True)}
+    return found
 
 
 def _expected(

@@ -19,6 +19,7 @@ from autodb.agent.answer.prediction_basis import (
     Stamp,
     prediction_basis_of,
 )
+from autodb.agent.answer.undecided_causes import open_causes
 from autodb.agent.learn.known import Behind, KnownPair, known_of
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.catalogue import GEOMETRY
@@ -75,7 +76,8 @@ class PairReader:
         number, *geometry = tuple[Any, ...](row)
         others = others_of(self._session, number)
         width = width_of_next(self._session, self._owner.id, (material, tool), learnt=True)
-        return Stamp(number, others, _numbers(geometry), self._owner.limits, width)
+        waiting = open_causes(self._session, number)
+        return Stamp(number, others, _numbers(geometry), self._owner.limits, width, waiting)
 
     def known(self, material: str, tool: str) -> KnownPair:
         """Return what the database holds of the machine's pair, learnt or not.

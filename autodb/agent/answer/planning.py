@@ -1,6 +1,6 @@
 """Which cut to make next for a job: within the machine's limits, the one that leaves least open."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_basis_of
 from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import current_calibrations
@@ -18,10 +19,7 @@ from autodb.agent.sense.sensed import QUANTITY, Readings
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.files.job import Job, JobCut
-from autodb.files.machine import AxisLimits
 from autodb.fitting import NORMAL_95
-from autodb.forward import job_cuts
-from autodb.forward.limits import exceeding
 from autodb.pairs.determined import (
     PossibleMeasurement,
     UndeterminedNumbers,
@@ -72,8 +70,8 @@ class Target:
 class ProposedCuts:
     """``proposed``: best first; ``targets`` after the first of them; ``too_much``: cuts left out
     because they may exceed a limit; ``open``: what the pair's cuts leave undetermined, and
-    what would determine it; ``not_determined``: numbers of the law that no measurement tried would
-    determine.
+    what would determine it, and what waits for a person; ``not_determined``: numbers of the law
+    that no measurement tried would determine.
     """
 
     proposed: tuple[Proposed, ...]
@@ -109,12 +107,13 @@ def plan_cuts(
         known = known_of(session, owner, job.material, job.tool)
         sensed = _sensed(session, row)
         start = start_of(session, owner.id, job.material, job.tool).posterior
+        basis = prediction_basis_of(session, owner, job.material, known)
     search = _Search(known, job, sensed)
     candidates = list(_candidates(job, ranges or {}))
     order, variance = search.ranked(candidates)
     best, too_much = [], 0
     for k in order:
-        if _may_exceed(known, candidates[k], owner.limits):
+        if _may_exceed(basis, candidates[k]):
             too_much += 1
         else:
             best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(variance[k]))))
@@ -132,7 +131,7 @@ def plan_cuts(
         now=now,
         targets=targets,
         too_much=too_much,
-        open=tuple(one.statement for one in open_ if one.helps),
+        open=(*(one.statement for one in open_ if one.helps), *basis.waiting),
         not_determined=tuple(name for one in open_ if not one.helps for name in one.names),
     )
 
@@ -304,6 +303,6 @@ def _levels(what: str, stated: Sequence[float | None], ranges: Ranges) -> list[f
     return [float(f"{value:.3g}") for value in np.linspace(low, high, LEVELS[what])]
 
 
-def _may_exceed(known: KnownPair, cut: JobCut, limits: Mapping[str, AxisLimits]) -> bool:
-    done = job_cuts.predict(known.posterior, known.tool, [cut])
-    return any(one.probability > MAY_EXCEED for one in exceeding(done, limits))
+def _may_exceed(basis: PredictionBasis, cut: JobCut) -> bool:
+    done, _ = basis.predict([cut])
+    return any(one.probability > MAY_EXCEED for one in basis.exceeding(done))

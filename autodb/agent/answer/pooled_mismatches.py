@@ -13,7 +13,7 @@ from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.learn.states import excluded_cuts, recordings_of
-from autodb.agent.rows.mismatches import found_words
+from autodb.agent.rows.mismatches import found_words, is_cause
 from autodb.agent.sense.sensed import usable
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN
@@ -101,13 +101,17 @@ def _decided(session: Session, pair: models.Pair, recordings: Iterable[int]) -> 
 def _found_in(
     session: Session, pair: models.Pair | None, recordings: Iterable[int]
 ) -> Sequence[models.Mismatch]:
-    """Return the mismatches of forces of a pair in some recordings, by id, oldest first."""
+    """Return the mismatches of a pair's forces in some recordings, by id, oldest first.
+
+    A drifted gain and a new edge are not among them.
+    """
     query = select(models.Mismatch).where(
         models.Mismatch.found_in_any(list(recordings)), models.Mismatch.channel.startswith("force.")
     )
     if pair is not None:
         query = query.where(models.Mismatch.of_pair(pair.id))
-    return session.scalars(query.order_by(models.Mismatch.id)).all()
+    rows = session.scalars(query.order_by(models.Mismatch.id))
+    return [row for row in rows if is_cause(row)]
 
 
 def _is_known(session: Session, pool: PooledCuts) -> bool:

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
 from autodb.agent.ingest.importing import counted_cuts
+from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recordings import stated_start
 from autodb.agent.sense.sensed import usable
@@ -112,7 +113,8 @@ def explain_mismatch(session: Session, row: models.Mismatch) -> Explained:
 
     Raises UnusableInput as ``explain_recording``, or where too few of its cuts count.
     """
-    if row.found_in is None or len(row.recordings) == 1 or not row.pairs:
+    several = row.found_in is not None and len(row.recordings) > 1 and row.pairs
+    if not several or not is_cause(row):
         return explain_recording(session, row.recording)
     owner = session.get_one(models.Machine, row.recording.machine_id)
     cuts = [cut for one in row.recordings for cut in cuts_of_pair(one, row.pairs[0])]

@@ -9,6 +9,13 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
 from autodb.agent.answer.said_of_terms import said_of_terms
+from autodb.agent.answer.undecided_causes import (
+    NONE_OPEN,
+    OpenCauses,
+    open_causes,
+    said_of_open,
+    undecided_cuts,
+)
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
@@ -19,9 +26,11 @@ from autodb.errors import near
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import Exceeding, exceeding
+from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width, wider
-from autodb.pairs.engaged import BY_NAME, DEPTH, FEED
+from autodb.forward.undecided import UndecidedCuts
+from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
 
 PROFILED = ("face", "taper", "contour")
@@ -61,7 +70,7 @@ class Stamp:
     """What grounds of a learnt pair depend on: as long as it is equal, so are they.
 
     ``usual`` and ``others``: newest versions of the pair's states, by id; nobody changes a version.
-    ``width``: what past predictions make of the intervals.
+    ``width``: what past predictions make of the intervals; ``open``: causes that wait for a person.
     """
 
     usual: int
@@ -69,6 +78,7 @@ class Stamp:
     tool: Mapping[str, float]
     limits: Mapping[str, AxisLimits]
     width: Width
+    open: OpenCauses
 
 
 @dataclass(frozen=True)
@@ -76,7 +86,8 @@ class PredictionBasis:
     """The posterior of a machine's pair, what its cuts were, and the machine's limits by axis.
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
-    ``width``: what past predictions make of the intervals.
+    ``width``: what past predictions make of the intervals; ``undecided``: what the ``open`` causes
+    do until a person decides on them, or None; ``apart``: what is said of others.
     """
 
     machine: str
@@ -86,6 +97,9 @@ class PredictionBasis:
     states: States | None
     learnt: tuple[str, ...]
     width: Width = AS_STATED
+    open: OpenCauses = NONE_OPEN
+    undecided: UndecidedCuts | None = None
+    apart: tuple[str, ...] = ()
 
     @property
     def stamp(self) -> Stamp | None:
@@ -94,7 +108,7 @@ class PredictionBasis:
         if usual is None or self.states is None:
             return None
         others = frozenset(one.row.id for one in self.states.others)
-        return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width)
+        return Stamp(usual, others, self.known.tool.numbers, self.limits, self.width, self.open)
 
     def of_lot(self, lot: str | None) -> "PredictionBasis":
         """Return what answers about one lot of the material rest on."""
@@ -111,11 +125,42 @@ class PredictionBasis:
         made, used = in_state.predict_in_states(
             self.known.posterior, self.known.tool, self.states, cuts
         )
-        return self.widened(made), used
+        return self.widened(
+            made, [cut.conditions(self.known.tool.diameter_mm) for cut in cuts]
+        ), used
 
-    def widened(self, cuts: Sequence[PredictedCut]) -> tuple[PredictedCut, ...]:
-        """Return predicted cuts with intervals as wide as past predictions ask for."""
-        return tuple(wider(cut, self.width.factor) for cut in cuts)
+    def widened(
+        self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]] = ()
+    ) -> tuple[PredictedCut, ...]:
+        """Return predicted cuts as wide as past predictions and open causes ask for.
+
+        ``stated``: the conditions of each by channel; none: of lines of a program.
+        """
+        wide = tuple(wider(cut, self.width.factor) for cut in cuts)
+        known = stated or [{}] * len(wide)
+        longest_s = self.longest_s
+        if longest_s is not None:
+            wide = tuple(
+                with_room_for_wear(cut, cut_s=one.get(CUTTING_TIME, 0.0), seen_s=longest_s)
+                for cut, one in zip(wide, known, strict=True)
+            )
+        return wide if self.undecided is None else self.undecided.widened(wide, known)
+
+    @property
+    def waiting(self) -> tuple[str, ...]:
+        """What waits for a person, and what decides it."""
+        return (*(() if self.undecided is None else (self.undecided.words,)), *self.apart)
+
+    @property
+    def longest_s(self) -> float | None:
+        """The longest that an edge had cut before a cut that the pair was learnt from.
+
+        None where its posterior has wear, or its cuts do not say.
+        """
+        if self.states is None or self.known.posterior.wear is not None:
+            return None
+        ends = self.states.usual.ranges.get(CUTTING_TIME)
+        return None if ends is None else ends[1]
 
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
@@ -134,6 +179,7 @@ class PredictionBasis:
         return (
             *self.notes(cuts),
             *_open_ended(cuts),
+            *_older(self.longest_s, cuts),
             *said_of_states(found),
             *said_of_terms(self.known.posterior, self.known.tool, cuts, found),
         )
@@ -157,6 +203,7 @@ class PredictionBasis:
             yield from _outside(self.states.usual, cuts, self.known.tool)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
+        yield from self.waiting
 
 
 def prediction_basis_of(
@@ -164,6 +211,7 @@ def prediction_basis_of(
 ) -> PredictionBasis:
     """Read what else answers rest on about a pair of which this is known."""
     number = known.behind.parameters
+    waiting = NONE_OPEN if number is None else open_causes(session, number)
     return PredictionBasis(
         machine=owner.name,
         limits=owner.limits,
@@ -172,6 +220,9 @@ def prediction_basis_of(
         states=None if number is None else states_of_version(session, number),
         learnt=() if known.own else tuple(learnt_pairs(session, owner.id)),
         width=width_of_next(session, owner.id, (material, known.tool.name), learnt=known.own),
+        open=waiting,
+        undecided=None if number is None else undecided_cuts(session, number, waiting),
+        apart=said_of_open(session, waiting),
     )
 
 
@@ -193,6 +244,17 @@ def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
             yield (
                 f"cut {number}{name}: its torque and power are those at its start, "
                 f"{cut.diameter_mm:g} mm; state end_diameter_mm for their mean and end"
+            )
+
+
+def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
+    """Say which cuts have an older edge than any that a pair without wear was learnt from."""
+    for number, cut in enumerate(cuts, start=1):
+        if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
+            name = f" '{cut.name}'" if cut.name else ""
+            yield (
+                f"cut {number}{name}: no edge had cut for more than {longest_s:g} s; its intervals "
+                "leave room for the wear of an older one"
             )
 
 

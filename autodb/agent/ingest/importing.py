@@ -1,6 +1,6 @@
 """A file enters the database once, known by its checksum."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -338,9 +338,20 @@ def counted_cuts(recording: models.StoredRecording) -> list[models.Cut]:
     return [cut for cut in recording.cuts if cut.superseded_at == recording.looked_at]
 
 
-def cuts_as_table(cuts: list[models.Cut], *, path: Path) -> CutTable:
-    """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has."""
-    rows = [{**cut.conditions, **cut.measured, "cut": cut.number} for cut in cuts]
+def cuts_as_table(
+    cuts: list[models.Cut],
+    *,
+    path: Path,
+    conditions: Mapping[int, Mapping[str, Any]] | None = None,
+) -> CutTable:
+    """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has.
+
+    ``conditions``: of cuts, by id, in place of those written down.
+    """
+    known = conditions or {}
+    rows = [
+        {**known.get(cut.id, cut.conditions), **cut.measured, "cut": cut.number} for cut in cuts
+    ]
     names = sorted(set().union(*rows) - {EDGE}) if rows else ["cut"]
     channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
     texts = {

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import as_posterior, latest, version_chain
 from autodb.agent.sense.sensed import as_observed, usable
 from autodb.explain.engine.candidates import UNKNOWN
@@ -104,7 +105,7 @@ def _found_in_forces(
         )
     )
     rows = session.scalars(query.order_by(models.Mismatch.id))
-    return [row for row in rows if recordings.keys() & recordings_of([row])]
+    return [row for row in rows if is_cause(row) and recordings.keys() & recordings_of([row])]
 
 
 def causes_of(

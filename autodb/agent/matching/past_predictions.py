@@ -1,12 +1,13 @@
 """What was predicted of cuts and what they then took: read for scores, and for the next widths."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Select, bindparam, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.rows.mismatches import NEW_EDGE, SINCE
 from autodb.forward.prediction import Interval
 from autodb.forward.scored import Scored, Width, width_of
 from autodb.store import models
@@ -51,13 +52,115 @@ def width_of_next(
 ) -> Width:
     """Return by what the next intervals of a pair, material and tool, are wider.
 
-    Predictions from parameters that were ``learnt`` say nothing of others, nor others of them.
+    Predictions from parameters that were ``learnt`` say nothing of others, nor others of them; nor
+    do outlying cuts whose cause is open, which widen by what they showed, and cuts predicted before
+    their cause was confirmed.
     """
     past = past_cuts(session, machine_id, most=HISTORY)
-    alike = [one for one in past if one.learnt == learnt]
+    known = _known_why(session, machine_id, past)
+    alike = [one for one in past if one.learnt == learnt and one.number not in known]
     own = [each for one in alike if one.pair == pair for each in one.scored]
     others = [each for one in alike if one.pair != pair for each in one.scored]
     return width_of(own, others, upto=max((one.number for one in past), default=None))
+
+
+@dataclass(frozen=True)
+class KnownCause:
+    """A recording that an open or confirmed mismatch in forces was found in, and of whose cuts.
+
+    ``pair``: material and tool; None: of all of its cuts. ``decided_at``: None: it is open.
+    """
+
+    recording: int
+    pair: tuple[str, str] | None
+    decided_at: str | None
+
+    def holds(self, one: PastCut) -> bool:
+        """Say whether it was found in the recording of a cut, among cuts of its pair."""
+        return one.recording == self.recording and self.pair in (None, one.pair)
+
+
+def _known_why(session: Session, machine_id: int, past: Sequence[PastCut]) -> set[int]:
+    """Return the links, by number, of cuts of which a mismatch says why they were off.
+
+    Where it is open those that no version has learnt; where it is confirmed, those that were
+    predicted before.
+    """
+    causes = known_causes(session, machine_id) if past else []
+    waiting = [one for one in past if any(c.decided_at is None and c.holds(one) for c in causes)]
+    found = _outlying(session, waiting)
+    decided = [cause for cause in causes if cause.decided_at is not None]
+    at = _predicted_at(session, past) if decided else {}
+    return found | {
+        one.number
+        for one in past
+        for cause in decided
+        if cause.holds(one) and at[one.prediction] <= (cause.decided_at or "")
+    }
+
+
+def _outlying(session: Session, cuts: Sequence[PastCut]) -> set[int]:
+    """Return the links, by number, of cuts that no version has learnt from."""
+    numbers = {one.number: one.scored[0].cut for one in cuts if one.scored}
+    if not numbers:
+        return set()
+    seen = models.cutting_parameters_force.c
+    query = (
+        select(models.SensedForce.cut_id)
+        .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
+        .where(models.SensedForce.cut_id.in_(set(numbers.values())))
+    )
+    learnt = set(session.scalars(query))
+    return {number for number, cut in numbers.items() if cut not in learnt}
+
+
+def _predicted_at(session: Session, cuts: Sequence[PastCut]) -> dict[int, str]:
+    """Return when the predictions of cuts were made, by id."""
+    row = models.Prediction
+    rows = session.execute(
+        select(row.id, row.created_at).where(row.id.in_({one.prediction for one in cuts}))
+    )
+    return {row.id: row.created_at for row in rows}
+
+
+def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
+    """Return the recordings of a machine of which a mismatch says why forces were off."""
+    rows = session.connection().execute(_CAUSES, {"machine": machine_id}).all()
+    return [
+        KnownCause(recording, None if tool is None else (material, tool), decided_at)
+        for first, further, decided_at, found_in, material, tool in rows
+        if not {SINCE, NEW_EDGE} & (found_in or {}).keys()
+        for recording in {first, further} - {None}
+    ]
+
+
+def _causes() -> Select[Any]:
+    row, recording = models.Mismatch, models.StoredRecording
+    further, of_pair = models.mismatch_recording.c, models.mismatch_pair.c
+    return (
+        select(
+            row.recording_id,
+            further.recording_id,
+            row.decided_at,
+            row.found_in,
+            models.Material.name,
+            models.Tool.name,
+        )
+        .join(recording, recording.id == row.recording_id)
+        .outerjoin(models.mismatch_recording, further.mismatch_id == row.id)
+        .outerjoin(models.mismatch_pair, of_pair.mismatch_id == row.id)
+        .outerjoin(models.Pair, models.Pair.id == of_pair.pair_id)
+        .outerjoin(models.Material, models.Material.id == models.Pair.material_id)
+        .outerjoin(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(
+            recording.machine_id == bindparam("machine"),
+            row.status != "rejected",
+            row.channel.startswith("force."),
+        )
+    )
+
+
+_CAUSES = _causes()
 
 
 def _past() -> Select[Any]:

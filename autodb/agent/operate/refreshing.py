@@ -13,9 +13,11 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.drifted_gains import open_drifted_gains
 from autodb.agent.answer.pooled_mismatches import open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.learn.inferred_edges import infer_edge_changes
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
 from autodb.agent.learn.lots import name_lot
 from autodb.agent.learn.passes import (
@@ -105,6 +107,7 @@ class _Pass:
         outliers: list[int] = []
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
+        done.mismatches += open_drifted_gains(session, owner, self.span, sensed)
         done.mismatches += open_mismatches(
             session, owner, outliers, upto=self.span.upto, progress=self._progress
         )
@@ -141,6 +144,9 @@ class _Pass:
         after = span.old if self._goes_on(pair) else 0
         cuts = (after, span.upto)
         found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)
+        self._done.mismatches += infer_edge_changes(
+            self._session, self._owner.id, pair, sensed, upto=span.upto
+        )
         outcome = learn_pair(
             self._session, self._owner.id, found, old=span.old, progress=self._progress
         )

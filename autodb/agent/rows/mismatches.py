@@ -1,6 +1,24 @@
 """What mismatches were found in and what was decided of them, in words."""
 
 from autodb.store import models
+from autodb.terms.sensor import GAIN
+
+GAIN_TERM = GAIN.name
+SINCE = "since"
+"""Of what a drifted gain was found in: the recording, by id, from which on an axis reads so."""
+
+NEW_EDGE = "new_edge"
+"""Of what an edge change was inferred in: the first cut, by id, that a new edge made."""
+
+
+def is_of_axis(row: models.Mismatch) -> bool:
+    """Say whether a mismatch is of what senses a force, and of no pair: its gain has drifted."""
+    return row.found_in is not None and SINCE in row.found_in
+
+
+def is_cause(row: models.Mismatch) -> bool:
+    """Say whether a mismatch may be why cuts are excluded: no drifted gain, and no new edge."""
+    return row.found_in is None or not {SINCE, NEW_EDGE} & row.found_in.keys()
 
 
 def found_words(row: models.Mismatch) -> str:

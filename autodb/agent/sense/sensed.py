@@ -19,6 +19,8 @@ from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.corrected import is_after
+from autodb.agent.rows.drifted import DriftedGain, drifted_gains
+from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
 from autodb.errors import UnusableInput
 from autodb.pairs.confirmed import with_terms
@@ -237,7 +239,7 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
         tool = some[0].pair.tool if some[0].pair else None
         if tool is None:
             raise UnusableInput(f"cut {some[0].number:g}: its work-tool pair is not known")
-        conditions = [cut.conditions for cut in some]
+        conditions = conditions_in_use(some)
         its = BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name)
         made.append(replace(its, lots=tuple(cut.lot for cut in some)))
     return number, tuple(made)
@@ -267,6 +269,8 @@ class Readings:
             share = np.array([[gain_share(f)] for f in forces if f.estimator_id == number])
             error = Shared(f"{GAIN} of sensor {number}", np.eye(1))
             self._add(error, sensed, np.zeros_like(share), share)
+        for one in drifted_gains(forces) if rows else ():
+            self._add_drift(one, forces)
         self._add_measured(forces)
         self.shared = tuple(one for one, _, _ in self._moved.values())
         none = np.zeros((len(forces), 0))
@@ -294,6 +298,16 @@ class Readings:
             there = np.isin(np.arange(len(forces)), list(moved))
             shift, share = np.array([moved[at] for at in sorted(moved)]).T[:, :, None]
             self._add(Shared(key, np.eye(1)), there, shift, share)
+
+    def _add_drift(self, drift: DriftedGain, forces: Sequence[models.SensedForce]) -> None:
+        """Add the gain that a calibration's axis has since it drifted."""
+        there = (self._recordings >= drift.since) & np.array(
+            [force.calibration_id == drift.calibration for force in forces]
+        )
+        if there.any():
+            key = f"{GAIN} of calibration {drift.calibration} since recording {drift.since}"
+            share = np.full((int(there.sum()), 1), drift.share)
+            self._add(Shared(key, np.eye(1)), there, np.zeros_like(share), share)
 
     def _add_calibration(
         self, row: models.CalibrationVersion, sensed: NDArray[np.bool_], common: Array

@@ -1,0 +1,49 @@
+"""An edge change that nobody recorded is found where wear falls back to its beginning."""
+
+import numpy as np
+import pytest
+
+from autodb.pairs.edge_changes import EdgeCuts, edge_changes
+
+
+def _cuts(
+    seed: int, *, unseen: int | None, grows: float = 0.25, step: float = 0.0, both: bool = True
+) -> EdgeCuts:
+    """Return 60 cuts of 60 s: edges of 20 cuts, by their counters; the second component grows more.
+
+    ``unseen``: the cut before which an edge was changed as well. Growth is a root of time with an
+    edge's own share. ``step``: by what all later forces are lower instead.
+    """
+    rng = np.random.default_rng(seed)
+    number = np.arange(60)
+    edge, written = number // 20, 60.0 * (number % 20)
+    true = written.copy()
+    if unseen is not None and step == 0.0:
+        later = (edge == edge[unseen]) & (number >= unseen)
+        true[later] -= true[unseen]
+    growth = grows * rng.uniform(0.8, 1.2, 4)[edge] * np.sqrt(true / 1200.0)
+    q = np.column_stack([growth, 1.6 * growth]) + rng.normal(0.0, 0.03, (60, 2))
+    if unseen is not None:
+        q[number >= unseen] -= step
+    if not both:
+        q[:, 0] = np.nan
+    return EdgeCuts(q, edge.astype(np.intp), np.asarray(written, dtype=np.float64), 1.0)
+
+
+@pytest.mark.parametrize("both", [True, False])
+def test_a_change_within_an_edge_is_found(both: bool) -> None:
+    for seed in range(8):
+        (one,) = edge_changes(_cuts(seed, unseen=32, both=both))
+        assert abs(one.cut - 32) <= 2
+        assert 0.1 < one.fell[1] < 0.6
+        assert np.isnan(one.fell[0]) == (not both)
+
+
+@pytest.mark.parametrize("what", [{"unseen": None}, {"unseen": 32, "step": 0.2}])
+def test_no_change_and_a_step_that_stays_are_none(what: dict[str, float]) -> None:
+    found = [edge_changes(_cuts(seed, **what)) for seed in range(12)]  # type: ignore[arg-type]
+    assert found.count([]) >= 11
+
+
+def test_little_wear_tells_nothing() -> None:
+    assert edge_changes(_cuts(3, unseen=32, grows=0.05)) == []
