@@ -182,7 +182,7 @@ class PlainRows:
         self, others: Sequence[Choice], choice: Choice, *, like: Candidate | None = None
     ) -> tuple[Array, Array]:
         """Return the squares by fold without a choice beside others, and with it: beside what it
-        may be mistaken for, too, where that predicts better in its place.
+        may be mistaken for, too, where that predicts better in its place and leaves it less to do.
         """
         folds, at, own = self._folds_like(like), self._at(others), self._places[choice.key]
 
@@ -194,10 +194,10 @@ class PlainRows:
         mistaken = self._places.get((choice.candidate.key, MISTAKEN))
         if mistaken is None:
             return without, whole
-        instead = squares(mistaken)
-        if instead.sum() >= whole.sum():
+        instead, both = squares(mistaken), squares(mistaken, own)
+        if instead.sum() >= whole.sum() or rms_fall(instead, both) > rms_fall(without, whole):
             return without, whole
-        return instead, squares(mistaken, own)
+        return instead, both
 
     def contribution(self, choices: Sequence[Choice], number: int) -> Array:
         """Return what one of the choices adds beside the others, (m,)."""

@@ -137,7 +137,12 @@ def test_a_confirmed_gain_corrects_what_is_sensed_from_its_cut_on(shop: Cli) -> 
         "calibration of spindle version 2 is taken back"
         in shop("mismatch", "reject", number, "--why", "the cable was loose").out
     )
-    assert looked_up(shop) == before
+    # With each usual cut since then the excluded one, not decided, widens a little less
+    again = looked_up(shop)
+    assert again["behind"] == before["behind"]
+    for name in ("force_x_N", "force_y_N", "force_z_N"):
+        assert again["cut"][name]["value"] == before["cut"][name]["value"]
+        assert again["cut"][name]["high"] <= before["cut"][name]["high"]
     assert shop("doctor").code == 0
 
 

@@ -138,8 +138,8 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     shop = SHOPS[term]
     made(cli, shop, usual=shop.effect)
     truth = forces(shop.ahead, shop.effect)
-    before = predicted(cli, shop.ahead)
     number = kept(term, parameters=SAID.get(term, {}))
+    before = predicted(cli, shop.ahead)
     done = cli("mismatch", "confirm", number, "--why", "the second bar shows it").out
     assert f"mismatch {number}: {term} confirmed" in done
     after = predicted(cli, shop.ahead)
@@ -183,10 +183,8 @@ def _newest() -> int:
 def test_a_hard_lot_counts_where_it_is_named(cli: Cli, refused: Refused) -> None:
     shop = Shop(hard, drawn(1, 30), drawn(2, 14), drawn(3, 4))
     made(cli, shop, usual=None)
-    before = predicted(cli, shop.ahead)
     number = kept("hard_spot")
-    line = refused("mismatch", "confirm", kept("tool_wear", "force.z"), "--lot", "B12")
-    assert "--lot: tool_wear is of no lot of material; leave out --lot" in line
+    before = predicted(cli, shop.ahead)
     done = cli("mismatch", "confirm", number, "--lot", "B12").out
     assert "hard_spot: forces of lot 'B12' differ by +" in done
     (usual, said), (of_lot, also) = (predicted(cli, shop.ahead, lot) for lot in (None, "B12"))
@@ -212,6 +210,8 @@ def test_a_hard_lot_counts_where_it_is_named(cli: Cli, refused: Refused) -> None
     assert "version 4 is taken back" in cli("mismatch", "reject", number).out
     assert _lots() == {None: 44, "B12": 10}
     assert cli("doctor").code == 0
+    line = refused("mismatch", "confirm", kept("tool_wear", "force.z"), "--lot", "B12")
+    assert "--lot: tool_wear is of no lot of material; leave out --lot" in line
 
 
 def test_cuts_that_say_their_lot_need_no_name(cli: Cli, refused: Refused) -> None:
@@ -273,8 +273,8 @@ def test_of_two_causes_one_is_taken_back_and_the_other_stays(cli: Cli) -> None:
 def test_a_rejected_cause_is_reopened_and_its_cuts_are_excluded_again(cli: Cli) -> None:
     shop = Shop(hard, drawn(1, 30), drawn(2, 14), drawn(3, 3))
     made(cli, shop, usual=None)
-    before = predicted(cli, shop.ahead)
     number = kept("hard_spot")
+    before = predicted(cli, shop.ahead)
     cli("mismatch", "reject", number, "--why", "it is the usual bar")
     assert "version 2 from 44 cuts" in cli("refresh", "--machine", "lathe-1").out
     assert predicted(cli, shop.ahead) != before
