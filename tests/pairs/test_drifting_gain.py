@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.pairs.drifting_gain import GainDrift, SensedShares, drifted_gain
+from autodb.pairs.changes.drifting_gain import GainDrift, SensedShares, drifted_gain
 
 Array = NDArray[np.float64]
 RECORDINGS, CUTS, SHARE = 10, 8, 0.06

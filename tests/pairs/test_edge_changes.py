@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from autodb.pairs.edge_changes import EdgeCuts, edge_changes
+from autodb.pairs.changes.edge_changes import EdgeCuts, edge_changes
 
 
 def _cuts(

@@ -1,7 +1,7 @@
 """A gain of a sensing axis that has drifted is opened as one mismatch, with all pairs it shows in.
 
 Looked for in what the newest recordings of all pairs sensed with one calibration an axis, beside
-what each pair's newest version expects (``autodb.pairs.drifting_gain``).
+what each pair's newest version expects (``autodb.pairs.changes.drifting_gain``).
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.states import recordings_of
@@ -23,7 +23,7 @@ from autodb.agent.sense.sensed import QUANTITY, Calibrations, as_cuts, forces_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
-from autodb.pairs.drifting_gain import PAIRS, GainDrift, SensedShares, drifted_gain
+from autodb.pairs.changes.drifting_gain import PAIRS, GainDrift, SensedShares, drifted_gain
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, RPM
 from autodb.pairs.forecast import expected_means
 from autodb.store import models
@@ -95,7 +95,9 @@ def _read(
         .where(models.Pair.id.in_(select(cut.pair_id).where(cut.recording_id.in_(newest))))
         .order_by(models.Pair.id)
     ).all()
-    every = (_of_pair(session, owner, pair, span, sensed) for pair in pairs)
+    first = session.scalar(select(func.min(cut.id)).where(cut.recording_id.in_(newest))) or 1
+    of_cuts = (first - 1, span.upto)
+    every = (_of_pair(session, owner, pair, sensed, of_cuts=of_cuts) for pair in pairs)
     return [
         one
         for one in chain.from_iterable(every)
@@ -107,12 +109,16 @@ def _of_pair(
     session: Session,
     owner: models.Machine,
     pair: models.Pair,
-    span: Span,
     sensed: Sequence[Calibrations],
+    *,
+    of_cuts: tuple[int, int],
 ) -> list[_Read]:
-    """Return what was sensed of a pair that the machine has learnt, each force above none."""
+    """Return what was sensed of a pair that the machine has learnt, each force above none.
+
+    ``of_cuts``: behind which cut, by id, and up to which.
+    """
     usual = latest(session, owner.id, pair.id)
-    forces = forces_of_pair(session, owner.id, pair, sensed, cuts=(0, span.upto)).forces
+    forces = forces_of_pair(session, owner.id, pair, sensed, cuts=of_cuts).forces
     if usual is None or not forces:
         return []
     try:

@@ -27,7 +27,7 @@ from autodb.agent.sense.sensed import (
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
-from autodb.pairs.edge_changes import AROUND, EdgeChange, EdgeCuts, edge_changes
+from autodb.pairs.changes.edge_changes import AROUND, EdgeChange, EdgeCuts, edge_changes
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, EDGE
 from autodb.pairs.forecast import expected_means
 from autodb.pairs.posterior import WEAR

@@ -15,8 +15,9 @@ from numpy.testing import assert_allclose
 from sqlalchemy import event, func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer import drifted_gains
 from autodb.agent.ingest.inbox import Inbox
-from autodb.agent.learn import learning
+from autodb.agent.learn import inferred_edges, learning
 from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.operate import refreshing
@@ -286,6 +287,8 @@ def test_passes_that_go_on_learn_what_one_would(monkeypatch: pytest.MonkeyPatch)
     known, posterior = _undisturbed()
     monkeypatch.setattr(learning, "AT_ONCE", 3)
     monkeypatch.setattr(refreshing, "AT_ONCE", 3)
+    monkeypatch.setattr(inferred_edges, "NEWEST", 4)  # as many of all cuts are looked at anew
+    monkeypatch.setattr(drifted_gains, "NEWEST", 1)  # and as many recordings
     loaded: set[int] = set()
 
     def count(target: models.Cut, _context: object) -> None:

@@ -1,0 +1,1 @@
+"""What changes from cut to cut of a pair that nobody recorded: an edge, a calibration."""
