@@ -4,16 +4,15 @@
 a process of its own. Growth is what twice as many cuts cost times as much, from length to length.
 """
 
-import math
-import resource
-import subprocess
 import sys
-import time
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from autodb.records import CutTable
+from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
@@ -54,37 +53,14 @@ def made(count: int) -> tuple[Columns, Columns, Columns]:
 
 def explained(count: int) -> None:
     """Explain a table of so many cuts; print seconds of processor, GiB, and what is named."""
-    from autodb.explain import explain
-    from autodb.records import CutTable
-
     table, sensed, simulated = made(count)
     recording = CutTable(Path("recording"), {**table, **sensed})
     simulation = CutTable(Path("simulation"), {"cut": table["cut"], **simulated})
-    begun_s = time.process_time()
-    done = explain(recording, simulation)
-    took_s = time.process_time() - begun_s
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    named = sorted({c.term for a in done.explanation.channels.values() for c in a.missing})
-    print(f"{took_s:.3f} {peak:.2f} {','.join(named)}")
-
-
-def main() -> None:
-    """Explain every length in a process of its own, and print how the cost grows."""
-    before: tuple[int, float] | None = None
-    for count in LENGTHS:
-        command = [sys.executable, "-m", __spec__.name, str(count)]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
-        took, peak, named = done.stdout.split()
-        doubled = ""
-        if before is not None:
-            power = math.log(float(took) / before[1]) / math.log(count / before[0])
-            doubled = f", {2.0**power:.2f} x by doubling"
-        print(f"{count} cuts: {float(took):.1f} s{doubled}, {peak} GiB, named {named}")
-        before = count, float(took)
+    print_cost(recording, simulation)
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         explained(int(sys.argv[1]))
     else:
-        main()
+        print_growth(__spec__.name, LENGTHS, "cuts")

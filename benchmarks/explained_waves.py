@@ -4,15 +4,13 @@
 in a process of its own. Growth is what twice as many rows cost times as much.
 """
 
-import math
-import resource
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]
 
@@ -38,7 +36,6 @@ def _forces(angle: Array, engaged: Array, out_mm: float) -> Array:
 
 def explained(count: int) -> None:
     """Explain a waveform of so many rows; print seconds of processor, GiB, and what is named."""
-    from autodb.explain import explain
     from autodb.files.channels import FORCES
     from autodb.files.side import SideFile
     from autodb.records import Recording
@@ -62,31 +59,11 @@ def explained(count: int) -> None:
         Path("recording"), turned | dict(zip(FORCES, sensed, strict=True)), side=side
     )
     simulated = dict(zip(FORCES, _forces(angle, engaged, 0.0), strict=True))
-    begun_s = time.process_time()
-    done = explain(recording, Recording(Path("simulation"), {"t": t, **simulated}))
-    took_s = time.process_time() - begun_s
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    named = sorted({c.term for a in done.explanation.channels.values() for c in a.missing})
-    print(f"{took_s:.3f} {peak:.2f} {','.join(named)}")
-
-
-def main() -> None:
-    """Explain every length in a process of its own, and print how the cost grows."""
-    before: tuple[int, float] | None = None
-    for count in ROWS:
-        command = [sys.executable, "-m", __spec__.name, str(count)]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
-        took, peak, named = done.stdout.split()
-        doubled = ""
-        if before is not None:
-            power = math.log(float(took) / before[1]) / math.log(count / before[0])
-            doubled = f", x {2.0**power:.2f} for twice as many"
-        print(f"{count:>8} rows: {float(took):6.2f} s, {float(peak):.2f} GiB, {named}{doubled}")
-        before = count, float(took)
+    print_cost(recording, Recording(Path("simulation"), {"t": t, **simulated}))
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         explained(int(sys.argv[1]))
     else:
-        main()
+        print_growth(__spec__.name, ROWS, "rows")

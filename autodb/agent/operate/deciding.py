@@ -205,16 +205,7 @@ def reject(
 
     Raises UnusableInput when there is none.
     """
-    with store.writing() as session:
-        row = mismatch(session, number)
-        already, back = row.status == "rejected", list[str]()
-        if not already:
-            back = take_back(session, row)
-            last = session.scalar(select(func.max(models.CuttingParameters.id)))
-            row.applied = {"after": last or 0}
-            _decide(row, "rejected", None, by=by, why=why)
-            also(session, number)
-        return replace(_decided(session, row, row.term, already=already), back=tuple(back))
+    return _taken_back(store, number, "rejected", by=by, why=why, also=also)
 
 
 def reopen(
@@ -229,12 +220,22 @@ def reopen(
 
     Raises UnusableInput when there is none.
     """
+    return _taken_back(store, number, "open", by=by, why=why, also=also)
+
+
+def _taken_back(
+    store: Store, number: int, status: str, *, by: str | None, why: str | None, also: Also
+) -> Decided:
+    """Give a mismatch a status in which it changes nothing; what it had changed is taken back."""
     with store.writing() as session:
         row = mismatch(session, number)
-        already, back = row.status == "open", list[str]()
+        already, back = row.status == status, list[str]()
         if not already:
             back = take_back(session, row)
-            _decide(row, "open", None, by=by, why=why)
+            if status == "rejected":
+                last = session.scalar(select(func.max(models.CuttingParameters.id)))
+                row.applied = {"after": last or 0}
+            _decide(row, status, None, by=by, why=why)
             also(session, number)
         return replace(_decided(session, row, row.term, already=already), back=tuple(back))
 
