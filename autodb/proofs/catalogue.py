@@ -46,6 +46,7 @@ from autodb.proofs.runs.real.real_score import JudgedReal
 from autodb.proofs.runs.run_file import Finished, Origin, digest
 from autodb.proofs.runs.score import Judged
 from autodb.proofs.runs.stamps import stamps_run, stamps_summary
+from autodb.proofs.runs.tables import tables_run, tables_summary
 from autodb.proofs.runs.weeks import weeks_run, weeks_summary
 from autodb.proofs.runs.weeks.weeks_events import Named
 from autodb.proofs.runs.weeks.weeks_run import Foreseen
@@ -185,6 +186,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=real_summary.real_summary_of,
         read=real_summary.RealSummary.from_json,
         generator=real_run.REAL_GENERATOR,
+    ),
+    Proof(
+        name="force-tables",
+        what="explain names what a simulation of a published table of forces left out",
+        runs=tables_run.TABLES_RUNS,
+        run=tables_run.run_table,
+        kept=TypeAdapter(Finished[JudgedReal]),
+        score=tables_summary.tables_summary_of,
+        read=tables_summary.TablesSummary.from_json,
+        generator=tables_run.TABLES_GENERATOR,
     ),
     Proof(
         name="published-axis",

@@ -32,15 +32,10 @@ from autodb.proofs.runs.real.idle_names import idle_names
 from autodb.proofs.runs.real.real_answers import RealAnswer, explained_real
 from autodb.proofs.runs.real.real_peers import PEERS, greedy
 from autodb.proofs.runs.real.real_score import (
-    HARMED,
-    WITHIN_HIT,
-    WITHIN_NAMED,
     JudgedReal,
-    is_named,
-    is_wrong,
-    own_within,
+    judged_answer,
     peer_score,
-    sure_entries,
+    sure_names,
     unjudged,
 )
 
@@ -50,7 +45,6 @@ REAL_GENERATOR = (
 )  # fmt: skip
 """All modules that make cases."""
 REAL_RUNS = len(real_specs())
-LONGEST_ERROR = 300
 
 
 def run_real(seed: int) -> list[JudgedReal]:
@@ -80,38 +74,11 @@ def planned(seed: int) -> RealSpec:
 
 
 def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
-    """Judge an answer, beside that to the same recording without the effect."""
-    judged = replace(unjudged(case), error=answer.error[:LONGEST_ERROR], seconds=answer.seconds)
-    if answer.error or answer.before is None or answer.after is None:
+    """Judge an answer; of a null also which of its names do no work."""
+    judged = judged_answer(case, answer, twin)
+    if case.concealed is not None or answer.error:
         return judged
-    harm = answer.after > HARMED * answer.before
-    judged = replace(
-        judged, harm=harm, fit=answer.after / case.rms_full,
-        said=tuple(
-            f"{one.term}{'' if one.kind == 'missing' else ' (mistuned)'}:{one.size:.3g}"
-            f"({one.confidence:.2f})" for one in answer.entries
-        ),
-    )  # fmt: skip
-    if case.concealed is None:
-        own_ok = own_within(case, answer)
-        sure = tuple(one.term for one in answer.entries if one.kind == "missing" and one.sure)
-        return replace(
-            judged, own_ok=own_ok, null_ok=own_ok and not harm, idle=idle_names(case, sure)
-        )
-    said = [one for one in answer.entries if one.named]
-    sizes = [one.size for one in said if one.term == case.concealed]
-    true = case.true_size or 1.0
-    return replace(
-        judged,
-        named=is_named(case, said, WITHIN_NAMED),
-        hit=is_named(case, said, WITHIN_HIT),
-        wrong=is_wrong(case, said),
-        size_ratio=sizes[0] / true if sizes else None,
-        false_name=None
-        if twin.error
-        else any(one.named and one.term == case.concealed for one in twin.entries),
-        sure=sure_entries(case, answer, twin),
-    )
+    return replace(judged, idle=idle_names(case, sure_names(answer)))
 
 
 def _twin_answer(case: RealCase) -> RealAnswer:

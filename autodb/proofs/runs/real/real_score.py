@@ -1,8 +1,8 @@
-"""How an answer to a real axis is judged: named, its size, wrong, harmful, sure and right."""
+"""How an answer to a real axis or table is judged: named, its size, wrong, harmful, sure, right."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
-from autodb.proofs.cases.real.real_case import RealCase
 from autodb.proofs.runs.real.real_answers import RealAnswer, SaidEntry
 from autodb.proofs.runs.real.real_peers import PeerAnswer
 
@@ -14,6 +14,43 @@ CARRIES = 0.5
 HARMED = 1.02
 RETUNED = 0.3
 """Share of an own term's peak up to which a null's may be called mistuned."""
+
+LONGEST_ERROR = 300
+
+
+class KnownCase(Protocol):
+    """What is known of a case; see `RealCase`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def machine(self) -> str: ...
+    @property
+    def recording(self) -> str: ...
+    @property
+    def concealed(self) -> str | None: ...
+    @property
+    def strength(self) -> str: ...
+    @property
+    def tuning(self) -> str: ...
+    @property
+    def seen(self) -> bool: ...
+    @property
+    def decidable(self) -> bool: ...
+    @property
+    def fair(self) -> tuple[str, ...]: ...
+    @property
+    def sizes(self) -> dict[str, float]: ...
+    @property
+    def true_size(self) -> float | None: ...
+    @property
+    def rms_full(self) -> float: ...
+    @property
+    def own_peaks(self) -> dict[str, float]: ...
+    @property
+    def retuned(self) -> tuple[str, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -72,26 +109,58 @@ class JudgedReal:
         return not self.term
 
 
-def unjudged(case: RealCase) -> JudgedReal:
+def unjudged(case: KnownCase) -> JudgedReal:
     """Return a case of which nothing was asked yet."""
     return JudgedReal(
-        case.name, case.kind, case.machine, case.axis.name, case.concealed or "", case.strength,
+        case.name, case.kind, case.machine, case.recording, case.concealed or "", case.strength,
         case.tuning, case.seen, case.decidable,
     )  # fmt: skip
 
 
-def size_as(entry: SaidEntry, case: RealCase, within: tuple[float, float]) -> bool:
+def judged_answer(case: KnownCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
+    """Judge an answer, beside that to the recording without the effect; `idle` is left open."""
+    judged = replace(unjudged(case), error=answer.error[:LONGEST_ERROR], seconds=answer.seconds)
+    if answer.error or answer.before is None or answer.after is None:
+        return judged
+    harm = answer.after > HARMED * answer.before
+    judged = replace(
+        judged, harm=harm, fit=answer.after / case.rms_full,
+        said=tuple(
+            f"{one.term}{'' if one.kind == 'missing' else ' (mistuned)'}:{one.size:.3g}"
+            f"({one.confidence:.2f})" for one in answer.entries
+        ),
+    )  # fmt: skip
+    if case.concealed is None:
+        own_ok = own_within(case, answer)
+        return replace(judged, own_ok=own_ok, null_ok=own_ok and not harm)
+    said = [one for one in answer.entries if one.named]
+    sizes = [one.size for one in said if one.term == case.concealed]
+    true = case.true_size or 1.0
+    return replace(
+        judged,
+        named=is_named(case, said, WITHIN_NAMED),
+        hit=is_named(case, said, WITHIN_HIT),
+        wrong=is_wrong(case, said),
+        size_ratio=sizes[0] / true if sizes else None,
+        false_name=None
+        if twin.error
+        else any(one.named and one.term == case.concealed for one in twin.entries),
+        sure=sure_entries(case, answer, twin),
+    )
+
+
+def size_as(entry: SaidEntry, case: KnownCase, within: tuple[float, float]) -> bool:
     """Say whether an entry's size is about that of its name, or of what is concealed."""
     true = {case.sizes[entry.term], case.sizes[case.fair[0]]}
     return any(within[0] * size <= entry.size <= within[1] * size for size in true)
 
 
-def is_named(case: RealCase, said: list[SaidEntry], within: tuple[float, float]) -> bool:
+def is_named(case: KnownCase, said: list[SaidEntry], within: tuple[float, float]) -> bool:
     """Say whether a fair name is among what was said, with its size."""
     return any(one.term in case.fair and size_as(one, case, within) for one in said)
 
 
-def is_wrong(case: RealCase, said: list[SaidEntry]) -> bool:
+def is_wrong(case: KnownCase, said: list[SaidEntry]) -> bool:
     """Say whether nothing fair is said and a sure name carries half of what is concealed."""
     if any(one.term in case.fair for one in said):
         return False
@@ -99,7 +168,7 @@ def is_wrong(case: RealCase, said: list[SaidEntry]) -> bool:
 
 
 def sure_entries(
-    case: RealCase, answer: RealAnswer, twin: RealAnswer
+    case: KnownCase, answer: RealAnswer, twin: RealAnswer
 ) -> tuple[tuple[float, bool], ...]:
     """Return confidence and rightness of the entries that are sure, of a case with an effect.
 
@@ -116,7 +185,7 @@ def sure_entries(
     return tuple(found)
 
 
-def own_within(case: RealCase, answer: RealAnswer) -> bool:
+def own_within(case: KnownCase, answer: RealAnswer) -> bool:
     """Say whether no own term is called mistuned by more than RETUNED of its peak.
 
     Of a term that is smaller than the held-out error, by more than RETUNED of that.
@@ -126,7 +195,12 @@ def own_within(case: RealCase, answer: RealAnswer) -> bool:
     return all(one.size <= RETUNED * max(peak, case.rms_full) for one, peak in peaks)
 
 
-def peer_score(case: RealCase, found: PeerAnswer) -> PeerScore:
+def sure_names(answer: RealAnswer) -> tuple[str, ...]:
+    """Return the names of the vocabulary that an answer says are missing, at 0.9 or more."""
+    return tuple(one.term for one in answer.entries if one.kind == "missing" and one.sure)
+
+
+def peer_score(case: KnownCase, found: PeerAnswer) -> PeerScore:
     """Judge what another method said: it has no confidence, so each of its names is sure."""
     said = [SaidEntry(term, "missing", 1.0, size) for term, size in found.sizes.items()]
     fit = None if found.held_out is None else found.held_out / case.rms_full

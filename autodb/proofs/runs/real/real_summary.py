@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Self
 
 from autodb.proofs.runs.found import Check, CheckedScore, TextTable, percent, ratio
-from autodb.proofs.runs.real.real_peers import PEERS
 from autodb.proofs.runs.real.real_rows import (
     GROUP_HEADS,
     NULL_HEADS,
@@ -84,18 +83,18 @@ class RealSummary(CheckedScore):
         fit, size = self.both.fit, self.strong.size_off
         false, twins = self.strong.false, self.strong.twins
         return [
-            _least("shown: named", self.shown.named, self.shown.cases, SHOWN_NAMED),
-            _most("shown: wrong", self.shown.wrong, self.shown.cases, 0.0),
+            at_least("shown: named", self.shown.named, self.shown.cases, SHOWN_NAMED),
+            at_most("shown: wrong", self.shown.wrong, self.shown.cases, 0.0),
             _lower("real and injected: named", self.both.named, self.both.cases),
             _upper("real and injected: wrong", self.both.wrong, self.both.cases),
-            _most("harmed", self.harmed, every, 0.0),
+            at_most("harmed", self.harmed, every, 0.0),
             ("held-out error / full model's, median", ratio(fit), f"≤ {MEDIAN_FIT:g}",
              fit is not None and fit <= MEDIAN_FIT),
-            _least("nulls: own terms within 30 %", self.nulls.own_ok, self.nulls.cases, 1.0),
-            _least("entries at 0.9 or more: right", self.sure_right, self.sure, SURE_RIGHT),
-            _least("injected, strong: named", self.strong.named, self.strong.cases, STRONG_NAMED),
-            _most("injected, strong: wrong", self.strong.wrong, self.strong.cases, STRONG_WRONG),
-            _most("injected, strong: named without it too", false, twins, STRONG_FALSE),
+            at_least("nulls: own terms within 30 %", self.nulls.own_ok, self.nulls.cases, 1.0),
+            at_least("entries at 0.9 or more: right", self.sure_right, self.sure, SURE_RIGHT),
+            at_least("injected, strong: named", self.strong.named, self.strong.cases, STRONG_NAMED),
+            at_most("injected, strong: wrong", self.strong.wrong, self.strong.cases, STRONG_WRONG),
+            at_most("injected, strong: named without it too", false, twins, STRONG_FALSE),
             ("injected, strong: size off, median", percent(size), f"≤ {percent(STRONG_SIZE)}",
              size is not None and size <= STRONG_SIZE),
         ]  # fmt: skip
@@ -154,7 +153,7 @@ class RealSummary(CheckedScore):
             harmed=sum(one.harm for one in asked),
             sure=len(sure),
             sure_right=sum(sure),
-            peers=tuple(peer_group(name, clear, nulls) for name in (OURS, *PEERS)),
+            peers=tuple(peer_group(name, clear, nulls) for name in (OURS, *_peers_of(asked))),
             errors=_errors(asked),
         )
 
@@ -163,6 +162,10 @@ def real_summary_of(runs: Sequence[Finished[JudgedReal]], origin: Origin) -> Rea
     """Return the score of finished runs in the order of their seeds."""
     every = [one for run in runs for one in run.judged]
     return RealSummary.of(every, origin, (runs[0].seed, runs[-1].seed))
+
+
+def _peers_of(asked: Sequence[JudgedReal]) -> tuple[str, ...]:
+    return tuple(next((one.peers for one in asked if one.peers), {}))
 
 
 def _count(name: str, cases: Sequence[JudgedReal]) -> KindCount:
@@ -187,12 +190,14 @@ def _found(count: int, cases: int) -> str:
     return f"{count} of {cases}" if cases else "no case"
 
 
-def _least(name: str, count: int, cases: int, share: float) -> Check:
+def at_least(name: str, count: int, cases: int, share: float) -> Check:
+    """Return the limit that a share of cases is at least so large."""
     passed = cases > 0 and count >= share * cases
     return name, _found(count, cases), f"≥ {100.0 * share:g} %", passed
 
 
-def _most(name: str, count: int, cases: int, share: float) -> Check:
+def at_most(name: str, count: int, cases: int, share: float) -> Check:
+    """Return the limit that a share of cases is at most so large."""
     passed = cases > 0 and count <= share * cases
     return name, _found(count, cases), f"≤ {100.0 * share:g} %", passed
 

@@ -1,0 +1,142 @@
+"""The full model of each published table: its laws, chosen once, fitted by least squares.
+
+F = K·f·(a + δ)·(1 - e·ln(v/v̄)) + E·(a + δ), component by component; δ is of the whole table.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from autodb.proofs.cases.real.full_models import FittedModel
+from autodb.proofs.cases.real.held_out import fitted_sizes, held_out
+from autodb.proofs.cases.tables.published_tables import Array, ForceTable, published_tables
+
+ALL_FOUR = ("shear", "edge_force", "speed_softening", "depth_error")
+TABLE_TERMS = {
+    "aouici": ("shear", "edge_force", "speed_softening"),
+    "bartarya": ALL_FOUR,
+    "borsos": ALL_FOUR,
+    "fnides": ALL_FOUR,
+    "lin": ("shear", "edge_force", "depth_error"),
+    "mata": ALL_FOUR,
+    "drill": ("shear", "edge_force", "speed_softening"),
+}
+"""Laws that lower the error of cuts left out; a drill's depth is half of its diameter."""
+MOST_OFF = 0.5
+"""Largest depth that is off, of the smallest depth."""
+
+
+@dataclass(frozen=True)
+class TableModel:
+    """A model of all components: one fitted model each, and the depth ``off`` in mm they share."""
+
+    table: ForceTable
+    channels: dict[str, FittedModel]
+    off_mm: float
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Return its laws."""
+        return next(iter(self.channels.values())).terms
+
+    @property
+    def components(self) -> Array:
+        """Return what it says (C, n)."""
+        return np.array([model.whole for model in self.channels.values()])
+
+    def part(self, term: str) -> Array:
+        """Return what a law adds (C, n)."""
+        return np.array([model.part(term) for model in self.channels.values()])
+
+    def slope(self) -> Array:
+        """Return dF/da (C, n), N/mm."""
+        return np.array([_slope(self.table, model) for model in self.channels.values()])
+
+    def errors(self, components: Array) -> Array:
+        """Return the error of cuts left out of the fit to forces (C, n), (C,), N."""
+        models = zip(self.channels.values(), components, strict=True)
+        return np.array([mixed_held_out(model.columns, own) for model, own in models])
+
+    def of_channels(self, channels: dict[str, FittedModel]) -> "TableModel":
+        """Return the same depth with other models of the components."""
+        return TableModel(self.table, channels, self.off_mm)
+
+    def without(self, term: str) -> "TableModel":
+        """Return the model less a law, the others kept."""
+        return self.of_channels({name: one.without(term) for name, one in self.channels.items()})
+
+    def refitted(self, components: Array) -> "TableModel":
+        """Return the same columns fitted to other forces (C, n)."""
+        pairs = zip(self.channels.items(), components, strict=True)
+        return self.of_channels({name: one.refitted(own) for (name, one), own in pairs})
+
+    def mistuned(self, term: str, share: float) -> "TableModel":
+        """Return the model with one law larger by a share in all components."""
+        changed = {name: one.mistuned(term, share) for name, one in self.channels.items()}
+        return self.of_channels(changed)
+
+    def rows(self, kept: "np.typing.NDArray[np.intp]") -> "TableModel":
+        """Return the same model of some cuts."""
+        channels = {name: one.rows(kept) for name, one in self.channels.items()}
+        return TableModel(self.table.rows(kept), channels, self.off_mm)
+
+
+@cache
+def table_model(name: str) -> TableModel:
+    """Return the full model of a table, fitted to all of it."""
+    from scipy.optimize import minimize_scalar
+
+    table = published_tables()[name]
+    if "depth_error" not in TABLE_TERMS[name]:
+        return TableModel(table, _fitted(table, 0.0), 0.0)
+    scale = np.std(table.components, axis=1)[:, None]
+
+    def left(off_mm: float) -> float:
+        models = _fitted(table, off_mm).values()
+        said = np.array([model.whole for model in models])
+        return float(np.sum(((table.components - said) / scale) ** 2))
+
+    most = MOST_OFF * float(table.depth.min())
+    off_mm = float(minimize_scalar(left, bounds=(-most, most), method="bounded").x)
+    return TableModel(table, _fitted(table, off_mm), off_mm)
+
+
+def _fitted(table: ForceTable, off_mm: float) -> dict[str, FittedModel]:
+    return {name: _channel(table, force, off_mm) for name, force in table.forces.items()}
+
+
+def _channel(table: ForceTable, force: Array, off_mm: float) -> FittedModel:
+    """Fit one component at a depth that is off; its depth error then is a column of its own."""
+    names = tuple(t for t in TABLE_TERMS[table.name] if t != "depth_error")
+    true = np.array([_plain(table, term, table.depth + off_mm) for term in names])
+    sizes = fitted_sizes(true, force)
+    columns = np.array([_plain(table, term, table.depth) for term in names])
+    if "depth_error" not in TABLE_TERMS[table.name]:
+        return FittedModel(names, columns, sizes)
+    off = (sizes @ true - sizes @ columns)[None]
+    return FittedModel((*names, "depth_error"), np.concatenate([columns, off]), _with_one(sizes))
+
+
+def _with_one(sizes: Array) -> Array:
+    return np.append(sizes, 1.0)
+
+
+def _plain(table: ForceTable, term: str, depth: Array) -> Array:
+    """Return the column (n,) of a law at coefficient 1."""
+    if term == "shear":
+        return table.feed * depth
+    if term == "edge_force":
+        return depth
+    return -table.feed * depth * table.log_speed
+
+
+def _slope(table: ForceTable, model: FittedModel) -> Array:
+    laws = [term for term in model.terms if term != "depth_error"]
+    return np.asarray(sum(model.part(term) for term in laws) / table.depth)
+
+
+def mixed_held_out(columns: Array, force: Array) -> float:
+    """Return the rms error of cuts left out of the fit, in groups drawn once: tables are sorted."""
+    mixed = np.random.default_rng(len(force)).permutation(len(force))
+    return held_out(columns[:, mixed], force[mixed]).rms

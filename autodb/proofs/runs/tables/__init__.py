@@ -1,0 +1,1 @@
+"""The proof on published tables of forces: answers, a peer, summary."""
