@@ -139,7 +139,7 @@ def bell(speed_m_min: Array, centre_m_min: float, width: float) -> Array:
 def band_candidates(stack: Stack) -> list[Candidate]:
     """Return a band of speeds in which the chip costs other force: a built-up edge."""
     speed, seen = stack.known.speed_m_min, stack.frame.known.speed_m_min
-    if speed is None or seen is None or len(np.unique(seen)) < 4:
+    if speed is None or seen is None or len(np.unique(seen)) < 3:
         return []
     low, high = np.log(seen.min()), np.log(seen.max())
     forms = []

@@ -12,7 +12,11 @@ from autodb.proofs.cases.tables.table_columns import (
     Channel,
     shapes_of,
 )
-from autodb.proofs.cases.tables.table_models import TableModel, mixed_held_out
+from autodb.proofs.cases.tables.table_models import (
+    TableModel,
+    held_out_beside,
+    mixed_held_out,
+)
 
 
 def rival_laws(
@@ -44,11 +48,11 @@ def names_beside(concealed: str, *, single: bool) -> tuple[str, ...]:
 
 def best_of_law(name: str, channel: Channel, force: Array) -> tuple[float, float]:
     """Return held-out error and peak of a name beside the own laws, at its best shape."""
-    best = (np.inf, 0.0)
-    for columns in shapes_of(name, channel):
-        both = np.concatenate([channel.model.columns, columns])
-        error = mixed_held_out(both, force)
-        if error < best[0]:
-            sizes = fitted_sizes(both, force)[len(channel.model.columns) :]
-            best = (error, float(np.max(np.abs(sizes @ columns))))
-    return best
+    shapes = shapes_of(name, channel)
+    own = channel.model.columns
+    errors = held_out_beside(own, shapes, force)
+    if not len(errors):
+        return np.inf, 0.0
+    best = int(np.argmin(errors))
+    sizes = fitted_sizes(np.concatenate([own, shapes[best]]), force)[len(own) :]
+    return float(errors[best]), float(np.max(np.abs(sizes @ shapes[best])))

@@ -12,13 +12,15 @@ POWERS = (0.5, 1.0, 2.0)
 """Of cutting time."""
 THIN = (0.3, 1.0)
 """Feeds at which thin chips have lost their extra force, over the median feed."""
+NOSES_MM = (0.4, 0.8, 1.2)
+"""Depth within which a nose turns force from one component into another."""
 SHORTEST = 3
 """Cuts of a run at least."""
 OF_ONE_COMPONENT = ("gain", "sensor_drift")
 """What a sensor does: no other component takes part."""
 COMMON = (
     "edge_force", "size_effect", "speed_softening", "built_up_edge", "tool_wear", "hard_spot",
-    "depth_error", "deflection",
+    "depth_error", "deflection", "nose_radius",
 )  # fmt: skip
 TABLE_NAMES = (*COMMON, *OF_ONE_COMPONENT)
 
@@ -32,6 +34,7 @@ class Channel:
         self.force = self.model.whole
         self.shear = self.model.part("shear")
         self.slope = model.slope()[list(model.channels).index(name)]
+        self.components = model.components
 
 
 def shapes_of(term: str, channel: Channel) -> list[Array]:
@@ -42,6 +45,12 @@ def shapes_of(term: str, channel: Channel) -> list[Array]:
 def _size_effect(channel: Channel) -> list[Array]:
     thin = channel.table.feed / np.median(channel.table.feed)
     return [(channel.shear * np.exp(-thin / one))[None] for one in THIN]
+
+
+def _nose_radius(channel: Channel) -> list[Array]:
+    depth = channel.table.depth
+    shallow = [np.exp(-depth / one) for one in NOSES_MM]
+    return [(channel.table.feed * one)[None] for one in (1.0, *(depth * s for s in shallow))]
 
 
 def _built_up_edge(channel: Channel) -> list[Array]:
@@ -94,7 +103,8 @@ SHAPES: dict[str, Callable[[Channel], list[Array]]] = {
     "tool_wear": _tool_wear,
     "hard_spot": _hard_spot,
     "depth_error": lambda one: [one.slope[None]],
-    "deflection": lambda one: [-(one.force * one.slope)[None]],
+    "deflection": lambda one: [-(pushing * one.slope)[None] for pushing in one.components],
+    "nose_radius": _nose_radius,
     "gain": _gain,
     "sensor_drift": lambda one: [(one.table.t / one.table.t[-1])[None]],
 }

@@ -9,7 +9,13 @@ from functools import cache
 import numpy as np
 
 from autodb.proofs.cases.real.full_models import FittedModel
-from autodb.proofs.cases.real.held_out import fitted_sizes, held_out
+from autodb.proofs.cases.real.held_out import (
+    BLOCKS,
+    DEPENDENT,
+    block_numbers,
+    fitted_sizes,
+    held_out,
+)
 from autodb.proofs.cases.tables.published_tables import Array, ForceTable, published_tables
 
 ALL_FOUR = ("shear", "edge_force", "speed_softening", "depth_error")
@@ -138,5 +144,40 @@ def _slope(table: ForceTable, model: FittedModel) -> Array:
 
 def mixed_held_out(columns: Array, force: Array) -> float:
     """Return the rms error of cuts left out of the fit, in groups drawn once: tables are sorted."""
-    mixed = np.random.default_rng(len(force)).permutation(len(force))
+    mixed = _mixed(len(force))
     return held_out(columns[:, mixed], force[mixed]).rms
+
+
+def held_out_beside(columns: Array, shapes: list[Array], force: Array) -> Array:
+    """Return the errors (m,) of ``mixed_held_out`` with each of the shapes beside the columns."""
+    errors = np.empty(len(shapes))
+    single = [i for i, shape in enumerate(shapes) if len(shape) == 1]
+    if single:
+        errors[single] = _held_out_of_each(
+            columns, np.concatenate([shapes[i] for i in single]), force
+        )
+    for i, shape in enumerate(shapes):
+        if len(shape) > 1:
+            errors[i] = mixed_held_out(np.concatenate([columns, shape]), force)
+    return errors
+
+
+def _held_out_of_each(columns: Array, added: Array, force: Array) -> Array:
+    """Return the errors with one more column each, of (m, n)."""
+    mixed = _mixed(len(force))
+    both = np.vstack([added, force])[:, mixed]
+    own, squares = columns[:, mixed], np.zeros(len(added))
+    number = block_numbers(len(force))
+    for block in range(BLOCKS):
+        out, kept = number == block, number != block
+        fitted = np.linalg.lstsq(own[:, kept].T, both[:, kept].T, rcond=DEPENDENT)[0].T @ own
+        left = both - fitted
+        power = np.sum(left[:-1, kept] ** 2, axis=1)
+        least = DEPENDENT * np.sum(both[:-1, kept] ** 2, axis=1)
+        size = (left[:-1, kept] @ left[-1, kept]) / np.where(power > least, power, np.inf)
+        squares += np.sum((left[-1, out] - size[:, None] * left[:-1, out]) ** 2, axis=1)
+    return np.asarray(np.sqrt(squares / len(force)))
+
+
+def _mixed(n: int) -> "np.typing.NDArray[np.intp]":
+    return np.random.default_rng(n).permutation(n)

@@ -6,7 +6,7 @@ from autodb.proofs.cases.real.held_out import fitted_sizes
 from autodb.proofs.cases.tables.published_tables import Array
 from autodb.proofs.cases.tables.table_case import TabledCase
 from autodb.proofs.cases.tables.table_columns import SHAPES, TABLE_NAMES, Channel, shapes_of
-from autodb.proofs.cases.tables.table_models import mixed_held_out
+from autodb.proofs.cases.tables.table_models import held_out_beside, mixed_held_out
 from autodb.proofs.runs.real.idle_names import AS_GOOD_WITHOUT
 from autodb.proofs.runs.real.real_peers import AS_WELL, JOINS, MOST_TERMS, PeerAnswer
 
@@ -37,20 +37,17 @@ def idle_laws(case: TabledCase, place: int, names: tuple[str, ...]) -> tuple[str
     """Return those of ``names`` whose removal leaves the held-out error within 2 %."""
     channel, force = _channel(case, place), case.table.components[place]
     tried = [name for name in names if name in SHAPES and name not in case.includes]
-    picked = {
-        name: min(
-            shapes_of(name, channel),
-            key=lambda shape: mixed_held_out(np.concatenate([channel.model.columns, shape]), force),
-        )
-        for name in tried
-    }
-    own = channel.model.columns
+    own, picked = channel.model.columns, dict[str, Array]()
+    for name in tried:
+        shapes = shapes_of(name, channel)
+        if shapes:
+            picked[name] = shapes[int(np.argmin(held_out_beside(own, shapes, force)))]
     whole = mixed_held_out(_stacked(own, picked), force)
     without = {
         name: mixed_held_out(_stacked(own, {n: s for n, s in picked.items() if n != name}), force)
-        for name in tried
+        for name in picked
     }
-    untried = tuple(name for name in names if name not in SHAPES)
+    untried = tuple(n for n in names if n not in picked and n not in case.includes)
     return (*(n for n, rms in without.items() if rms <= AS_GOOD_WITHOUT * whole), *untried)
 
 
@@ -62,14 +59,14 @@ def _best(
     case: TabledCase, channel: Channel, picked: dict[str, Array], force: Array
 ) -> tuple[float, str, Array] | None:
     """Return error, name and columns of what lowers the held-out error most."""
-    columns = _stacked(channel.model.columns, picked)
-    tried = [
-        (mixed_held_out(np.concatenate([columns, shape]), force), name, shape)
-        for name in TABLE_NAMES
-        if name not in case.includes and name not in picked
-        for shape in shapes_of(name, channel)
-    ]
-    return min(tried, key=lambda one: one[0], default=None)
+    columns, found = _stacked(channel.model.columns, picked), list[tuple[float, str, Array]]()
+    for name in TABLE_NAMES:
+        shapes = shapes_of(name, channel)
+        if name not in case.includes and name not in picked and shapes:
+            errors = held_out_beside(columns, shapes, force)
+            best = int(np.argmin(errors))
+            found.append((float(errors[best]), name, shapes[best]))
+    return min(found, key=lambda one: one[0], default=None)
 
 
 def _needed(own: Array, picked: dict[str, Array], force: Array) -> dict[str, Array]:
