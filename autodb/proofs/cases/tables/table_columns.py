@@ -49,8 +49,8 @@ def _size_effect(channel: Channel) -> list[Array]:
 
 def _nose_radius(channel: Channel) -> list[Array]:
     depth = channel.table.depth
-    shallow = [np.exp(-depth / one) for one in NOSES_MM]
-    return [(channel.table.feed * one)[None] for one in (1.0, *(depth * s for s in shallow))]
+    shallow = [depth * np.exp(-depth / one) for one in NOSES_MM]
+    return [(channel.table.feed * one)[None] for one in (np.ones_like(depth), *shallow)]
 
 
 def _built_up_edge(channel: Channel) -> list[Array]:
