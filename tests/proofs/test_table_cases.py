@@ -22,24 +22,20 @@ from autodb.proofs.cases.tables.table_models import (
     table_model,
 )
 
-SHEAR, EDGE, SOFTER, OFF_MM = (
-    np.array([900.0, 2000.0, 600.0]),
-    np.array([60.0, 90.0, 50.0]),
-    0.1,
-    0.15,
-)
-NOISE_N = 4.0
+SHEAR, EDGE = np.array([900.0, 2000.0, 600.0]), np.array([60.0, 90.0, 50.0])
+SOFTER, OFF_MM = 0.1, 0.05
+NOISE_N = 0.5
 
 
 @pytest.fixture(autouse=True)
 def laid(monkeypatch: pytest.MonkeyPatch) -> Iterator[ForceTable]:
-    """Put a table with known laws in the place of `borsos`."""
-    plain = published_tables()["borsos"]
+    """Put a table with known laws in the place of `fnides`."""
+    plain = published_tables()["fnides"]
     depth = plain.depth + OFF_MM
     chip = plain.feed * depth * (1.0 - SOFTER * plain.log_speed)
     noise = NOISE_N * np.random.default_rng(3).normal(size=(3, len(plain)))
     laid = plain.with_forces(SHEAR[:, None] * chip + EDGE[:, None] * depth + noise)
-    monkeypatch.setattr(table_models, "published_tables", lambda: {"borsos": laid})
+    monkeypatch.setattr(table_models, "published_tables", lambda: {"fnides": laid})
     for cached in (table_model, table_cases._fitted):
         cached.cache_clear()
     yield laid
@@ -48,7 +44,7 @@ def laid(monkeypatch: pytest.MonkeyPatch) -> Iterator[ForceTable]:
 
 
 def _spec(term: str, strength: str = "strong", variant: str = "exact 1") -> RealSpec:
-    return RealSpec("injected", "borsos", term, strength, variant)
+    return RealSpec("injected", "fnides", term, strength, variant)
 
 
 def test_published_tables_are_whole() -> None:
@@ -62,22 +58,23 @@ def test_published_tables_are_whole() -> None:
 
 
 def test_a_full_model_finds_its_laws_and_the_depth_that_is_off(laid: ForceTable) -> None:
-    model = table_model("borsos")
-    assert model.off_mm == pytest.approx(OFF_MM, abs=0.01)
+    model = table_model("fnides")
+    assert model.off_mm == pytest.approx(OFF_MM, abs=0.1 * OFF_MM)
     for place, channel in enumerate(model.channels.values()):
         found = dict(zip(channel.names, channel.coefficients, strict=True))
-        assert found["shear"] == pytest.approx(SHEAR[place], rel=0.03)
+        assert found["shear"] == pytest.approx(SHEAR[place], rel=0.1)
         assert found["edge_force"] == pytest.approx(EDGE[place], rel=0.15)
-        assert found["speed_softening"] / found["shear"] == pytest.approx(SOFTER, rel=0.15)
+        assert found["speed_softening"] / found["shear"] == pytest.approx(SOFTER, rel=0.3)
+        assert found["depth_error"] == pytest.approx(1.0, abs=0.2)
     errors = model.errors(laid.components)
     assert np.all((errors > 0.5 * NOISE_N) & (errors < 2.0 * NOISE_N))
 
 
-@pytest.mark.parametrize("term", effects_into("borsos"))
+@pytest.mark.parametrize("term", effects_into("fnides"))
 @pytest.mark.parametrize("strength", STRENGTHS)
 def test_an_effect_is_as_strong_as_it_says(laid: ForceTable, term: str, strength: str) -> None:
     case = tabled_case(_spec(term, strength))
-    model = table_model("borsos")
+    model = table_model("fnides")
     change = case.table.components - laid.components
     rms = model.errors(laid.components)
     touched = np.flatnonzero(np.any(change != 0.0, axis=1))
@@ -88,7 +85,7 @@ def test_an_effect_is_as_strong_as_it_says(laid: ForceTable, term: str, strength
     ]
     found = float(np.sqrt(np.mean(np.square(left))))
     rng = np.random.default_rng(
-        [table_cases.SEED, table_cases.TABLES.index("borsos"), list(MAKERS).index(term), 1]
+        [table_cases.SEED, table_cases.TABLES.index("fnides"), list(MAKERS).index(term), 1]
     )
     effect = effect_in(term, model, rng)
     at_most = np.allclose(change, effect.most * effect.shape)
@@ -102,9 +99,9 @@ def test_an_effect_is_as_strong_as_it_says(laid: ForceTable, term: str, strength
 
 def test_each_name_has_the_shape_of_its_own_effect() -> None:
     """Columns of the name beside the own laws leave nothing of an effect but what shapes miss."""
-    model = table_model("borsos")
+    model = table_model("fnides")
     names = list(model.channels)
-    for term in effects_into("borsos"):
+    for term in effects_into("fnides"):
         effect = effect_in(term, model, np.random.default_rng(5))
         place = effect.touched[0]
         channel = Channel(model, names[place])
@@ -114,7 +111,7 @@ def test_each_name_has_the_shape_of_its_own_effect() -> None:
 
 
 def test_errors_beside_columns_are_those_of_a_fit_with_them(laid: ForceTable) -> None:
-    channel = Channel(table_model("borsos"), "force.y")
+    channel = Channel(table_model("fnides"), "force.y")
     own, force = channel.model.columns, laid.forces["force.y"]
     shapes = [*shapes_of("hard_spot", channel)[:5], *shapes_of("tool_wear", channel)]
     expected = [mixed_held_out(np.concatenate([own, one]), force) for one in shapes]
@@ -131,12 +128,12 @@ def test_what_a_sensor_does_is_no_rival_of_what_a_cut_does() -> None:
 
 def test_a_law_left_out_is_decided_by_cuts_left_out(laid: ForceTable) -> None:
     kept, refit = (
-        tabled_case(RealSpec("left out", "borsos", "edge_force", "", variant))
+        tabled_case(RealSpec("left out", "fnides", "edge_force", "", variant))
         for variant in ("kept", "refit")
     )
     assert all(one.seen for one in (*kept.cases, *refit.cases))
     missing = laid.components - kept.simulated
-    assert_allclose(missing, table_model("borsos").part("edge_force"), atol=5.0 * NOISE_N)
+    assert_allclose(missing, table_model("fnides").part("edge_force"), atol=5.0 * NOISE_N)
     assert np.sum((laid.components - refit.simulated) ** 2) < np.sum(missing**2)
     assert refit.includes == kept.includes == ("shear", "speed_softening", "depth_error")
     assert all("size_effect" in one.fair or one.decidable for one in kept.cases)
@@ -144,12 +141,12 @@ def test_a_law_left_out_is_decided_by_cuts_left_out(laid: ForceTable) -> None:
 
 def test_nulls_are_the_full_model_or_a_little_off() -> None:
     exact = tabled_case(twin_of(_spec("gain")))
-    assert_allclose(exact.simulated, table_model("borsos").components)
-    more = tabled_case(RealSpec("null", "borsos", "shear", "", "more"))
+    assert_allclose(exact.simulated, table_model("fnides").components)
+    more = tabled_case(RealSpec("null", "fnides", "shear", "", "more"))
     assert_allclose(
-        more.simulated - exact.simulated, MISTUNED_BY * table_model("borsos").part("shear")
+        more.simulated - exact.simulated, MISTUNED_BY * table_model("fnides").part("shear")
     )
-    part = tabled_case(RealSpec("null", "borsos", variant="part 1"))
+    part = tabled_case(RealSpec("null", "fnides", variant="part 1"))
     assert len(part.table) == 18
     assert all(one.concealed is None for case in (exact, more, part) for one in case.cases)
 

@@ -23,6 +23,7 @@ from autodb.explain.cuts.candidates.cutting import (
     size_candidates,
     speed_candidates,
 )
+from autodb.explain.cuts.candidates.design import designed
 from autodb.explain.cuts.candidates.laws import (
     Allowed,
     LawColumns,
@@ -186,11 +187,17 @@ def _single(stack: Stack, name: str) -> Candidate:
 
 
 def _turns(stack: Stack) -> Candidate:
-    """Return what differs from cut to cut and comes back after two, three or four: pallets, say."""
+    """Return what differs from cut to cut and comes back after two, three or four: pallets, say.
+
+    Not where a setting of the cuts comes back with it, as in a full design cut in its order.
+    """
     number = stack.row
     forms = []
+    design = designed(stack.frame)
     for every in (2, 3, 4):
         member = 1.0 * (number[:, None] % every == np.arange(every - 1)[None, :])
+        if design.holds(1.0 * (stack.frame.row[:, None] % every == np.arange(every))):
+            continue
         for make in (relative, added):
             law = make(stack, values_of(member), every - 1)
             shape = {"every": float(every)}
@@ -338,7 +345,7 @@ def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Candidate
     force, rest = stack.simulation / stack.sd, left / stack.sd
     cross, power = np.sum(force * rest, axis=0), np.sum(force**2, axis=0)
     span = float(np.ptp(values))
-    best, found = 0.0, 0.0
+    best, found, design = 0.0, 0.0, designed(stack)
     turn = 2j * np.pi * (values - values.min()) / span
     wave, step = np.exp(FEWEST_TURNS * turn), np.exp(STEP * turn)
     for count in np.arange(FEWEST_TURNS, min(MOST_TURNS, n / 2.5), STEP):
@@ -346,10 +353,10 @@ def comes_round(stack: Stack, left: Array, over: Over, number: int) -> Candidate
         inner = (waves * power) @ waves.T
         right = waves @ cross
         gain = float(right @ np.linalg.solve(inner + 1e-9 * np.trace(inner) * np.eye(2), right))
-        if gain > best:
+        if gain > best and not design.holds(waves.T):
             best, found = gain, float(count)
         wave *= step
-    return periodic(stack, over, found, number)
+    return periodic(stack, over, found, number) if best else None
 
 
 def periodic(stack: Stack, over: Over, turns: float, number: int) -> Candidate:

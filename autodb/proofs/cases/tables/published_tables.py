@@ -6,7 +6,8 @@ PEEK), as F. B. de Souza collected them
 (bessafelipe/Redes-neurais-artificiais-e-regress-es-na-usinagem@10656e86). Drilling of cast iron:
 HrisheetaRoy/Drilling_Machining_Criteria_Prediction@fecf9f12, its torque over a quarter of the
 diameter as ``force.y``. The largest component of turning is ``force.y`` or ``force.x``, as the
-papers have it; rows stand in the order of the collection, and times and edges are made up.
+papers have it; passive forces that the nose decides, not the depth, are left out (Borsos, Mata).
+Rows stand in the order of the collection, and times and edges are made up.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,7 @@
 """The full model of each published table: its laws, chosen once, fitted by least squares.
 
-F = K·f·(a + δ)·(1 - e·ln(v/v̄)) + E·(a + δ), component by component; δ is of the whole table.
+F = K·f·(a + c·δ)·(1 - e·ln(v/v̄)) + E·(a + c·δ), component by component; δ is of the whole table,
+and c of each component: a table follows no law so well that one depth does for all.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ ALL_FOUR = ("shear", "edge_force", "speed_softening", "depth_error")
 TABLE_TERMS = {
     "aouici": ("shear", "edge_force", "speed_softening"),
     "bartarya": ALL_FOUR,
-    "borsos": ALL_FOUR,
+    "borsos": ("shear", "edge_force", "speed_softening"),
     "fnides": ALL_FOUR,
     "lin": ("shear", "edge_force", "depth_error"),
     "mata": ALL_FOUR,
@@ -99,8 +100,8 @@ def table_model(name: str) -> TableModel:
     scale = np.std(table.components, axis=1)[:, None]
 
     def left(off_mm: float) -> float:
-        models = _fitted(table, off_mm).values()
-        said = np.array([model.whole for model in models])
+        columns = _laws(table, off_mm)
+        said = np.array([fitted_sizes(columns, one) @ columns for one in table.components])
         return float(np.sum(((table.components - said) / scale) ** 2))
 
     most = MOST_OFF * float(table.depth.min())
@@ -113,19 +114,23 @@ def _fitted(table: ForceTable, off_mm: float) -> dict[str, FittedModel]:
 
 
 def _channel(table: ForceTable, force: Array, off_mm: float) -> FittedModel:
-    """Fit one component at a depth that is off; its depth error then is a column of its own."""
-    names = tuple(t for t in TABLE_TERMS[table.name] if t != "depth_error")
-    true = np.array([_plain(table, term, table.depth + off_mm) for term in names])
-    sizes = fitted_sizes(true, force)
-    columns = np.array([_plain(table, term, table.depth) for term in names])
+    """Fit one component at a depth that is off, and then that error's column beside the others."""
+    names, columns = tuple(_law_names(table)), _laws(table, 0.0)
     if "depth_error" not in TABLE_TERMS[table.name]:
-        return FittedModel(names, columns, sizes)
-    off = (sizes @ true - sizes @ columns)[None]
-    return FittedModel((*names, "depth_error"), np.concatenate([columns, off]), _with_one(sizes))
+        return FittedModel(names, columns, fitted_sizes(columns, force))
+    true = _laws(table, off_mm)
+    off = fitted_sizes(true, force) @ (true - columns)
+    columns = np.vstack([columns, off])
+    return FittedModel((*names, "depth_error"), columns, fitted_sizes(columns, force))
 
 
-def _with_one(sizes: Array) -> Array:
-    return np.append(sizes, 1.0)
+def _law_names(table: ForceTable) -> list[str]:
+    return [term for term in TABLE_TERMS[table.name] if term != "depth_error"]
+
+
+def _laws(table: ForceTable, off_mm: float) -> Array:
+    """Return the columns (k, n) of a table's laws at depths that are off."""
+    return np.array([_plain(table, term, table.depth + off_mm) for term in _law_names(table)])
 
 
 def _plain(table: ForceTable, term: str, depth: Array) -> Array:
