@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.cuts.candidates.design import designed
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import Library
 from autodb.explain.cuts.stack import Stack
@@ -19,11 +20,16 @@ from autodb.explain.engine.plain import ROWS, PlainRows
 
 Array = NDArray[np.float64]
 
+GOLDEN = (1.0 + np.sqrt(5.0)) / 2.0
+"""Its multiples, whole parts taken off, spread evenly however many there are."""
+
 
 class TableRows:
     """The cuts of a table as plain rows: difference and columns over the scatter.
 
-    Of a long table every so many cuts. ``own``: the simulation's own terms.
+    Of a long table every so many cuts. ``own``: the simulation's own terms. Cuts of a design are
+    dealt, so that blocks that are left out hold all of its levels: a block of neighbours may hold
+    one that is nowhere else.
     """
 
     gap = 0
@@ -32,12 +38,13 @@ class TableRows:
         self.own = own
         self._stack = stack
         self._cuts = slice(None, None, -(-stack.simulation.size // ROWS))
+        self._order = _dealt(stack, len(range(*self._cuts.indices(len(stack.known)))))
         self._own = np.concatenate([self._flat(c.raw(self._cuts)) for c in own.values()], axis=1)
         self.own_sizes = np.concatenate([_sizes(stack, name, c) for name, c in own.items()])
 
     def _flat(self, raw: Array) -> Array:
         """Return raw columns (C, m, p) as rows (m·C, p), a cut's components together."""
-        scaled = raw / self._stack.sd[:, self._cuts, None]
+        scaled = (raw / self._stack.sd[:, self._cuts, None])[:, self._order]
         return np.asfortranarray(np.moveaxis(scaled, 0, 1).reshape(-1, raw.shape[2]))
 
     @property
@@ -54,6 +61,13 @@ class TableRows:
         """Return a form's columns, (m·C, p)."""
         assert isinstance(form.law, LawColumns)  # every candidate of a cut table is made of laws
         return self._flat(form.law.raw(self._cuts))
+
+
+def _dealt(stack: Stack, n: int) -> NDArray[np.intp]:
+    """Return the places of n cuts in the order in which blocks take them."""
+    if not designed(stack).levels:
+        return np.arange(n)
+    return np.asarray(np.argsort((np.arange(n) / GOLDEN) % 1.0), dtype=np.intp)
 
 
 def _sizes(stack: Stack, name: str, columns: LawColumns) -> Array:

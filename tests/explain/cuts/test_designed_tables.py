@@ -1,16 +1,20 @@
 """A design cut in its order: what comes back with a setting is put down to that setting."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.design import designed
-from autodb.explain.cuts.candidates.library import families
+from autodb.explain.cuts.candidates.library import families, of_forces
 from autodb.explain.cuts.cut_search import stack_of
+from autodb.explain.cuts.plain_rows import TableRows
 from autodb.explain.cuts.stack import Stack
 from autodb.records import CutTable
 
+Array = NDArray[np.float64]
 LEVELS = {"cutting.speed": [80.0, 140.0, 240.0], "cutting.feed": [0.1, 0.2, 0.3],
           "cutting.depth": [0.5, 1.0, 2.0]}  # fmt: skip
 
@@ -46,3 +50,19 @@ def test_cuts_in_turn_are_no_effect_where_a_setting_takes_turns(
 ) -> None:
     found = next(one for one in families(_stack(order)) if one.key == "unknown in turns")
     assert {int(form.shape["every"]) for form in found.forms} == turns
+
+
+def test_blocks_left_out_of_a_design_hold_all_of_its_levels() -> None:
+    """The difference is the force times the speed, so that a row shows the speed of its cut."""
+    sorted_by_speed, mixed = _stack(), _stack(np.random.default_rng(1))
+    speeds = [_speeds_of_rows(stack) for stack in (sorted_by_speed, mixed)]
+    for rows in speeds:
+        assert sorted(rows) == pytest.approx(sorted(LEVELS["cutting.speed"] * 9), rel=1e-9)
+        assert all(len(np.unique(np.round(third))) == 3 for third in np.split(rows, 3))
+
+
+def _speeds_of_rows(stack: Stack) -> Array:
+    speed = stack.known.other["cutting.speed"]
+    stack = replace(stack, recording=stack.simulation * (1.0 + speed))
+    rows = TableRows(stack, of_forces(["shear"]).own(stack))
+    return np.asarray(rows.reduced_difference / rows.chosen(())[:, 0])

@@ -27,6 +27,11 @@ class Design:
 
     basis: Array
 
+    @property
+    def levels(self) -> bool:
+        """Say whether a setting has levels at all."""
+        return bool(self.basis.shape[1] > 1)
+
     def holds(self, courses: Array) -> bool:
         """Say whether courses over the cuts (n, k) follow the settings."""
         apart = courses - courses.mean(axis=0)
