@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.candidates.laws import (
+    Allowed,
     LawColumns,
     SmoothCurve,
     SpreadLaw,
@@ -42,6 +43,9 @@ BAND_STEP = 0.8
 FLANK = 0.6
 """A band of speeds is one only where both its flanks are seen: what is left of it there at most."""
 CURVE = 5
+MOST_BENT = 0.5
+"""Share of the force that a depth lost by bending takes at most; with more it would trade against
+the chip's own cost. Chosen."""
 NOSE_MM = (0.2, 0.4, 0.8, 1.2, 2.0)
 
 
@@ -266,6 +270,19 @@ def _giving_way(values: Array, most: float) -> dict[float, Array]:
     return shapes | {less: values / (most / less + values) for less in (1.0, 4.0)}
 
 
+def _bends(columns: LawColumns, peak: float) -> Allowed:
+    """Return whether force falls with the load, and nowhere by more than MOST_BENT.
+
+    ``peak``: of the share that the columns grow to at a coefficient of 1.
+    """
+    falls = mostly_negative(columns)
+
+    def allowed(coefficients: Array) -> bool:
+        return falls(coefficients) and float(np.abs(coefficients).max()) * peak <= MOST_BENT
+
+    return allowed
+
+
 def deflection_candidates(stack: Stack) -> list[Candidate]:
     """Return force that falls where tool or work bends; none where the load hardly varies.
 
@@ -280,7 +297,8 @@ def deflection_candidates(stack: Stack) -> list[Candidate]:
         for less, share in _giving_way(values, float(most[name].max())).items():
             for spread in (alike, each):
                 columns = spread(stack, relative(stack, values_of(share)))
-                forms.append(CandidateForm(columns, {name: less}, allowed=mostly_negative(columns)))
+                peak = less / (1.0 + less) if less else 1.0
+                forms.append(CandidateForm(columns, {name: less}, allowed=_bends(columns, peak)))
     curve = SmoothCurve(bending["whole"], CURVE, most["whole"])
     detail = each(stack, relative(stack, curve, curve.width))
     variables = tuple(n for n in stack.names if n == "force.x")
