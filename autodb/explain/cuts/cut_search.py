@@ -89,23 +89,28 @@ def look_for(stack: Stack, library: Library) -> FoundInCuts:
 
 
 def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
-    """Return the account that cuts left out speak for, each column counted.
+    """Return the account whose names cuts left out speak for, each column counted.
 
-    A curve takes no law's place; nor does what soaks up any misfit where there is one component,
-    so that nothing tells it apart.
+    A curve takes no law's place, so that the names of both stand without their curves here; nor
+    does what soaks up any misfit where there is one component, so that nothing tells it apart.
     """
     stack, own = founded.stack, founded.own
-    squares = [held_out_square(stack, own, one.found.choices) for one in (founded, rival)]
+    names, others = _named(founded.found), _named(rival.found)
+    squares = [held_out_square(stack, own, one) for one in (names, others)]
     fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
-    other = [c.candidate for c in rival.found.choices if c.candidate.key not in founded.found.keys]
-    more = _columns(rival.found) - _columns(founded.found)
+    other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
+    more = _columns(others) - _columns(names)
     several = len(stack.names) > 1
-    named = all(one.named and (one.static or several) for one in other)
-    return rival if named and fall > NEEDED * more else founded
+    told_apart = all(one.static or several for one in other)
+    return rival if other and told_apart and fall > NEEDED * more else founded
 
 
-def _columns(found: FoundSet) -> int:
-    return sum(columns.mix.shape[2] for columns in all_columns({}, found.choices))
+def _named(found: FoundSet) -> tuple[Choice, ...]:
+    return tuple(choice for choice in found.choices if choice.candidate.named)
+
+
+def _columns(choices: tuple[Choice, ...]) -> int:
+    return sum(columns.mix.shape[2] for columns in all_columns({}, choices))
 
 
 def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts:
