@@ -22,6 +22,7 @@ from docs.make import (
     real_axes,
     terms,
     turning,
+    weeks,
 )
 
 DOCS = Path(__file__).parent.parent
@@ -60,6 +61,7 @@ def main() -> None:
     frames.draw()
     house.draw()
     day.draw()
+    weeks.draw()
     for page in SAMPLE_PAGES:
         page.write_text(made(page, SAMPLE), "utf-8")
     draw_recordings()

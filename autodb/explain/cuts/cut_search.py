@@ -102,7 +102,7 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     more = _columns(others) - _columns(names)
     several = len(stack.names) > 1
     told_apart = all(one.static or several for one in other)
-    return rival if other and told_apart and fall > NEEDED * more else founded
+    return rival if others and told_apart and fall > NEEDED * more else founded
 
 
 def _named(found: FoundSet) -> tuple[Choice, ...]:
