@@ -19,23 +19,35 @@ Tool = TypeVar("Tool", Insert, EndMill, Drill)
 
 @dataclass(frozen=True)
 class Usual:
-    """What a quantity of a tool's geometry is taken for where it is not stated, and its sd."""
+    """What a quantity of a tool's geometry is taken for where it is not stated, and its sd.
+
+    ``error``: what that error is called among those of a posterior, if not by the name: posteriors
+    of before a quantity was taken for something else keep one by its name.
+    """
 
     name: str
     value: float
     sd: float
     unit: str
+    error: str | None = None
+
+    @property
+    def key(self) -> str:
+        """What the error is called."""
+        return self.error or self.name
 
 
 INSERT = (
     Usual("nose_radius_mm", 0.8, 0.4, "mm"),
-    Usual("kappa_deg", 93.0, 5.0, "°"),
+    Usual("kappa_deg", 77.0, 22.0, "°", error="entering angle of any holder"),
     Usual("rake_deg", -3.0, 6.0, "°"),
-    Usual("inclination_deg", -4.0, 4.0, "°"),
+    Usual("inclination_deg", -4.0, 4.0, "°", error="inclination, ISO 3002"),
     Usual("included_deg", 75.0, 15.0, "°"),
 )
-"""Chosen: inserts of 55 to 80° in holders that turn to a shoulder, double-sided or single-sided;
-the repeated cut of P1 has 0.8 mm and 93°."""
+"""Chosen: inserts of 55 to 80°, double-sided or single-sided; the repeated cut of P1 has 0.8 mm.
+The entering angle is that of any holder: styles A to Y of ISO 5608, as Sumitomo's catalogue of 2019
+lists them on page 175, have 45 to 95°, 77° in the mean with an sd of 17°. Passive force over feed
+force goes as cot κ, so that two sds of 22°, in lines, reach what an edge at 45° has."""
 END_MILL = (
     Usual("helix_deg", 35.0, 6.0, "°"),
     Usual("corner_radius_mm", 0.1, 0.1, "mm"),

@@ -51,6 +51,26 @@ def test_a_straight_edge_pushes_as_the_contract_says() -> None:
     assert_allclose(lean[0], lean[2], rtol=1e-12)
 
 
+@pytest.mark.parametrize("lambda_s_deg", [-12.0, -6.0, 0.0, 8.0])
+def test_an_inclined_edge_pushes_as_its_rake_face_does(lambda_s_deg: float) -> None:
+    """In machine axes: feed along -z at κ 90, the work moves along +y, ISO 3002's λ_s.
+
+    A positive one has the tip in front: from it the edge falls back along the work's way. The face
+    takes a pressure upright to it, and friction along a chip that flows at λ_s (Stabler).
+    """
+    lam, rub = np.radians(lambda_s_deg), np.tan(np.radians(28.0))
+    edge = np.array([np.cos(lam), np.sin(lam), 0.0])
+    into_face = np.array([-np.sin(lam), np.cos(lam), 0.0])
+    chip = np.cos(lam) * np.array([0.0, 0.0, 1.0]) + np.sin(lam) * edge
+    real = into_face + rub * chip
+
+    sharp = theta(friction_angle=28.0, chip_ratio=0.4, K_te=1e-9, K_re=1e-9)
+    tool = Insert(0.0, 90.0, inclination_deg=lambda_s_deg)
+    found = cut_forces(sharp, insert.insert_elements(tool, turned())).force_N[0]
+    assert_allclose(found / found[1], real / real[1], rtol=1e-9, atol=1e-9)
+    assert np.sign(np.round(found[0], 6)) == -np.sign(lam), "a negative one pushes off the work"
+
+
 def _orthogonal(thickness_mm: float) -> Edge:
     none = array(0.0)
     return Edge(array(thickness_mm), array(100.0), none, none)
