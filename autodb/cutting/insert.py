@@ -48,7 +48,9 @@ class Insert:
     """An insert in its holder: nose radius, entering angle κ_r, normal rake, inclination λ_s.
 
     ``included_deg``: angle between its two edges; None where it is not known, and the edge that
-    faces then meets the work at κ_r too (as of an 80° insert at 95°).
+    faces then meets the work at κ_r too (as of an 80° insert at 95°). ``least_deg``: the angle to
+    the path that the edge has at least, of a holder that is taken to be one that can follow it;
+    None: it is as stated, and a path that it cannot follow is refused.
     """
 
     nose_radius_mm: float
@@ -56,6 +58,7 @@ class Insert:
     rake_deg: float = 0.0
     inclination_deg: float = 0.0
     included_deg: float | None = None
+    least_deg: float | None = None
 
     @property
     def facing_deg(self) -> float:
@@ -149,6 +152,8 @@ def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
     outward = np.abs(inward_rad + 0.5 * np.pi) < SQUARE_RAD
     dives = (inward_rad <= STEEPEST_RAD) & ~outward
     along = np.radians([[one.kappa_deg] for one in inserts]) + inward_rad
+    least = np.radians([[-np.inf if o.least_deg is None else o.least_deg] for o in inserts])
+    along = np.maximum(along, least)
     across = np.radians([[one.facing_deg] for one in inserts]) + (0.5 * np.pi - np.abs(inward_rad))
     entering = np.where(dives, along, across)
     refused = (entering <= 0) | (entering >= np.pi)

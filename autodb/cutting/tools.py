@@ -13,6 +13,7 @@ from autodb.cutting.drill import WEB_SHARE, Drill
 from autodb.cutting.endmill import EndMill
 from autodb.cutting.insert import Insert
 from autodb.errors import UnusableInput
+from autodb.fitting import NORMAL_95
 
 Tool = TypeVar("Tool", Insert, EndMill, Drill)
 
@@ -36,6 +37,12 @@ class Usual:
         """What the error is called."""
         return self.error or self.name
 
+    @property
+    def words(self) -> str:
+        """What it is taken for, with 95 %."""
+        unit = self.unit if self.unit == "°" else f" {self.unit}"
+        return f"{self.name} {self.value:g} ± {NORMAL_95 * self.sd:.2g}{unit}"
+
 
 INSERT = (
     Usual("nose_radius_mm", 0.8, 0.4, "mm"),
@@ -48,6 +55,9 @@ INSERT = (
 The entering angle is that of any holder: styles A to Y of ISO 5608, as Sumitomo's catalogue of 2019
 lists them on page 175, have 45 to 95°, 77° in the mean with an sd of 17°. Passive force over feed
 force goes as cot κ, so that two sds of 22°, in lines, reach what an edge at 45° has."""
+FOLLOWS_DEG = 4.0
+"""Angle to a path that an edge has at least whose holder nobody stated: a shop takes one that can
+follow. Chosen: one of 93 to 95° up a shoulder."""
 END_MILL = (
     Usual("helix_deg", 35.0, 6.0, "°"),
     Usual("corner_radius_mm", 0.1, 0.1, "mm"),
@@ -82,7 +92,12 @@ class Assumed(Generic[Tool]):
 
 def insert_of(stated: Mapping[str, float]) -> Assumed[Insert]:
     """Return an insert in its holder from what is stated of it, by name."""
-    return _assumed(stated, INSERT, lambda n: Insert(**{one.name: n[one.name] for one in INSERT}))
+    least = None if "kappa_deg" in stated else FOLLOWS_DEG
+
+    def made(n: Mapping[str, float]) -> Insert:
+        return Insert(**{one.name: n[one.name] for one in INSERT}, least_deg=least)
+
+    return _assumed(stated, INSERT, made)
 
 
 def end_mill_of(stated: Mapping[str, float]) -> Assumed[EndMill]:

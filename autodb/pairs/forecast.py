@@ -19,7 +19,7 @@ from autodb.cutting.elements import (
 )
 from autodb.pairs.banded import inside_band, moved_band
 from autodb.pairs.modelled import own_variance
-from autodb.pairs.observed import PairCuts, edge_growth, off_surface, thinning, with_growth
+from autodb.pairs.observed import PairCuts, chip_bends, edge_growth, off_surface, with_growth
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
 
 Array = NDArray[np.float64]
@@ -178,7 +178,7 @@ def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array
     joined, growth = joined_elements(several), edge_growth(cuts.elements)[:, None]
     by_error = np.zeros((joined.count, 3))
     by_error[: cuts.elements.count] = law[:3] + growth * law[3:6]
-    bent = thinning(cuts.elements) @ law[OF_BENDS].reshape(2, -1).T
+    bent = chip_bends(cuts.elements) @ law[OF_BENDS].reshape(2, -1).T
     by_error[: cuts.elements.count, :2] += bent
     whole, parts, slopes_of_both = (
         one.reshape(len(several), -1, *one.shape[1:])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
 from autodb.pairs.banded import inside_band
-from autodb.pairs.observed import CHIP, Observed, PairCuts, edge_growth, thinning, with_growth
+from autodb.pairs.observed import CHIP, Observed, PairCuts, chip_bends, edge_growth, with_growth
 from autodb.pairs.posterior import (
     BAND,
     CUT_SHARE,
@@ -164,7 +164,7 @@ class Modelled:
             grown = edge_growth(one.elements)[:, None]
             off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
             if one.operation != OF_CARD:
-                bent = thinning(one.elements) @ errors[self._bends].reshape(FORCE, -1).T
+                bent = chip_bends(one.elements) @ errors[self._bends].reshape(FORCE, -1).T
                 off[: one.elements.count, :FORCE] += bent
             found.append(off)
         for off, inside in zip(found, self._inside, strict=False):

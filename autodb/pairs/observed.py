@@ -159,17 +159,17 @@ def with_growth(parts: Array, elements: Elements) -> Array:
     those along and across the cutting speed bend under thin chips (n, 5, 6 + 2 k).
     """
     grown = parts * edge_growth(elements)[:, None, None]
-    bent = parts[..., :2, None] * thinning(elements)[:, None, None, :]
+    bent = parts[..., :2, None] * chip_bends(elements)[:, None, None, :]
     return np.concatenate([parts, grown, bent.reshape(*bent.shape[:2], -1)], axis=-1)
 
 
-def thinning(elements: Elements) -> Array:
+def chip_bends(elements: Elements) -> Array:
     """Return by how much each cut's chip is thinner than BENDS_MM (n, k), logarithms; not below 0.
 
     The chip's mean thickness over its width; none where nothing is engaged.
     """
     width, area = engaged_mm(elements), chip_area_mm2(elements)
-    mean = np.divide(area, width, out=np.full_like(area, np.inf), where=width > 0.0)
+    mean = np.divide(area, width, out=np.full_like(area, BENDS_MM[0]), where=width > 0.0)
     thinnest = np.maximum(mean, THINNEST_MM)
     return np.maximum(np.log(BENDS_MM / thinnest[:, None]), 0.0)
 

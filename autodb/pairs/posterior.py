@@ -91,7 +91,7 @@ tests transformed to oblique edges about 10 % off before anything was learnt of 
 FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.05, 0.05, 0.1), 0.05)
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987). Else chosen."""
-BENDS_MM = np.array([0.2, 0.1, 0.05])
+BENDS_MM = np.array([0.1, 0.05])
 """Chips below each of which the law's exponents in thickness may change. Chosen: halves of the
 feeds of turning down to those of finishing and milling."""
 BEND = 0.1

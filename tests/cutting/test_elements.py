@@ -10,6 +10,7 @@ from autodb.cutting.elements import Elements, cut_forces, force_gradient, force_
 from autodb.cutting.endmill import EndMill, Milled
 from autodb.cutting.insert import Insert, TurnedCuts
 from autodb.cutting.shear import Edge
+from autodb.cutting.tools import FOLLOWS_DEG, insert_of
 from autodb.errors import UnusableInput
 from tests.helpers.plain_law import theta
 
@@ -132,6 +133,15 @@ def test_a_chip_that_flows_as_one_keeps_its_size_across_a_straight_edge() -> Non
     thrust = np.hypot(*cut_forces(rubs, made).force_N[0, [0, 2]])
     alone = np.sum(shear.per_width(rubs, made.edge)[1] * made.width_mm)
     assert_allclose(thrust, alone, rtol=1e-9)
+
+
+def test_a_holder_that_nobody_stated_follows_the_path() -> None:
+    """Up a shoulder, which an edge at 77° cannot follow: a shop takes one that can."""
+    up = turned(inward_deg=-88.0)
+    made = insert.insert_elements(insert_of({"nose_radius_mm": 0.0}).tool, up)
+    assert_allclose(np.degrees(np.arcsin(made.kappa[0][0, -1])), FOLLOWS_DEG)
+    with pytest.raises(UnusableInput, match=r"an edge at 77° cannot follow"):
+        insert.insert_elements(insert_of({"kappa_deg": 77.0}).tool, up)
 
 
 def test_an_edge_that_cannot_follow_is_refused() -> None:

@@ -11,7 +11,7 @@ from autodb.forward.prediction import Interval, intervals, passive_known
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import Forecast, forecast
-from autodb.pairs.observed import PairCuts, X, Y, Z, thinning
+from autodb.pairs.observed import PairCuts, X, Y, Z, chip_bends
 from autodb.pairs.posterior import BENDS_MM, LAW_BENDS, PairPosterior
 from autodb.pairs.updating import posterior_of_readings
 from tests.helpers.law_off import PRIOR, Array, sensed
@@ -134,5 +134,5 @@ def test_how_much_is_open_grows_below_the_chips_that_were_cut() -> None:
 
 def test_a_chip_thins_by_its_logarithm_below_each_bend() -> None:
     straight = {**SHARP, "nose_radius_mm": 0.0, "kappa_deg": 90.0}
-    found = thinning(_cuts(straight, feeds=(0.4, 0.1)).elements)[[0, -1]]
+    found = chip_bends(_cuts(straight, feeds=(0.4, 0.1)).elements)[[0, -1]]
     assert_allclose(found, np.maximum(np.log(BENDS_MM / np.array([[0.4], [0.1]])), 0.0), atol=1e-12)
