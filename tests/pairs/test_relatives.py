@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces
 from autodb.pairs.forecast import forecast
-from autodb.pairs.hierarchy import ACTIVE, EDGES, METALS, information_of_cuts
+from autodb.pairs.hierarchy import ACTIVE, EDGES, METALS, information_of_cuts, of_relatives
 from autodb.pairs.posterior import CALIBRATION, GAIN, OWN, REFERENCES, PairPosterior
 from autodb.pairs.prior import RELATIVE, of_relative
-from autodb.pairs.relatives import of_relatives
 from autodb.pairs.updating import posterior_of_readings
 from tests.helpers.turned_pairs import GAIN as GAINS
 from tests.helpers.turned_pairs import cuts_of, prior, sensed, truth

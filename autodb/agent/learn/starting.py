@@ -16,9 +16,9 @@ from autodb.agent.rows.posteriors import (
 )
 from autodb.errors import UnusableInput
 from autodb.pairs import conventional
+from autodb.pairs.hierarchy import of_relatives
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative
-from autodb.pairs.relatives import of_relatives
 from autodb.store import models
 
 

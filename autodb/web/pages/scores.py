@@ -12,7 +12,7 @@ router = APIRouter()
 
 
 @router.get("/machines/{machine:path}/scores")
-def scores(request: Request, _access: Reads, machine: str) -> Response:
+def scores_page(request: Request, _access: Reads, machine: str) -> Response:
     """Show how far off a machine's past predictions were, and how sure they were of it."""
     found = read_state(request, lambda session: scores_in(session, machine))
     return service_page(
