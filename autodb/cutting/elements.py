@@ -279,6 +279,11 @@ def engaged_mm(elements: Elements) -> Array:
     return _of_cuts(elements, elements.width_mm * np.ones(elements.edge.thickness_mm.shape))
 
 
+def chip_area_mm2(elements: Elements) -> Array:
+    """Return the cross-section of the chips of each cut, or at each moment, mm² (n,)."""
+    return _of_cuts(elements, elements.width_mm * elements.edge.thickness_mm)
+
+
 def _pushed(theta: Array, elements: Elements) -> Array:
     """Return the elements' forces, N: tangential, radial and up the tool's axis (3, …)."""
     edge, width = elements.edge, elements.width_mm

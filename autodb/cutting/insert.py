@@ -7,6 +7,11 @@ left, and turns up to the entering angle κ_r. With q the angle of an element to
 
 up to the depth of cut, so that the chip's cross-section is a_p f whatever the nose; the cusp that
 the feed leaves is not in it. Source: physics reference, section 6.
+
+The inclination is ISO 3002's λ_s, positive where the tip is the first to meet the work: the rake
+face then pulls the tool towards the surface, and a negative one pushes it off. The law's i is that
+of an edge whose tip is the last, so that its F_a is away from the tip: i = -λ_s (a test resolves
+the vectors in machine axes).
 """
 
 from collections.abc import Sequence
@@ -40,10 +45,12 @@ half way between longitudinal and facing."""
 
 @dataclass(frozen=True)
 class Insert:
-    """An insert in its holder: nose radius, entering angle κ_r, normal rake, inclination.
+    """An insert in its holder: nose radius, entering angle κ_r, normal rake, inclination λ_s.
 
     ``included_deg``: angle between its two edges; None where it is not known, and the edge that
-    faces then meets the work at κ_r too (as of an 80° insert at 95°).
+    faces then meets the work at κ_r too (as of an 80° insert at 95°). ``least_deg``: the angle to
+    the path that the edge has at least, of a holder that is taken to be one that can follow it;
+    None: it is as stated, and a path that it cannot follow is refused.
     """
 
     nose_radius_mm: float
@@ -51,6 +58,7 @@ class Insert:
     rake_deg: float = 0.0
     inclination_deg: float = 0.0
     included_deg: float | None = None
+    least_deg: float | None = None
 
     @property
     def facing_deg(self) -> float:
@@ -115,7 +123,7 @@ def elements_of_each(
     whole = np.hypot(along, across)
     flow = along / whole, across / whole
     angles = np.radians([[[one.rake_deg, one.inclination_deg]] for one in inserts])
-    rake, inclination = angles[..., :1], angles[..., 1:]
+    rake, inclined = angles[..., :1], angles[..., 1:]
     upright, frames = (np.ones((1, 1)), np.zeros((1, 1))), _frames(cuts.inward_rad)
     return [
         Elements(
@@ -125,7 +133,7 @@ def elements_of_each(
                 thin[k],
                 np.maximum(cuts.speed_m_min, CREEP_M_MIN)[:, None],
                 rake[k],
-                inclination[k],
+                -inclined[k],
             ),
             width_mm=width[k],
             kappa=(sin[k], cos[k]),
@@ -144,6 +152,8 @@ def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
     outward = np.abs(inward_rad + 0.5 * np.pi) < SQUARE_RAD
     dives = (inward_rad <= STEEPEST_RAD) & ~outward
     along = np.radians([[one.kappa_deg] for one in inserts]) + inward_rad
+    least = np.radians([[-np.inf if o.least_deg is None else o.least_deg] for o in inserts])
+    along = np.maximum(along, least)
     across = np.radians([[one.facing_deg] for one in inserts]) + (0.5 * np.pi - np.abs(inward_rad))
     entering = np.where(dives, along, across)
     refused = (entering <= 0) | (entering >= np.pi)

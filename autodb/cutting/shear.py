@@ -24,8 +24,9 @@ normal rake:
     F_t = (K_tc h + K_te) b    F_r = (K_rc h + K_re) b    F_a = (K_ac h + K_ae) b
 
 F_t along the work's velocity at the edge, F_r away from the work across the edge, F_a along the
-edge away from the tool's tip, on the tool; b = edge length · cos i [mm]. An orthogonal edge is
-i = 0. Checked against the resolution of vectors in the tests. Valid for continuous chips.
+edge against the way that the work moves along it, on the tool; b = edge length · cos i [mm]. An
+orthogonal edge is i = 0. Checked against the resolution of vectors in the tests. Valid for
+continuous chips.
 """
 
 from collections.abc import Callable

@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+TURNED = ("turn", "face", "taper", "contour")
+"""Operations that leave a turned surface: the passive force is that off it."""
 PASSIVE_AXIS = {"turn": "x", "face": "z"}
 """Axis that stands still in an operation, so that its current shows no load (P1 section 5)."""
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.forward.prediction import Interval, Moment, Peaks, intervals, moment
+from autodb.forward.prediction import Interval, Moment, Peaks, intervals, moment, passive_known
 from autodb.pairs.engaged import Conditions
 from autodb.pairs.forecast import Shares, expected_means, forecast
 from autodb.pairs.observed import PairCuts
@@ -67,8 +67,9 @@ def over_time(
     steps = engaged([row for one in some for row in one.steps])
     ends = engaged([row for one in some for row in one.ends])
     largest = engaged(_largest(posterior, some, engaged))
+    known = passive_known(posterior, steps.operation)
     means, at_ends, peaks = (
-        intervals(expected, operation=steps.operation, known=posterior.passive.get(steps.operation))
+        intervals(expected, operation=steps.operation, known=known)
         for expected in (
             forecast(posterior, steps, Shares(begins[:-1], share)),
             forecast(posterior, ends),

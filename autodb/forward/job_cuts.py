@@ -14,7 +14,15 @@ from autodb.cutting import endmill, tools
 from autodb.cutting.elements import Elements
 from autodb.files.job import JobCut
 from autodb.forward.course import over_time
-from autodb.forward.prediction import Interval, Peaks, PredictedCut, ToolOf, intervals, not_read
+from autodb.forward.prediction import (
+    Interval,
+    Peaks,
+    PredictedCut,
+    ToolOf,
+    intervals,
+    not_read,
+    passive_known,
+)
 from autodb.pairs.engaged import (
     BANDS,
     BY_NAME,
@@ -63,7 +71,7 @@ def _steady(
     """Yield what cuts of one operation take that stay the same over their time."""
     rows = [cut.conditions(tool.diameter_mm) for cut in cuts]
     expected = forecast(posterior, operation.cuts(tool.numbers, rows, called=tool.name))
-    known = posterior.passive.get(operation.name)
+    known = passive_known(posterior, operation.name)
     means = intervals(expected, operation=operation.name, known=known)
     for cut, row, mean in zip(cuts, rows, means, strict=True):
         mills = cut.operation in BANDS
@@ -143,7 +151,7 @@ def _peaks(posterior: PairPosterior, tool: ToolOf, operation: str, conditions: C
         return endmill.at_angles(mill, cut, moments, slice_mm=SLICE_MM)
 
     variants = tuple(
-        Variant(f"{tool.name}: {usual.name}", there(other)) for usual, other in assumed.variants()
+        Variant(f"{tool.name}: {usual.key}", there(other)) for usual, other in assumed.variants()
     )
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None

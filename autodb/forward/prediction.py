@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.turning import PASSIVE_AXIS
+from autodb.cutting.turning import PASSIVE_AXIS, TURNED
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 COLUMNS = {"x": 0, "y": 1, "z": 2}
 """Columns of a forecast that are forces, by component."""
+OBLIQUE = ("taper", "contour")
+"""Turned along a path that is oblique to the axis, so that both slides feel the passive force."""
 PASSIVE_RAD = 0.2
 """Standard deviation of the thrust's direction, which no sensed force determines where one of its
 components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10° (Young, Mathew and
@@ -145,16 +147,28 @@ def not_read(posterior: PairPosterior, operation: str) -> str | None:
     return None if operation in posterior.passive else PASSIVE_AXIS.get(operation)
 
 
-def _open_rad(expected: Forecast, passive: int, known: PassiveKnown | None) -> Array:
-    """Return by how much the thrust's direction is open (n,), rad: less after forces were read.
+def passive_known(posterior: PairPosterior, operation: str) -> PassiveKnown | None:
+    """Return what was read of passive forces in an operation; None: nothing.
 
-    Each reading determines it by its variance and that of its cut.
+    A path that is oblique to the axis has the direction that turning along the axis told.
     """
-    if known is None:
-        return np.full(len(expected.mean), PASSIVE_RAD)
-    each = known.variance_N2 + expected.own[:, passive]
-    information = known.count * expected.turned[:, passive] ** 2 / each
-    return np.asarray(1.0 / np.sqrt(1.0 / PASSIVE_RAD**2 + information))
+    known = posterior.passive.get(operation)
+    return posterior.passive.get("turn") if known is None and operation in OBLIQUE else known
+
+
+def _open_N(expected: Forecast, known: PassiveKnown | None) -> Array:
+    """Return the sd of forces x, y, z (n, 3) by the thrust's direction, less after readings.
+
+    It moves what is off the surface: what is against the feed is known as far as it is sensed. Each
+    reading of the passive force determines it by its variance and that of its cut.
+    """
+    off = np.vecdot(expected.turned, expected.normal)
+    information = np.zeros_like(off)
+    if known is not None:
+        own = np.vecdot(expected.own[:, :3], expected.normal**2)
+        information = known.count * off**2 / (known.variance_N2 + own)
+    open_rad = 1.0 / np.sqrt(1.0 / PASSIVE_RAD**2 + information)
+    return np.asarray((open_rad * off)[:, None] * expected.normal)
 
 
 def intervals(
@@ -162,17 +176,15 @@ def intervals(
 ) -> list[list[Interval]]:
     """Return force x, y, z, torque and power of each cut with their 95 % intervals.
 
-    The force that is passive in the ``operation`` is wider by what is not known of the thrust's
-    direction; None: none is. ``known``: what was read of that force.
+    What is off a surface that the ``operation`` turns is wider by what is not known of the thrust's
+    direction; None: nothing is. ``known``: what was read of that force.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
     logarithm is taken as normal, so that what is hardly known is not said to pull.
     """
     mean, sd = expected.mean, expected.sd
-    passive = COLUMNS.get(PASSIVE_AXIS.get(operation or "", ""))
-    if passive is not None:
+    if operation in TURNED:
         sd = sd.copy()
-        open_rad = _open_rad(expected, passive, known)
-        sd[:, passive] = np.hypot(sd[:, passive], open_rad * expected.turned[:, passive])
+        sd[:, :3] = np.hypot(sd[:, :3], _open_N(expected, known))
     half = NORMAL_95 * sd
     one_sign = np.ones(mean.shape, dtype=np.bool_)
     one_sign[:, :3] = expected.along >= ALL

@@ -131,7 +131,7 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
         elements, *rest = insert.elements_of_each(
             [assumed.tool, *(other for _, other in others)], cuts
         )
-        variants = [Variant(one.name, its) for (one, _), its in zip(others, rest, strict=True)]
+        variants = [Variant(one.key, its) for (one, _), its in zip(others, rest, strict=True)]
         if not known.all():
             off = np.where(known, 1.0, OFF)[:, None]
             edge = replace(elements.edge, speed_m_min=off * elements.edge.speed_m_min)
@@ -147,8 +147,7 @@ def _mills(band: Band) -> Made:
         assumed = tools.end_mill_of(tool)
         cuts = stated_milling(assumed.tool, stated, band)
         variants = [
-            Variant(usual.name, endmill.averaged(other, cuts))
-            for usual, other in assumed.variants()
+            Variant(usual.key, endmill.averaged(other, cuts)) for usual, other in assumed.variants()
         ]
         return endmill.averaged(assumed.tool, cuts), variants
 
@@ -159,8 +158,7 @@ def _drills(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[V
     assumed = tools.drill_of(tool)
     cuts = drill.DrilledCuts(stated[FEED], stated[RPM])
     variants = [
-        Variant(usual.name, drill.drill_elements(other, cuts))
-        for usual, other in assumed.variants()
+        Variant(usual.key, drill.drill_elements(other, cuts)) for usual, other in assumed.variants()
     ]
     return drill.drill_elements(assumed.tool, cuts), variants
 

@@ -19,8 +19,8 @@ from autodb.cutting.elements import (
 )
 from autodb.pairs.banded import inside_band, moved_band
 from autodb.pairs.modelled import own_variance
-from autodb.pairs.observed import PairCuts, edge_growth, with_growth
-from autodb.pairs.posterior import BAND, OWN, WEAR, PairPosterior, lot_key
+from autodb.pairs.observed import PairCuts, chip_bends, edge_growth, off_surface, with_growth
+from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Forecast:
     derivatives of the means by the posterior's state and, behind it, the law's error in the
     operation and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that
     is along the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest
-    changes.
+    changes; ``normal`` (n, 3): off the surface that is turned, in machine axes.
     """
 
     mean: Array
@@ -46,6 +46,7 @@ class Forecast:
     slopes: Array
     along: Array
     turned: Array
+    normal: Array
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,9 @@ class Shares:
 
 def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
     """Return the means alone of a forecast (n, 5), without its derivatives."""
-    error = posterior.law_error(cuts.operation)
-    known = posterior.also((error, *cuts.assumed, *posterior.open_terms))
+    known = posterior.also(
+        (*posterior.law_errors(cuts.operation), *cuts.assumed, *posterior.open_terms)
+    )
     theta = known.state.mean[:OWN]
     parts = force_parts(theta, cuts.elements)
     whole = parts[..., 0] + parts[..., 1]
@@ -77,7 +79,7 @@ def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
         if off:
             mean += off * (cut_forces(theta, one.elements).all - whole)
     mean *= 1.0 + _of_lot(known)
-    mean += with_growth(parts, cuts.elements) @ known.state.mean[known.columns(error.key)]
+    mean += with_growth(parts, cuts.elements) @ known.state.mean[_off_law(known, cuts)]
     mean += _banded(known, cuts, parts).mean
     return np.asarray(mean + worn(known, cuts).mean)
 
@@ -89,6 +91,12 @@ def means_of_lots(posterior: PairPosterior, cuts: PairCuts) -> Array:
     for lot in set(lots.tolist()) & set(posterior.terms.lots):
         means[lots == lot] = expected_means(replace(posterior, lot=lot), cuts)[lots == lot]
     return means
+
+
+def _off_law(known: PairPosterior, cuts: PairCuts) -> NDArray[np.intp]:
+    """Return where in a state errors of the law stand, in the order of what they change."""
+    errors = known.law_errors(cuts.operation)
+    return np.concatenate([np.r_[known.columns(one.key)] for one in errors])
 
 
 def _of_lot(known: PairPosterior) -> float:
@@ -161,7 +169,7 @@ def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
 def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array, ...]:
     """Return forces (n, 5) of cuts whose assumed quantities are ``off`` (v,) by so many sds.
 
-    ``law`` (6,): what the law is off by.
+    ``law`` (6 + 2 k,): what the law is off by.
 
     With them their parts as if they were not and as they are, the slopes by the law's coordinates
     (n, 5, p), and what one standard deviation of each quantity changes (n, 5, v).
@@ -169,7 +177,9 @@ def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array
     several = [cuts.elements, *(one.elements for one in cuts.variants)]
     joined, growth = joined_elements(several), edge_growth(cuts.elements)[:, None]
     by_error = np.zeros((joined.count, 3))
-    by_error[: cuts.elements.count] = law[:3] + growth * law[3:]
+    by_error[: cuts.elements.count] = law[:3] + growth * law[3:6]
+    bent = chip_bends(cuts.elements) @ law[OF_BENDS].reshape(2, -1).T
+    by_error[: cuts.elements.count, :2] += bent
     whole, parts, slopes_of_both = (
         one.reshape(len(several), -1, *one.shape[1:])
         for one in linearised_forces(theta, joined, by_error)
@@ -188,9 +198,10 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
 
     The steps of a cut share all errors, what is its own too.
     """
-    error = posterior.law_error(cuts.operation)
-    known = posterior.also((error, *cuts.assumed, *posterior.open_terms))
-    place = known.columns(error.key)
+    known = posterior.also(
+        (*posterior.law_errors(cuts.operation), *cuts.assumed, *posterior.open_terms)
+    )
+    place = _off_law(known, cuts)
     theta = known.state.mean[:OWN]
     at = [known.columns(one.key).start for one in cuts.variants]
     mean, assumed, parts, by_law, by_assumed = _linear(
@@ -210,13 +221,14 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
         slopes[:, :, known.columns(BAND)] = band.slopes
     if posterior.wear is not None:
         slopes[:, :, known.columns(WEAR)] = wear.slopes
-    of_band = band.own
+    of_band, normal = band.own, off_surface(cuts.elements)
     if over is not None:
-        mean, slopes, parts, of_band = map(over.means, (mean, slopes, parts, of_band))
+        each = mean, slopes, parts, of_band, normal
+        mean, slopes, parts, of_band, normal = map(over.means, each)
         wear = wear.over(over)
     open_ = np.vecdot(slopes @ known.state.covariance, slopes)
     own = own_variance(posterior.scatter, posterior.off_law, parts) + wear.own + of_band
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
     turned = parts[:, :3, 2] + wear.turned
-    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, turned)
+    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, turned, normal)

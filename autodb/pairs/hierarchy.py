@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES
 from autodb.fitting import Gaussian
-from autodb.pairs.posterior import OWN
-from autodb.pairs.prior import OF_EDGE, RELATIVE, any_metal
+from autodb.pairs.posterior import OWN, PairPosterior
+from autodb.pairs.prior import OF_EDGE, RELATIVE, any_metal, of_relative
 
 Array = NDArray[np.float64]
 
@@ -238,6 +238,33 @@ def information_of_cuts(after: Gaussian, before: Gaussian) -> InformationOfCuts:
     turned = np.where(values > CLIP, vectors.T @ (size * weighted), 0.0)
     back = vectors / size[:, None]
     return InformationOfCuts((back * kept) @ back.T, back @ turned)
+
+
+def of_relatives(
+    first: PairPosterior, start: Gaussian, own_cuts: Mapping[str, InformationOfCuts], tool: str
+) -> PairPosterior:
+    """Return what pairs of one machine and material say of it with another tool.
+
+    Errors of the machine's calibrations are in all of them alike. So the material's numbers are
+    worked out as if there were none, θ_0, and the errors δ put back as the first pair has them,
+    θ = θ_0 + G δ with G its regression of the law on them: no number of tools averages a gain away.
+
+    ``first``: one of them, with the errors of all calibrations that sensed any; ``start``: what was
+    known of the law before any was cut; ``own_cuts``: what each tool's cuts say as if these errors
+    were none.
+    """
+    known = KnownMaterial(start)
+    for name, information in own_cuts.items():
+        known = known.changed(name, more=information)
+    law, relative = known.pair(tool), of_relative(first)
+    mean, covariance = relative.state.mean.copy(), relative.state.covariance.copy()
+    errors = slice(OWN, len(mean))
+    regression = covariance[:OWN, errors] @ np.linalg.pinv(covariance[errors, errors])
+    mean[:OWN] = law.mean + regression @ mean[errors]
+    covariance[:OWN, :OWN] = law.covariance + regression @ covariance[errors, :OWN]
+    return PairPosterior(
+        Gaussian(mean, covariance), relative.shared, first.scatter, 0, first.off_law
+    )
 
 
 def whole_law(active: Gaussian) -> Gaussian:

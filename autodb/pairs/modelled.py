@@ -15,8 +15,19 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
 from autodb.pairs.banded import inside_band
-from autodb.pairs.observed import CHIP, Observed, PairCuts, edge_growth, with_growth
-from autodb.pairs.posterior import BAND, CUT_SHARE, OWN, LawDiscrepancy, PairPosterior, Scatter
+from autodb.pairs.observed import CHIP, Observed, PairCuts, chip_bends, edge_growth, with_growth
+from autodb.pairs.posterior import (
+    BAND,
+    CUT_SHARE,
+    LAW_BENDS,
+    OF_BENDS,
+    OF_CARD,
+    OF_OPERATION,
+    OWN,
+    LawDiscrepancy,
+    PairPosterior,
+    Scatter,
+)
 
 Array = NDArray[np.float64]
 
@@ -26,7 +37,7 @@ FORCE = 2
 
 @dataclass(frozen=True)
 class Seen:
-    """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, 6), what
+    """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, …), what
     each error behind the law changes ``shared`` (m, k), and what is expected.
 
     The first two with what is assumed as it was found to be.
@@ -36,6 +47,17 @@ class Seen:
     off: Array
     shared: Array
     expected: Array
+
+
+@dataclass(frozen=True)
+class _LawPart:
+    """Errors of the law: their ``place`` in the state, the share by which they act on readings (m,)
+    and the ``columns`` of what errors of the law change.
+    """
+
+    place: slice
+    inside: Array
+    columns: slice
 
 
 @dataclass(frozen=True)
@@ -70,14 +92,21 @@ class Modelled:
         self._keys = [one.key for one in observed.assumed]
         self._assumed = [_behind(posterior, key).start for key in self._keys]
         self._laws = [
-            (_behind(posterior, posterior.law_error(name).key), observed.within(name).astype(float))
+            _LawPart(
+                _behind(posterior, posterior.law_error(name).key),
+                observed.within(name).astype(float),
+                OF_OPERATION,
+            )
             for name in observed.operations
         ]
+        self._bends = _behind(posterior, LAW_BENDS.key)
+        cut = (~observed.within(OF_CARD)).astype(float)
+        self._laws.append(_LawPart(self._bends, cut, OF_BENDS))
         band = posterior.terms.band
         self._inside = [] if band is None else [inside_band(one, band) for one in observed.cuts]
         if band is not None:
             inside = np.concatenate(self._inside)[observed.cut]
-            self._laws.append((_behind(posterior, BAND), inside))
+            self._laws.append(_LawPart(_behind(posterior, BAND), inside, slice(0, FORCE)))
         self._band = _behind(posterior, BAND) if band is not None else None
         self._law_of_batch = [
             _behind(posterior, posterior.law_error(one.operation).key) for one in observed.cuts
@@ -110,8 +139,8 @@ class Modelled:
     def _seen(self, worked: _Worked, state: Array) -> Seen:
         whole, errors = worked.parts.sum(axis=2), state[OWN:]
         of_law, of_force = np.zeros_like(self._gains), np.zeros_like(self._gains)
-        for place, inside in self._laws:
-            of_law[:, place] = inside[:, None] * worked.off[0][:, : place.stop - place.start]
+        for one in self._laws:
+            of_law[:, one.place] = one.inside[:, None] * worked.off[0][:, one.columns]
         parts, off = worked.parts[0], worked.off[0]
         for k, place in enumerate(self._assumed, start=1):
             of_force[:, place] = whole[k] - whole[0]
@@ -134,6 +163,9 @@ class Modelled:
             off = np.zeros((elements.count, 3))
             grown = edge_growth(one.elements)[:, None]
             off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
+            if one.operation != OF_CARD:
+                bent = chip_bends(one.elements) @ errors[self._bends].reshape(FORCE, -1).T
+                off[: one.elements.count, :FORCE] += bent
             found.append(off)
         for off, inside in zip(found, self._inside, strict=False):
             off[: len(inside), :FORCE] += inside[:, None] * errors[self._band]
@@ -186,7 +218,7 @@ def _apart(values: Array, at: list[int]) -> Array:
 
 
 def own_variance(scatter: Scatter, law: LawDiscrepancy, off: Array) -> Array:
-    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., 6).
+    """Return the variance (...,) that is one cut's own, of what errors of the law change (..., k).
 
     What repeats scatter by, and what the law is off from one chip to another.
     """

@@ -108,7 +108,7 @@ def target_sds(
     ``variance`` (candidates,) is the mean over targets and quantities of the variance over the
     force's square; infinite of a cut that may exceed a limit.
     """
-    laws = (posterior.law_error(candidates.operation), posterior.law_error(targets.operation))
+    laws = posterior.law_errors(candidates.operation, targets.operation)
     assumed = (*candidates.assumed, *targets.assumed)
     shared = (moved.error for one in sensed for moved in one.errors)
     known = posterior.also((*shared, *laws, *assumed))

@@ -8,9 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import shear
-from autodb.cutting.elements import Elements, engaged_mm, force_gradient, force_parts
-from autodb.cutting.shear import Edge, Values
-from autodb.pairs.posterior import Shared
+from autodb.cutting.elements import (
+    Elements,
+    chip_area_mm2,
+    engaged_mm,
+    force_gradient,
+    force_parts,
+)
+from autodb.cutting.shear import THINNEST_MM, Edge, Values
+from autodb.pairs.posterior import BENDS_MM, Shared
 
 Array = NDArray[np.float64]
 
@@ -102,7 +108,7 @@ class Observed:
         return np.column_stack([self.off(theta)[:, :2], np.where(force, 0.0, chip)])
 
     def off(self, theta: Array) -> Array:
-        """Return what errors of the law change (m, 6), as ``off_law`` does; of a chip nothing."""
+        """Return what errors of the law change (m, ...), as ``off_law`` does; of a chip nothing."""
         changed = self._of(partial(off_law, theta))[self.cut, self.quantity % CHIP]
         return np.where((self.quantity != CHIP)[:, None], changed, 0.0)
 
@@ -127,23 +133,50 @@ class Observed:
         are = [np.full(one.elements.count, one.operation == operation) for one in self.cuts]
         return np.asarray(np.concatenate(are)[self.cut])
 
+    def off_surface(self) -> Array:
+        """Return what share of each reading (m,) of a force is off the surface that is left."""
+        normal = self._of(off_surface)[self.cut]
+        each = np.take_along_axis(normal, np.minimum(self.quantity, Z)[:, None], axis=1)[:, 0]
+        return np.where(self.quantity <= Z, each, 0.0)
+
     def _of(self, what: Callable[[Elements], Array]) -> Array:
         return np.concatenate([what(one.elements) for one in self.cuts])
 
 
 def off_law(theta: Array, elements: Elements) -> Array:
-    """Return what errors of the law change in force x, y, z, torque and power (n, 5, 6).
+    """Return what errors of the law change in force x, y, z, torque, power (n, 5, 6 + 2 k).
 
     Shares of what is along and across the cutting speed, and the direction of what is across, rad;
     then the same by how they grow with the logarithm of the engaged edge over 1 mm: a law that
-    leaves out what a nose does is off by another share in a shallow cut than in a deep one.
+    leaves out what a nose does is off by another share in a shallow cut than in a deep one. Last,
+    by how much the exponents in thickness change where chips are thinner.
     """
     return with_growth(force_parts(theta, elements), elements)
 
 
 def with_growth(parts: Array, elements: Elements) -> Array:
-    """Return parts of forces (n, 5, 3), and behind them how they grow with the engaged edge."""
-    return np.concatenate([parts, parts * edge_growth(elements)[:, None, None]], axis=-1)
+    """Return parts of forces (n, 5, 3), behind them how they grow with the engaged edge, and how
+    those along and across the cutting speed bend under thin chips (n, 5, 6 + 2 k).
+    """
+    grown = parts * edge_growth(elements)[:, None, None]
+    bent = parts[..., :2, None] * chip_bends(elements)[:, None, None, :]
+    return np.concatenate([parts, grown, bent.reshape(*bent.shape[:2], -1)], axis=-1)
+
+
+def chip_bends(elements: Elements) -> Array:
+    """Return by how much each cut's chip is thinner than BENDS_MM (n, k), logarithms; not below 0.
+
+    The chip's mean thickness over its width; none where nothing is engaged.
+    """
+    width, area = engaged_mm(elements), chip_area_mm2(elements)
+    mean = np.divide(area, width, out=np.full_like(area, BENDS_MM[0]), where=width > 0.0)
+    thinnest = np.maximum(mean, THINNEST_MM)
+    return np.maximum(np.log(BENDS_MM / thinnest[:, None]), 0.0)
+
+
+def off_surface(elements: Elements) -> Array:
+    """Return the direction (n, 3) off the surface that each cut leaves, in machine axes."""
+    return np.broadcast_to(elements.frames[:, 2], (elements.count, 3))
 
 
 def edge_growth(elements: Elements) -> Array:

@@ -91,6 +91,20 @@ tests transformed to oblique edges about 10 % off before anything was learnt of 
 FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.05, 0.05, 0.1), 0.05)
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987). Else chosen."""
+BENDS_MM = np.array([0.1, 0.05])
+"""Chips below each of which the law's exponents in thickness may change. Chosen: halves of the
+feeds of turning down to those of finishing and milling."""
+BEND = 0.1
+"""Standard deviation of such a change."""
+OF_CARD = "orthogonal"
+"""What the edge is called that a card's values are of: over its chips the card says its shape."""
+OF_OPERATION, OF_BENDS = slice(0, 6), slice(6, 6 + 2 * len(BENDS_MM))
+"""Columns, of what errors of the law change, of those in an operation and of those of thin chips.
+"""
+LAW_BENDS = Shared("law, thin chips", BEND**2 * np.eye(2 * len(BENDS_MM)))
+"""How far the law may be off under thin chips, along and then across the cutting speed, whatever
+the operation: what its exponents in thickness change by below each of BENDS_MM. They add up: the
+farther below the chips that were cut, the less is known."""
 DRILL = (0.05, 0.2)
 """Shares that a drill's forces are off by at least: its chisel edge makes most of the thrust.
 Chosen."""
@@ -224,6 +238,10 @@ class PairPosterior:
     def law_error(self, operation: str) -> Shared:
         """Return how far the law may be off in an operation."""
         return law_error(operation, self.off_law)
+
+    def law_errors(self, *operations: str) -> tuple[Shared, ...]:
+        """Return how far the law may be off in operations, and under thin chips in any."""
+        return (*map(self.law_error, operations), LAW_BENDS)
 
     @property
     def open_terms(self) -> tuple[Shared, ...]:

@@ -17,6 +17,7 @@ from autodb.pairs.observed import Observed, PairCuts, X, Y
 from autodb.pairs.posterior import (
     CALIBRATION,
     GAIN,
+    OF_CARD,
     OWN,
     P1_SCATTER,
     REFERENCES,
@@ -135,7 +136,7 @@ def _as_readings(card: CardForces) -> Observed:
     across = card.level if card.thrust_level is None else card.thrust_level
     levels = np.array([card.level, across])[: len(forces)]
     return Observed(
-        cuts=(PairCuts("orthogonal", _orthogonal(card)),),
+        cuts=(PairCuts(OF_CARD, _orthogonal(card)),),
         cut=np.tile(np.arange(count), len(forces)),
         quantity=np.repeat([Y, X][: len(forces)], count),
         value=np.concatenate(forces),

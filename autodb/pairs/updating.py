@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri, dtrtrs
 
-from autodb.cutting.turning import PASSIVE_AXIS
+from autodb.cutting.turning import TURNED
 from autodb.errors import UnusableInput
-from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting import Gaussian, NotSettled, root_of, stationary
 from autodb.fitting.rounds import MIXED_ROUNDS
 from autodb.pairs.modelled import FORCE, Modelled, Seen
@@ -44,6 +43,8 @@ TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
 step from which on it is left as it is, and the shortest. Chosen."""
 TINY = 1e-12
 """Square of a part, N², below which there is none."""
+MOSTLY = np.sqrt(0.5)
+"""Share of a force off the surface from which on its reading is one of the passive force."""
 ENOUGH = 1e-3
 """Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
 answer shows."""
@@ -86,8 +87,9 @@ def posterior_of_readings(
 def _passive_known(prior: PairPosterior, observed: Observed) -> dict[str, PassiveKnown]:
     """Return what is known of passive forces, with those among readings."""
     known = dict(prior.passive)
-    for operation, axis in PASSIVE_AXIS.items():
-        read = observed.within(operation) & (observed.quantity == COMPONENTS.index(axis))
+    mostly = np.abs(observed.off_surface()) > MOSTLY
+    for operation in TURNED:
+        read = observed.within(operation) & mostly
         if read.any():
             before = known.get(operation, PassiveKnown(0, 0.0))
             known[operation] = before.also(observed.sd[read])
@@ -141,7 +143,7 @@ def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingError
 
 def met(posterior: PairPosterior, observed: Observed) -> tuple[PairPosterior, Modelled]:
     """Return a posterior that has met what readings share, and the readings as its functions."""
-    laws = tuple(posterior.law_error(operation) for operation in observed.operations)
+    laws = posterior.law_errors(*observed.operations)
     known = posterior.also((*observed.shared, *laws, *observed.assumed, *posterior.open_terms))
     return known, Modelled(known, observed)
 

@@ -34,7 +34,7 @@ def render_scores(found: PredictionScores) -> str:
         title=f"{found.machine}: predicted and made",
         machine=found.machine,
         by_basis=found.by_basis,
-        plot=_plot([cut for cut in found.cuts if cut.scored][-SHOWN:]),
+        plot=plot_of_scores(found),
         most=SHOWN,
         made=len(found.cuts),
         scored=found.scored,
@@ -42,8 +42,9 @@ def render_scores(found: PredictionScores) -> str:
     )
 
 
-def _plot(cuts: Sequence[PastCut]) -> Markup | None:
-    """Return the picture of cuts; None where nothing of them was sensed or measured."""
+def plot_of_scores(found: PredictionScores) -> Markup | None:
+    """Return the picture of the newest cuts; None where nothing was sensed or measured of any."""
+    cuts = [cut for cut in found.cuts if cut.scored][-SHOWN:]
     there = {one.quantity for cut in cuts for one in cut.scored}
     rows = [one for one in QUANTITIES if one.channel in there]
     if not rows:

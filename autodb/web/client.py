@@ -26,6 +26,7 @@ from autodb.agent.answer.overview import CalibrationSaid, MachineSaid, MachineSe
 from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
+from autodb.agent.matching.scoring import PredictionScores
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import Job, JobCut
 from autodb.web.http.said import BatchLine, Decision, End, Importing, Machines, Senses, Step
@@ -106,6 +107,11 @@ class Client:
     def pairs(self, machine: str) -> list[Listed]:
         """Return the pairs that a machine has learnt."""
         found: list[Listed] = self._get(list[Listed], f"{_of(machine)}/pairs")
+        return found
+
+    def scores(self, machine: str) -> PredictionScores:
+        """Return how far off a machine's past predictions were, and what that widens."""
+        found: PredictionScores = self._get(PredictionScores, f"{_of(machine)}/scores")
         return found
 
     def mismatches(self, machine: str) -> list[MismatchSaid]:

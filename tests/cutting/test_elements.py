@@ -10,6 +10,7 @@ from autodb.cutting.elements import Elements, cut_forces, force_gradient, force_
 from autodb.cutting.endmill import EndMill, Milled
 from autodb.cutting.insert import Insert, TurnedCuts
 from autodb.cutting.shear import Edge
+from autodb.cutting.tools import FOLLOWS_DEG, insert_of
 from autodb.errors import UnusableInput
 from tests.helpers.plain_law import theta
 
@@ -49,6 +50,26 @@ def test_a_straight_edge_pushes_as_the_contract_says() -> None:
     assert_allclose(square, [0.0, tangential, thrust], rtol=1e-12, atol=1e-9)
     lean = cut_forces(STEEL, insert.insert_elements(Insert(0.0, 45.0), turned())).force_N[0]
     assert_allclose(lean[0], lean[2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("lambda_s_deg", [-12.0, -6.0, 0.0, 8.0])
+def test_an_inclined_edge_pushes_as_its_rake_face_does(lambda_s_deg: float) -> None:
+    """In machine axes: feed along -z at κ 90, the work moves along +y, ISO 3002's λ_s.
+
+    A positive one has the tip in front: from it the edge falls back along the work's way. The face
+    takes a pressure upright to it, and friction along a chip that flows at λ_s (Stabler).
+    """
+    lam, rub = np.radians(lambda_s_deg), np.tan(np.radians(28.0))
+    edge = np.array([np.cos(lam), np.sin(lam), 0.0])
+    into_face = np.array([-np.sin(lam), np.cos(lam), 0.0])
+    chip = np.cos(lam) * np.array([0.0, 0.0, 1.0]) + np.sin(lam) * edge
+    real = into_face + rub * chip
+
+    sharp = theta(friction_angle=28.0, chip_ratio=0.4, K_te=1e-9, K_re=1e-9)
+    tool = Insert(0.0, 90.0, inclination_deg=lambda_s_deg)
+    found = cut_forces(sharp, insert.insert_elements(tool, turned())).force_N[0]
+    assert_allclose(found / found[1], real / real[1], rtol=1e-9, atol=1e-9)
+    assert np.sign(np.round(found[0], 6)) == -np.sign(lam), "a negative one pushes off the work"
 
 
 def _orthogonal(thickness_mm: float) -> Edge:
@@ -112,6 +133,15 @@ def test_a_chip_that_flows_as_one_keeps_its_size_across_a_straight_edge() -> Non
     thrust = np.hypot(*cut_forces(rubs, made).force_N[0, [0, 2]])
     alone = np.sum(shear.per_width(rubs, made.edge)[1] * made.width_mm)
     assert_allclose(thrust, alone, rtol=1e-9)
+
+
+def test_a_holder_that_nobody_stated_follows_the_path() -> None:
+    """Up a shoulder, which an edge at 77° cannot follow: a shop takes one that can."""
+    up = turned(inward_deg=-88.0)
+    made = insert.insert_elements(insert_of({"nose_radius_mm": 0.0}).tool, up)
+    assert_allclose(np.degrees(np.arcsin(made.kappa[0][0, -1])), FOLLOWS_DEG)
+    with pytest.raises(UnusableInput, match=r"an edge at 77° cannot follow"):
+        insert.insert_elements(insert_of({"kappa_deg": 77.0}).tool, up)
 
 
 def test_an_edge_that_cannot_follow_is_refused() -> None:

@@ -14,7 +14,7 @@ from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import add_machine, find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
 from autodb.files.machine import LATHE
-from autodb.forward.prediction import COLUMNS, intervals
+from autodb.forward.prediction import COLUMNS, intervals, passive_known
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.store import create_store, models, open_store
@@ -122,7 +122,7 @@ def held_out(table: Path, folder: Path, *, side: str, fold: int, folds: int) -> 
             operation = found.texts["operation"][k]
             stated = {name: float(one[k]) for name, one in found.channels.items()}
             cut = BY_NAME[operation].cuts(numbers_of(tool), [stated], called=tool.name)
-            known = posterior.passive.get(operation)
+            known = passive_known(posterior, operation)
             means = intervals(forecast(posterior, cut), operation=operation, known=known)[0]
             for c, at in COLUMNS.items():
                 if f"force.{c}" in found:

@@ -20,6 +20,7 @@ NUMBERS = {
     "nose_radius_mm": 0.8, "kappa_deg": 95.0, "rake_deg": -6.0, "inclination_deg": -6.0,
     "included_deg": 80.0,
 }  # fmt: skip
+KAPPA = "tool: entering angle of any holder"
 
 
 def _true(seed: int) -> Array:
@@ -55,12 +56,10 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
     assert log_evidence(replace(PRIOR, off_law=FAR), found, observed) > log_evidence(
         PRIOR, posterior_of_readings(PRIOR, observed), observed
     )
-    near, far = (
-        np.mean(np.abs(one.mean[:, X] - turned(ahead)[:, X]) < 1.96 * one.sd[:, X])
-        for one in (forecast(posterior_of_readings(PRIOR, observed), ahead), forecast(found, ahead))
-    )
-    assert far > 0.85
-    assert far > near
+    near, far = (forecast(one, ahead) for one in (posterior_of_readings(PRIOR, observed), found))
+    real = turned(ahead)[:, X]
+    assert np.mean(np.abs(far.mean[:, X] - real) < 1.96 * far.sd[:, X]) > 0.85
+    assert np.mean(np.abs(far.mean[:, X] - real)) < 0.5 * np.mean(np.abs(near.mean[:, X] - real))
 
 
 def test_laws_that_need_many_steps_are_averaged_all_the_same(
@@ -77,25 +76,24 @@ def test_laws_that_need_many_steps_are_averaged_all_the_same(
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:
-    """An entering angle 5° off the assumed one: the posterior of cuts has it, and faces as it
-    is."""
+    """An entering angle one sd over the assumed one: the posterior of cuts has it, and forces."""
     theta = _true(4)
     rows = [
         {"cutting.feed": f, "cutting.depth": d, "cutting.speed": 100.0, "work.diameter": 40.0}
         for f in (0.1, 0.2, 0.4)
         for d in (0.5, 1.0, 2.0, 4.0)
     ]
-    true = BY_NAME["turn"].cuts({**NUMBERS, "kappa_deg": 98.0}, rows, called="tool")
+    true = BY_NAME["turn"].cuts({**NUMBERS, "kappa_deg": 99.0}, rows, called="tool")
     assert not true.variants
     bare = {name: value for name, value in NUMBERS.items() if name != "kappa_deg"}
     assumed = BY_NAME["turn"].cuts(bare, rows, called="tool")
-    assert [one.key for one in assumed.variants] == ["tool: kappa_deg"]
+    assert [one.key for one in assumed.variants] == [KAPPA]
     value = _scattered(cut_forces(theta, true.elements).force_N, 5)
     found = posterior_of_readings(PRIOR, sensed(assumed, value))
-    place = found.columns("tool: kappa_deg").start
+    place = found.columns(KAPPA).start
     sd = np.sqrt(found.state.covariance[place, place])
     assert sd < 0.8
-    assert abs(found.state.mean[place] - 1.0) < 3.0 * sd, "98° is one sd over 93°"
+    assert abs(found.state.mean[place] - 1.0) < 3.0 * sd, "99° is one sd over 77°"
     expected = forecast(found, assumed)
     held = (
         np.abs(expected.mean[:, :3] - cut_forces(theta, true.elements).force_N)

@@ -14,7 +14,7 @@ from autodb.cutting.elements import cut_forces, edge_parts
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.posterior import OWN, WEAR, PairTerms
+from autodb.pairs.posterior import LAW_BENDS, OWN, WEAR, PairTerms
 from autodb.pairs.prior import of_relative
 from autodb.pairs.updating import posterior_of_readings
 from autodb.pairs.worn import learn_worn, with_wear
@@ -116,7 +116,9 @@ def test_edges_that_differ_are_known_to_and_forgotten() -> None:
         "tool_wear", "wear of edge A", "wear of edge B", "wear of edge C",
     ]  # fmt: skip
     posterior = posterior_of_readings(replace(prior(), terms=PairTerms(WEARS)), readings)
-    assert [one.key for one in posterior.past().shared][-2:] == ["tool_wear", "law, turn"]
+    assert [one.key for one in posterior.past().shared][-3:] == [
+        "tool_wear", "law, turn", LAW_BENDS.key,
+    ]  # fmt: skip
     assert posterior.past().columns(WEAR).stop <= OWN + 4
 
 

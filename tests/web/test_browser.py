@@ -62,6 +62,7 @@ class Site:
             "plan": f"{MACHINE}/plan?{urlencode(self.pair | CUT | {'next': 'true'})}",
             "import": f"{MACHINE}/import",
             "mismatches": f"{MACHINE}/mismatches",
+            "scores": f"{MACHINE}/scores",
             "mismatch": f"/mismatches/{self.mismatch}",
             "not there": "/machines/none",
         }

@@ -70,8 +70,8 @@ class Target:
 class ProposedCuts:
     """``proposed``: best first; ``targets`` after the first of them; ``too_much``: cuts left out
     because they may exceed a limit; ``open``: what the pair's cuts leave undetermined, and
-    what would determine it, and what waits for a person; ``not_determined``: numbers of the law
-    that no measurement tried would determine.
+    what would determine it, by what past predictions widen it, what waits for a person;
+    ``not_determined``: numbers of the law that no measurement tried would determine.
     """
 
     proposed: tuple[Proposed, ...]
@@ -116,7 +116,8 @@ def plan_cuts(
         if _may_exceed(basis, candidates[k]):
             too_much += 1
         else:
-            best.append(Proposed(candidates[k], float(NORMAL_95 * np.sqrt(variance[k]))))
+            left = basis.width.factor * NORMAL_95 * float(np.sqrt(variance[k]))
+            best.append(Proposed(candidates[k], left))
         if len(best) == SHOWN:
             break
     if not best:
@@ -124,14 +125,14 @@ def plan_cuts(
             f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; use "
             "lighter ones with --depth and --feed"
         )
-    now, targets = search.targets(best[0].cut)
+    now, targets = search.targets(best[0].cut, basis.width.factor)
     open_ = search.open(start)
     return ProposedCuts(
         proposed=tuple(best),
         now=now,
         targets=targets,
         too_much=too_much,
-        open=(*(one.statement for one in open_ if one.helps), *basis.waiting),
+        open=(*(one.statement for one in open_ if one.helps), *_widened(basis), *basis.waiting),
         not_determined=tuple(name for one in open_ if not one.helps for name in one.names),
     )
 
@@ -154,9 +155,13 @@ class _Search:
                 variance[rows] += self._weighed(tried, asked)[1] / len(self._asked)
         return np.argsort(variance, kind="stable"), variance
 
-    def targets(self, cut: JobCut) -> tuple[float, tuple[Target, ...]]:
-        """Return how wide the job's forces are now, in the mean, and each of them after a cut."""
+    def targets(self, cut: JobCut, factor: float) -> tuple[float, tuple[Target, ...]]:
+        """Return how wide the job's forces are now, in the mean, and each of them after a cut.
+
+        ``factor``: by which past predictions widen them.
+        """
         tried, found, squares = self._cuts(cut.operation, [cut]), [], []
+        half = NORMAL_95 * factor
         for target, asked in zip(self._job.cut, self._asked, strict=True):
             left, _ = self._weighed(tried, asked)
             expected = forecast(self._posterior, asked)
@@ -165,8 +170,8 @@ class _Search:
                 size = abs(float(expected.mean[0, k]))
                 now, after = float(expected.sd[0, k]) / size, float(left[0, 0, k]) / size
                 squares.append(now**2)
-                found.append(Target(target.name, component, NORMAL_95 * now, NORMAL_95 * after))
-        return float(NORMAL_95 * np.sqrt(np.mean(squares))), tuple(found)
+                found.append(Target(target.name, component, half * now, half * after))
+        return float(half * np.sqrt(np.mean(squares))), tuple(found)
 
     def open(self, start: PairPosterior) -> tuple[UndeterminedNumbers, ...]:
         """Return what the pair's cuts leave undetermined, and what would help."""
@@ -222,6 +227,12 @@ class _Search:
     def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> PairCuts:
         stated = [cut.conditions(self._tool.diameter_mm) for cut in cuts]
         return BY_NAME[operation].cuts(self._tool.numbers, stated, called=self._tool.name)
+
+
+def _widened(basis: PredictionBasis) -> Iterator[str]:
+    """Say by what past predictions widen the intervals, as the prediction of the job does."""
+    if basis.width.factor > 1.0:
+        yield basis.width.words(basis.machine)
 
 
 def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponent]:

@@ -19,6 +19,7 @@ from autodb.agent.answer.undecided_causes import (
 from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
+from autodb.agent.rows.calibrations import used_beyond
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
@@ -87,7 +88,8 @@ class PredictionBasis:
 
     ``states``: None where the pair is not learnt; ``learnt``: then the names of those that are.
     ``width``: what past predictions make of the intervals; ``undecided``: what the ``open`` causes
-    do until a person decides on them, or None; ``apart``: what is said of others.
+    do until a person decides on them, or None; ``apart``: what is said of others; ``beyond``: of
+    calibrations that were used beyond the range of their cuts.
     """
 
     machine: str
@@ -100,6 +102,7 @@ class PredictionBasis:
     open: OpenCauses = NONE_OPEN
     undecided: UndecidedCuts | None = None
     apart: tuple[str, ...] = ()
+    beyond: tuple[str, ...] = ()
 
     @property
     def stamp(self) -> Stamp | None:
@@ -201,6 +204,7 @@ class PredictionBasis:
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
+        yield from self.beyond
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
         yield from self.waiting
@@ -223,7 +227,19 @@ def prediction_basis_of(
         open=waiting,
         undecided=None if number is None else undecided_cuts(session, number, waiting),
         apart=said_of_open(session, waiting),
+        beyond=tuple(_said_beyond(session, known)),
     )
+
+
+def _said_beyond(session: Session, known: KnownPair) -> Iterable[str]:
+    """Say which calibrations sensed forces behind an answer beyond the range of their cuts."""
+    for row in used_beyond(session, (one.key for one in known.posterior.shared)):
+        where = "" if known.row is None else f"; 'autodb trace parameters {known.row.id}' has it"
+        yield (
+            f"force.{row.component} was sensed beyond the cuts that calibration {row.id} (axis "
+            f"{row.axis} version {row.version}) was made with: the intervals are wider by what it "
+            f"may be off there{where}; calibrate with cuts like these to narrow them"
+        )
 
 
 def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
@@ -259,11 +275,11 @@ def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
 
 
 def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
-    """Say which geometry of the tool is assumed because nobody stated it."""
+    """Say which geometry of the tool is assumed because nobody stated it, and how far it is off."""
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
-    names = [one.name for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
-    if names:
-        listed = ", ".join(dict.fromkeys(names))
+    said = [one.words for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
+    if said:
+        listed = ", ".join(dict.fromkeys(said))
         yield (
             f"assumed for {known.tool.name}, because it is not stated: {listed}; state it in a "
             "tool file to narrow the intervals"

@@ -154,6 +154,10 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
         node.sources.append(Node(said or f"with {', '.join(held)}", causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
+        begun += [
+            Node(_named(session.get_one(models.CuttingParameters, number)))
+            for number in (row.start or {}).get("others", ())
+        ]
         begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
         node.sources.append(Node(f"began as: {row.started_from}", begun))
     forces = [force for version in version_chain(row) for force in version.forces]

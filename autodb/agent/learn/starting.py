@@ -3,11 +3,20 @@
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.shared_priors import from_others
+from autodb.agent.learn.shared_priors import from_others, own_cuts
 from autodb.agent.rows.imported_cards import imported_card
-from autodb.agent.rows.posteriors import Start, as_posterior, begins, latest, pair_name
+from autodb.agent.rows.posteriors import (
+    OF_CALIBRATIONS,
+    Start,
+    as_posterior,
+    begins,
+    latest,
+    law_from_json,
+    pair_name,
+)
 from autodb.errors import UnusableInput
 from autodb.pairs import conventional
+from autodb.pairs.hierarchy import of_relatives
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
@@ -17,20 +26,16 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     """Return where a pair starts that a machine has not cut.
 
     From what other machines know of the material, where there are some; else from the same material
-    with another tool on this machine, where there is such a pair that did not begin from a relative
-    itself (two would begin from each other, and each take its own cuts for the other's); else from
-    the material's card that was imported last; else from what it is by itself.
+    with other tools on this machine (``_of_other_tools``); else from the material's card that was
+    imported last; else from what it is by itself.
     """
     others = from_others(session, machine_id, material, tool)
     if others is not None:
         start = PairPosterior(others.law, (), P1_SCATTER, 0)
         return begins(start, others.words, prior=others.prior)
-    related = _related(session, machine_id, material, tool)
+    related = _of_other_tools(session, machine_id, material, tool)
     if related is not None:
-        said = f"{pair_name(related.pair)}, the same material with another tool"
-        return begins(
-            of_relative(as_posterior(related)), f"{said} ({related.n_cuts} cuts)", related
-        )
+        return related
     card = imported_card(session, machine_id, material)
     if card is not None:
         return begins(of_card(card.card), f"imported card of {card.material} ({card.source})")
@@ -52,10 +57,43 @@ def of_material(material: str) -> Start:
     )
 
 
-def _related(
+def _of_other_tools(session: Session, machine_id: int, material: str, tool: str) -> Start | None:
+    """Return what pairs of a material and other tools say of it; None where there is none.
+
+    The first is the most-cut one that did not begin from another itself (two would begin from each
+    other, and each take its own cuts for the other's); of others counts what their own cuts say,
+    where the calibrations that sensed them are among the first's.
+    """
+    every = _newest_of(session, machine_id, material, tool)
+    own = [row for row in every if row.relative_id is None]
+    first = max(own, key=lambda row: row.n_cuts, default=None)
+    if first is None:
+        return None
+    posterior, said = as_posterior(first), f"{pair_name(first.pair)}, the same material with"
+    sensing = _calibrations(posterior)
+    more = [
+        row
+        for row in every
+        if row is not first and row.start and _calibrations(as_posterior(row)) <= sensing
+    ]
+    if not more or first.start is None:
+        words = f"{said} another tool ({first.n_cuts} cuts)"
+        return begins(of_relative(posterior), words, first)
+    said_of = {row.pair.tool.name: own_cuts(session, row.id).as_sensed for row in (first, *more)}
+    law = of_relatives(posterior, law_from_json(first.start), said_of, tool)
+    named = ", ".join(f"{row.pair.tool.name} ({row.n_cuts} cuts)" for row in more)
+    words = f"{said} another tool ({first.n_cuts} cuts), and with {named}"
+    return begins(law, words, first, others=[row.id for row in more])
+
+
+def _calibrations(posterior: PairPosterior) -> set[str]:
+    return {one.key for one in posterior.shared if one.key.startswith(OF_CALIBRATIONS)}
+
+
+def _newest_of(
     session: Session, machine_id: int, material: str, tool: str
-) -> models.CuttingParameters | None:
-    """Return the newest parameters of the most-cut pair of a material and another tool."""
+) -> list[models.CuttingParameters]:
+    """Return the newest parameters of pairs of a material and other tools, one each."""
     pairs = session.scalars(
         select(models.Pair)
         .join(models.Material)
@@ -63,5 +101,4 @@ def _related(
         .where(models.Material.name == material, models.Tool.name != tool)
     )
     found = [latest(session, machine_id, pair.id) for pair in pairs]
-    own = [row for row in found if row is not None and row.relative_id is None]
-    return max(own, key=lambda row: row.n_cuts, default=None)
+    return [row for row in found if row is not None]

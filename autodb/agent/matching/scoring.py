@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from sqlalchemy.orm import Session
+
 from autodb.agent.matching.past_predictions import HISTORY, PastCut, past_cuts
 from autodb.agent.rows.machines import find_machine
 from autodb.forward.predictedfile import QUANTITIES
@@ -42,7 +44,12 @@ def scores_of_machine(store: Store, machine: str) -> PredictionScores:
     Raises NotThere for an unknown machine.
     """
     with store.reading() as session:
-        past = past_cuts(session, find_machine(session, machine).id)
+        return scores_in(session, machine)
+
+
+def scores_in(session: Session, machine: str) -> PredictionScores:
+    """Return them from one state of the database; raises NotThere for an unknown machine."""
+    past = past_cuts(session, find_machine(session, machine).id)
     every = ((LEARNT, True), (NOT_LEARNT, False))
     by_basis = (_scored(name, [one for one in past if one.learnt == own]) for name, own in every)
     return PredictionScores(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.pairs.posterior import CALIBRATION
 from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.calibration import Calibration, Scores
 from autodb.sensing.ranges.domain import Domain, NearForm
@@ -17,6 +18,8 @@ from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.outliers import Outlier
 from autodb.sensing.ranges.validity import Holds
 from autodb.store import models
+
+BEYOND = " beyond its range"
 
 
 def keep_calibration(
@@ -73,6 +76,24 @@ def keep_calibration(
         )
     )
     return version, True
+
+
+def beyond_its_range(number: int) -> str:
+    """Return the key of the error by which a calibration may be off beyond what it was made with.
+
+    A posterior has it where some force that it was learnt from was sensed there.
+    """
+    return f"{CALIBRATION} {number}{BEYOND}"
+
+
+def used_beyond(session: Session, keys: Iterable[str]) -> list[models.CalibrationVersion]:
+    """Return the calibrations that errors of these keys say were used beyond their ranges."""
+    some = [key for key in keys if key.startswith(CALIBRATION) and key.endswith(BEYOND)]
+    numbers = [int(key.removeprefix(CALIBRATION).removesuffix(BEYOND)) for key in some]
+    if not numbers:
+        return []
+    row = models.CalibrationVersion
+    return list(session.scalars(select(row).where(row.id.in_(numbers)).order_by(row.id)))
 
 
 def _newest_version(session: Session, machine_id: int, axis: str) -> int:

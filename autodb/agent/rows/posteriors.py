@@ -1,6 +1,6 @@
 """Posteriors about pairs as the database keeps them, and what each began with."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -243,12 +243,16 @@ def begins(
     said: str,
     row: models.CuttingParameters | None = None,
     prior: models.FleetPrior | None = None,
+    others: Sequence[int] = (),
 ) -> Start:
     """Return a start from which a pair's own cuts are learnt.
 
     Where errors of the machine's calibrations are in it already, it is kept without them too.
+    ``others``: the parameters, by id, that it is from beside those of ``row``.
     """
     before = kept_law(posterior.law)
+    if others:
+        before["others"] = list(others)
     if any(one.key.startswith(OF_CALIBRATIONS) for one in posterior.shared):
         before["given"] = kept_law(posterior.given(OF_CALIBRATIONS))
     return Start(posterior, said, before, row, prior)

@@ -16,7 +16,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import cuts_as_table
-from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.calibrations import as_calibration, beyond_its_range
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.corrected import is_after
 from autodb.agent.rows.drifted import DriftedGain, drifted_gains
@@ -325,7 +325,7 @@ class Readings:
 
         # The form's choice, beyond what the calibration was made with
         if calibration.domain is not None and common[:, -1].any():
-            error = Shared(f"{CALIBRATION} {row.id} beyond its range", np.eye(1))
+            error = Shared(beyond_its_range(row.id), np.eye(1))
             self._add(error, sensed, common[:, -1:], np.zeros((len(common), 1)))
         for k, by in enumerate(row.corrections or ()):
             later = np.array([is_after(by, cut) for cut in self._cuts])[sensed, None]

@@ -8,8 +8,9 @@ from autodb.web.pages import (
     pairs,
     planner,
     program,
+    scores,
     signing,
 )
 
-PAGES = (signing, machines, mismatches, planner, program, pairs, importing, machine)
+PAGES = (signing, machines, mismatches, planner, program, pairs, scores, importing, machine)
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -18,6 +18,7 @@ from autodb.agent.answer.overview import (
     mismatch_said,
 )
 from autodb.agent.answer.tracing import Node, trace
+from autodb.agent.matching.scoring import PredictionScores, scores_in
 from autodb.agent.operate.access import noted
 from autodb.agent.operate.deciding import mismatch, mismatches
 from autodb.agent.sense.sensors import sensors_of
@@ -106,6 +107,16 @@ def pairs_route(
     return answer_from_state(
         request, list[Listed], lambda session: PairReader(session, machine).pairs(material, tool)
     )
+
+
+@router.get(
+    "/machines/{machine:path}/scores",
+    summary="Its predictions and the cuts then made",
+    **documented_answer(PredictionScores),
+)
+def scores_route(request: Request, _access: Reads, machine: MachineName) -> Response:
+    """Say how far off a machine's past predictions were, and what that widens."""
+    return answer_from_state(request, PredictionScores, lambda s: scores_in(s, machine))
 
 
 @router.get(

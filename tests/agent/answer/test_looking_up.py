@@ -202,7 +202,7 @@ def test_what_is_assumed_of_a_tool_is_what_its_cuts_assume(kind: str) -> None:
     cut = JobCut.model_validate({"operation": operation.name, "speed_rpm": 900.0, **needs})
     made = operation.cuts(stated, [cut.conditions(stated.get("diameter_mm"))], called="t")
     names = [one.key.removeprefix("t: ") for one in made.variants]
-    assert names == [one.name for one in tools.assumed_of(kind, stated)]
+    assert names == [one.key for one in tools.assumed_of(kind, stated)]
 
 
 # Material cards

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from autodb.agent.answer import prediction_basis
+from autodb.forward.scored import Width
 from tests.conftest import Cli, Once
 
 JOB = """name = "j"
@@ -67,7 +69,7 @@ def test_it_keeps_to_the_ranges_and_the_limits(calibrated: Cli) -> None:
         assert 0.1 <= cut["feed_mm_rev"] <= 0.2
         assert 150 <= cut["speed_m_min"] <= 160
     free = _plan(calibrated)
-    _limit_the_spindle(calibrated, 3.0)
+    _limit_the_spindle(calibrated, 3.5)
     bound = _plan(calibrated)
     assert bound["too_much"] > 0
     assert bound["proposed"] != free["proposed"]
@@ -75,6 +77,22 @@ def test_it_keeps_to_the_ranges_and_the_limits(calibrated: Cli) -> None:
     refused = calibrated("plan", "job.toml", "--machine", "lathe-1")
     assert refused.code == 2
     assert "may exceed a limit of machine 'lathe-1'" in refused.err
+
+
+def test_it_is_as_wide_as_a_prediction_is_by_past_ones(
+    calibrated: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stated = _plan(calibrated)
+    width = Width(factor=1.5, cuts=30, others=0, upto=30)
+    monkeypatch.setattr(prediction_basis, "width_of_next", lambda *_, **__: width)
+    wide = _plan(calibrated)
+    assert wide["now"] == pytest.approx(1.5 * stated["now"])
+    for name in ("now", "after"):
+        was, now = ([one[name] for one in some["targets"]] for some in (stated, wide))
+        assert now == pytest.approx([1.5 * one for one in was])
+    was, now = ([one["left"] for one in some["proposed"]] for some in (stated, wide))
+    assert now == pytest.approx([1.5 * one for one in was])
+    assert any(one.startswith("intervals × 1.50: past predictions") for one in wide["open"])
 
 
 def _limit_the_spindle(cli: Cli, torque_N_m: float) -> None:

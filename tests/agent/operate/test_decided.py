@@ -64,6 +64,8 @@ SHOPS = {
 }
 
 
+OF_THIN_CHIPS = ("edge_force", "size_effect")
+"""Causes that a law which may bend under thin chips has nearly found from the usual cuts."""
 SAID = {
     "built_up_edge": {
         name: {"value": value, "low": 0.9 * value, "high": 1.1 * value, "unit": unit}
@@ -144,7 +146,8 @@ def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str)
     assert f"mismatch {number}: {term} confirmed" in done
     after = predicted(cli, shop.ahead)
     was, is_now = off(before[0], truth), off(after[0], truth)
-    assert is_now[0] < 0.6 * was[0]
+    assert is_now[0] < (1.0 if term in OF_THIN_CHIPS else 0.6) * was[0]
+    assert is_now[0] < 0.025
     assert is_now[1] >= 0.9
 
     # It is traced and shown with its reason

@@ -14,6 +14,8 @@ FORCE_N, OFF_MM, REST_MM_N = 240.0, 0.012, 3e-5
 PLACES = np.array([15.0, 35.0, 55.0, 75.0, 95.0, 115.0])
 NOISE_MM = 0.002
 CUT = 3
+SECTIONS = (1.5 * 0.25) / (1.0 * 0.13)
+"""Section of the chip of the sample job's third cut over that of the recording's."""
 
 
 def _part(path: Path, *, force_N: float = FORCE_N, diameter_mm: float = 24.0) -> Path:
@@ -95,7 +97,7 @@ def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path)
     assert "finished part" in listed.out
     assert "version 2" in after.out
     told, half = _passive_N(learnt, sample_jobs)
-    assert told == pytest.approx(1.2 * alone, rel=0.2)
+    assert 130.0 < told < 130.0 * SECTIONS
     assert half / told < 0.7 * half_alone / alone
     traced = learnt("trace", "parameters", "2")
     assert "inspection of force.x, version 1" in traced.out

@@ -1,6 +1,7 @@
 """Beyond what a calibration was made with its interval grows by forms nearly as good."""
 
 import csv
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -122,6 +123,20 @@ def test_weights_follow_the_error_on_groups_left_out() -> None:
     assert worse[2] == 0.0
 
 
+JOB = """name = "taper"
+material = "steel"
+tool = "insert"
+[[cut]]
+operation = "taper"
+diameter_mm = 50
+end_diameter_mm = 40
+length_mm = 9
+depth_mm = 1.0
+feed_mm_rev = 0.15
+speed_m_min = 150
+"""
+
+
 def _written(path: Path, seed: int, feed_mm_min: tuple[float, float], *, force: bool) -> Path:
     table = cuts(seed, 24, feed_mm_min, creeping)
     names = [n for n in table.channels if force or not n.startswith("force")]
@@ -160,3 +175,11 @@ def test_a_machine_says_so_and_a_trace_too(cli: Cli, tmp_path: Path) -> None:
     outside = [one for one in traced if "N outside the calibrated range: feed speed" in one]
     assert outside
     assert all("tapers.csv" in one for one in outside)
+
+    # What is predicted from these forces says so too
+    job = tmp_path / "job.toml"
+    job.write_text(JOB, encoding="utf-8")
+    notes = json.loads(cli("predict", job, "--machine", "lathe-1", "--json").out)["notes"]
+    (note,) = [one for one in notes if "beyond the cuts that calibration 1" in one]
+    assert "(axis x version 1)" in note
+    assert "'autodb trace parameters" in note

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from autodb.pairs.forecast import forecast
 from autodb.pairs.next_cut import SensedComponent, gain_error, propose
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.posterior import PairPosterior, law_error
+from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe.power_pairs import TurnedCut
 from autodb.proofs.runs.pairs import pair_ours
@@ -132,7 +132,7 @@ def _and(sensed: ReadCuts, more: ReadCuts) -> ReadCuts:
 
 def judged_plan(posterior: PairPosterior, case: CurveCase) -> tuple[float, float, float]:
     """Return both widths (half, over the force) and the error of the next cuts."""
-    known = posterior.also((*GAINS, law_error(TURN.name)))
+    known = posterior.also((*GAINS, *posterior.law_errors(TURN.name)))
     expected = forecast(known, _asked(case))
     open_ = _given_gains(known)
     sd = np.sqrt(np.einsum("nqi,ij,nqj->nq", expected.slopes, open_, expected.slopes))

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.forward.prediction import intervals
+from autodb.forward.prediction import intervals, passive_known
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME, DEPTH, DIRECTION, FEED, SPEED, Conditions
 from autodb.pairs.forecast import forecast
@@ -44,7 +44,7 @@ def forces_foreseen(posterior: PairPosterior, case: LawsCase) -> Array:
     for name in dict.fromkeys(operations.tolist()):
         rows = np.flatnonzero(operations == name)
         cuts = stated_cuts(case.pair, name, tuple(case.asked[k] for k in rows))
-        known = posterior.passive.get(name)
+        known = passive_known(posterior, name)
         told = intervals(forecast(posterior, cuts), operation=name, known=known)
         found[rows] = [[(f.value, f.low, f.high) for f in each[:3]] for each in told]
     return found
