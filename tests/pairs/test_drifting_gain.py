@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.pairs.changes.drifting_gain import GainDrift, SensedShares, drifted_gain
+from autodb.pairs.changes.drifting_gain import GainDrift, drifted_gain
+from autodb.pairs.changes.shared_shifts import SensedShares
 
 Array = NDArray[np.float64]
 RECORDINGS, CUTS, SHARE = 10, 8, 0.06

@@ -23,7 +23,8 @@ from autodb.agent.sense.sensed import QUANTITY, Calibrations, as_cuts, forces_of
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
-from autodb.pairs.changes.drifting_gain import PAIRS, GainDrift, SensedShares, drifted_gain
+from autodb.pairs.changes.drifting_gain import GainDrift, drifted_gain
+from autodb.pairs.changes.shared_shifts import PAIRS, SensedShares
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, RPM
 from autodb.pairs.forecast import expected_means
 from autodb.store import models
