@@ -85,7 +85,7 @@ def judged_peers(case: RealCase, python: str) -> JudgedReal:
         scores[name] = peer_score(case, greedy(case, terms))
     for name, method in METHODS.items():
         scores[name] = peer_score(case, answered_by(method, given, python))
-    return replace(unjudged(case), peers=scores)
+    return replace(unjudged(case, case.axis.name), peers=scores)
 
 
 def main() -> None:

@@ -167,7 +167,7 @@ def test_what_does_not_show_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(real_run, "made_case", lambda _: hand_case(seen=False))
     monkeypatch.setattr(real_run, "explained_real", lambda _: pytest.fail("asked"))
     (judged,) = run_real(1)
-    assert judged == unjudged(hand_case(seen=False))
+    assert judged == unjudged(hand_case(seen=False), "emps")
     found = _summary(judged, _judged())
     assert found.both.cases == 1
     (count,) = (one for one in found.counts if one.name == "left out")

@@ -68,11 +68,6 @@ class RealCase:
         return self.axis.machine
 
     @property
-    def recording(self) -> str:
-        """Return which recording of the machine it is."""
-        return self.axis.name
-
-    @property
     def strength(self) -> str:
         """Return how strongly the effect shows: `weak`, `strong`, or nothing of those that are."""
         return self.spec.strength

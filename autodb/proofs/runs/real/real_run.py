@@ -57,7 +57,7 @@ def run_real(seed: int) -> list[JudgedReal]:
     except NoRecordingsError as error:
         raise UnusableInput(str(error)) from None
     if not case.seen:
-        return [unjudged(case)]
+        return [unjudged(case, case.axis.name)]
     answer = explained_real(case)
     twin = RealAnswer() if case.concealed is None else _twin_answer(case)
     judged = judged_real(case, answer, twin)
@@ -75,7 +75,7 @@ def planned(seed: int) -> RealSpec:
 
 def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
     """Judge an answer; of a null also which of its names do no work."""
-    judged = judged_answer(case, answer, twin)
+    judged = judged_answer(case, case.axis.name, answer, twin)
     if case.concealed is not None or answer.error:
         return judged
     return replace(judged, idle=idle_names(case, sure_names(answer)))

@@ -28,8 +28,6 @@ class KnownCase(Protocol):
     @property
     def machine(self) -> str: ...
     @property
-    def recording(self) -> str: ...
-    @property
     def concealed(self) -> str | None: ...
     @property
     def strength(self) -> str: ...
@@ -109,17 +107,21 @@ class JudgedReal:
         return not self.term
 
 
-def unjudged(case: KnownCase) -> JudgedReal:
+def unjudged(case: KnownCase, recording: str) -> JudgedReal:
     """Return a case of which nothing was asked yet."""
     return JudgedReal(
-        case.name, case.kind, case.machine, case.recording, case.concealed or "", case.strength,
+        case.name, case.kind, case.machine, recording, case.concealed or "", case.strength,
         case.tuning, case.seen, case.decidable,
     )  # fmt: skip
 
 
-def judged_answer(case: KnownCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
+def judged_answer(
+    case: KnownCase, recording: str, answer: RealAnswer, twin: RealAnswer
+) -> JudgedReal:
     """Judge an answer, beside that to the recording without the effect; `idle` is left open."""
-    judged = replace(unjudged(case), error=answer.error[:LONGEST_ERROR], seconds=answer.seconds)
+    judged = replace(
+        unjudged(case, recording), error=answer.error[:LONGEST_ERROR], seconds=answer.seconds
+    )
     if answer.error or answer.before is None or answer.after is None:
         return judged
     harm = answer.after > HARMED * answer.before

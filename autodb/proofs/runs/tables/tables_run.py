@@ -47,7 +47,7 @@ def run_table(seed: int) -> list[JudgedReal]:
     case = tabled_case(_planned(seed))
     changed = [one for one in case.cases if one.concealed]
     if changed and not any(one.seen for one in changed):
-        return [unjudged(one) for one in changed]
+        return [unjudged(one, one.recording) for one in changed]
     answers = explained_table(case)
     twins = {} if case.spec.kind == "null" else answered_null(twin_of(case.spec))
     return [
@@ -66,8 +66,8 @@ def _planned(seed: int) -> RealSpec:
 def _judged(case: TabledCase, place: int, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
     one = case.cases[place]
     if not one.seen:
-        return unjudged(one)
-    judged = judged_answer(one, answer, twin)
+        return unjudged(one, one.recording)
+    judged = judged_answer(one, one.recording, answer, twin)
     if one.concealed is None and not answer.error:
         judged = replace(judged, idle=idle_laws(case, place, sure_names(answer)))
     return replace(judged, peers={PEER: peer_score(one, greedy_table(case, place))})
