@@ -219,11 +219,17 @@ def monotone(curve: SmoothCurve, columns: LawColumns, *, direction: float = 0.0)
 
 
 def turns_away(columns: LawColumns) -> Allowed:
-    """Return whether thrust goes from the axial into the radial force, but for scatter."""
+    """Return whether thrust goes from the axial into the radial force, but for scatter, and no more
+    of it than there is in any cut.
+    """
+    stack = columns.stack
+    axial = stack.names.index("force.z")
+    share = columns.raw()[axial] / np.abs(stack.simulation[axial])[:, None]
 
     def allowed(coefficients: Array) -> bool:
         sensed = coefficients * columns.strength
-        return bool(sensed.min() > -0.25 * sensed.max())
+        taken = float(np.max(np.abs(share @ coefficients)))
+        return bool(sensed.min() > -0.25 * sensed.max() and taken <= 1.0)
 
     return allowed
 
