@@ -17,6 +17,7 @@ from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.laws import GAIN
 from autodb.explain.engine.plain import NEEDED
 from autodb.explain.engine.search import FoundSet, settled_set
 from autodb.records import CutTable
@@ -89,20 +90,23 @@ def look_for(stack: Stack, library: Library) -> FoundInCuts:
 
 
 def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
-    """Return the account whose names cuts left out speak for, each column counted.
+    """Return the account whose names cuts left out speak for, each name and each column counted.
 
-    A curve takes no law's place, so that the names of both stand without their curves here; nor
-    does what soaks up any misfit where there is one component, so that nothing tells it apart.
+    A curve takes no law's place, so that the names of both stand without their curves here, and
+    another name must be among them; nor does what soaks up any misfit where there is one component,
+    so that nothing tells it apart.
     """
     stack, own = founded.stack, founded.own
     names, others = _named(founded.found), _named(rival.found)
     squares = [held_out_square(stack, own, one) for one in (names, others)]
     fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
-    more = _columns(others) - _columns(names)
+    asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
     several = len(stack.names) > 1
     told_apart = all(one.static or several for one in other)
-    return rival if others and told_apart and fall > NEEDED * more else founded
+    if not other and len(others) < len(rival.found.choices):
+        return founded
+    return rival if others and told_apart and fall > asked else founded
 
 
 def _named(found: FoundSet) -> tuple[Choice, ...]:
