@@ -7,8 +7,8 @@ changes, linearly combined, would be none:
 
     x ← G(x) − (ΔX + ΔF) γ,   F = G(x) − x,   γ = argmin |F − ΔF γ|
 
-It ends at the same point as the rounds themselves, in fewer of them. Along a way that bends it leads
-astray: each time it does, twice as many rounds as before are left unmixed.
+It ends at the same point as the rounds themselves, in fewer of them. Along a way that bends it
+leads astray: each time it does, twice as many rounds as before are left unmixed.
 """
 
 from collections.abc import Callable
