@@ -28,7 +28,7 @@ FAR_ODDS = 1.0 / 20.0
 STEPS = 150
 """Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear, 126 were needed at most
 in public tables; on a ridge, or far from one, they may be thousands, for a hill that does not
-count."""
+count. Where they creep along a ridge fewer end it (``updating.CREEPING``)."""
 MANY_STEPS = 10 * STEPS
 """Steps where no hill is found in STEPS. Chosen: at some milliseconds each, seconds."""
 ALIKE = 1e-3

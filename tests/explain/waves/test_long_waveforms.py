@@ -1,6 +1,6 @@
 """A long waveform is searched in turns spread over its time, and corrected at every row."""
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -20,6 +20,7 @@ PLAIN = {1012: {"hard_spot", "table_inertia"}, 1054: {"shear", "chatter"}}
 MOST = 8000
 
 
+@cache
 def _world(seed: int) -> SimulatedWaves:
     recording, simulation = tables(draw_planned_mill(seed))
     assert isinstance(recording, Recording)
