@@ -120,7 +120,7 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return call
 
 
-Once = Callable[[Callable[[], None]], Path]
+Once = Callable[..., Path]
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
+from autodb.errors import UnusableInput
 from autodb.pairs import averaging
 from autodb.pairs.averaging import learn_averaging, log_evidence
 from autodb.pairs.engaged import BY_NAME
@@ -34,6 +35,13 @@ def _scattered(force_N: Array, seed: int) -> Array:
     return force_N * (1.0 + 0.02 * rng.standard_normal(force_N.shape))
 
 
+def _turned(some: PairCuts, by_rad: float) -> Array:
+    """Return forces (n, 3) of a thrust that turns by so much a factor e of the engaged edge."""
+    theta = _true(2)
+    whole, parts = cut_forces(theta, some.elements).force_N, force_parts(theta, some.elements)
+    return np.asarray(whole + by_rad * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2])
+
+
 def test_a_law_that_holds_is_taken_to_hold() -> None:
     cuts = cuts_of(24, 1)
     found = learn_averaging(
@@ -44,22 +52,26 @@ def test_a_law_that_holds_is_taken_to_hold() -> None:
 
 def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
     """By 0.5 rad a factor e of the engaged edge: the far law is taken, and holds what comes."""
-    theta, cuts, ahead = _true(2), cuts_of(24, 1), cuts_of(40, 9)
-
-    def turned(some: PairCuts) -> Array:
-        whole, parts = cut_forces(theta, some.elements).force_N, force_parts(theta, some.elements)
-        return whole + 0.5 * np.log(engaged_mm(some.elements))[:, None] * parts[:, :3, 2]
-
-    observed = sensed(cuts, _scattered(turned(cuts), 3))
+    cuts, ahead = cuts_of(24, 1), cuts_of(40, 9)
+    observed = sensed(cuts, _scattered(_turned(cuts, 0.5), 3))
     found = learn_averaging(PRIOR, observed)
     assert found.off_law == FAR
     assert log_evidence(replace(PRIOR, off_law=FAR), found, observed) > log_evidence(
         PRIOR, posterior_of_readings(PRIOR, observed), observed
     )
     near, far = (forecast(one, ahead) for one in (posterior_of_readings(PRIOR, observed), found))
-    real = turned(ahead)[:, X]
+    real = _turned(ahead, 0.5)[:, X]
     assert np.mean(np.abs(far.mean[:, X] - real) < 1.96 * far.sd[:, X]) > 0.85
     assert np.mean(np.abs(far.mean[:, X] - real)) < 0.5 * np.mean(np.abs(near.mean[:, X] - real))
+
+
+def test_a_search_that_creeps_along_a_ridge_is_given_up() -> None:
+    """The hill behind it is found in as many steps as it takes, but not worth them in 30."""
+    cuts = cuts_of(24, 1)
+    observed = sensed(cuts, _scattered(_turned(cuts, 0.6), 3))
+    with pytest.raises(UnusableInput, match="6 short steps along a ridge"):
+        posterior_of_readings(PRIOR, observed, most=30)
+    assert posterior_of_readings(PRIOR, observed, most=150).cuts == 24
 
 
 def test_laws_that_need_many_steps_are_averaged_all_the_same(

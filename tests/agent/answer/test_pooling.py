@@ -17,48 +17,13 @@ from autodb.agent.learn.states import excluded_cuts
 from autodb.agent.operate.withdrawing import withdraw
 from autodb.store import migrate, models, open_store
 from autodb.store.schemas import head
-from tests.conftest import Cli, Once
+from tests.agent.conftest import DAYS, MACHINE
+from tests.conftest import Cli
 
-MACHINE = ("--machine", "lathe-1")
 URL = "sqlite:///autodb.sqlite3"
-FILES = tuple(f"day-{day}.csv" for day in range(6))
-"""Six cuts each, two days an edge; the week's first two recordings are numbers 1 and 2."""
+FILES = DAYS
+"""The week's first two recordings are numbers 1 and 2."""
 OTHER = "aluminium bar"
-
-
-@pytest.fixture
-def learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
-    """Return the command line on a lathe that has learnt a week, and the files of the next one."""
-
-    def learn() -> None:
-        recordings = sample_jobs / "stepped_shaft" / "recordings"
-        cli("init")
-        cli("machine", "add", "lathe-1")
-        for name in ("standard-cuts.csv", "shop-week-1.csv"):
-            cli("import", recordings / name, *MACHINE)
-        cli("calibrate", *MACHINE)
-        assert "version 1 from 72 cuts" in cli("refresh", *MACHINE).out
-        week = pd.read_csv(recordings / "shop-week-2.csv")
-        for day, name in enumerate(FILES):
-            week.iloc[6 * day : 6 * day + 6].to_csv(name, index=False)
-
-    once(learn)
-    return cli
-
-
-@pytest.fixture
-def pooled(learnt: Cli, once: Once) -> Cli:
-    """Return it once the six files came in; `said.txt` is what the refresh said."""
-    before = Path.cwd()
-
-    def refresh() -> None:
-        for path in before.iterdir():
-            Path(path.name).write_bytes(path.read_bytes())
-        _import(learnt, *FILES)
-        Path("said.txt").write_text(learnt("refresh", *MACHINE).out)
-
-    once(refresh)
-    return learnt
 
 
 def _import(cli: Cli, *names: str) -> None:
@@ -93,7 +58,7 @@ def _excluded() -> dict[int, int]:
     return {number: found.count(number) for number in sorted(set(found))}
 
 
-def test_six_small_files_name_their_cause_once(pooled: Cli) -> None:
+def test_six_small_files_name_their_cause_once(worn_days: Cli) -> None:
     said = Path("said.txt").read_text()
     holding = _excluded()
     assert sum(holding.values()) < 10
@@ -109,31 +74,31 @@ def test_six_small_files_name_their_cause_once(pooled: Cli) -> None:
         assert f"mismatch {number}: {channel}: tool_wear (missing), in {words}\n" in said
 
     # The list, the row itself and its trace say where it was found
-    assert words in " ".join(pooled("mismatch", "list", "lathe-1").out.split())
-    shown = pooled("mismatch", "show", y).out
+    assert words in " ".join(worn_days("mismatch", "list", "lathe-1").out.split())
+    shown = worn_days("mismatch", "show", y).out
     names = ", ".join(FILES[number - 3] for number in holding)
     assert f"of recordings {', '.join(map(str, holding))}: {names}" in shown
     assert f"found in: {words}" in shown
-    traced = pooled("trace", "mismatch", y).out
+    traced = worn_days("trace", "mismatch", y).out
     assert all(FILES[number - 3] in traced for number in holding)
 
     # One table of the same cuts names it too
     table = pd.concat([pd.read_csv(FILES[number - 3]) for number in holding])
     table.to_csv("one.csv", index=False)
-    answer = json.loads(pooled("explain", "one.csv", *MACHINE, "--json").out)
+    answer = json.loads(worn_days("explain", "one.csv", *MACHINE, "--json").out)
     for channel in ("force.y", "force.z"):
         (cause,) = answer["channels"][channel]["missing"]
         assert (cause["term"], cause["kind"]) == ("tool_wear", "missing")
-    assert pooled("doctor").code == 0
+    assert worn_days("doctor").code == 0
 
 
-def test_what_is_explained_is_left_alone_until_more_comes_in(learnt: Cli) -> None:
+def test_what_is_explained_is_left_alone_until_more_comes_in(sound_week: Cli) -> None:
     said = {}
-    for name in FILES:
-        _import(learnt, name)
-        said[name] = learnt("refresh", *MACHINE).out
-    opened = [name for name in FILES if re.search(r"mismatch \d+: force", said[name])]
-    brought = [name for name in FILES if "now force" in said[name]]
+    for names in (FILES[:2], FILES[2:3], FILES[3:4], FILES[4:]):
+        _import(sound_week, *names)
+        said[names] = sound_week("refresh", *MACHINE).out
+    opened = [names for names in said if re.search(r"mismatch \d+: force", said[names])]
+    brought = [names for names in said if "now force" in said[names]]
     assert len(opened) == 1
     assert brought
 
@@ -141,7 +106,7 @@ def test_what_is_explained_is_left_alone_until_more_comes_in(learnt: Cli) -> Non
     found = _mismatches()
     assert [one["key"][1] for one in found.values()] == ["tool_wear", "tool_wear"]
     assert {tuple(one["recordings"]) for one in found.values()} == {tuple(_excluded())}
-    assert "nothing new" in learnt("refresh", *MACHINE).out
+    assert "nothing new" in sound_week("refresh", *MACHINE).out
     assert _mismatches() == found
 
 
@@ -154,13 +119,13 @@ def _predicted(cli: Cli, cutting_time_s: float) -> float:
     return float(json.loads(done.out)["cut"]["force_y_N"]["value"])
 
 
-def test_confirmed_its_wear_is_learnt_from_all_of_its_recordings(pooled: Cli) -> None:
-    before = _predicted(pooled, 1200.0) / _predicted(pooled, 0.0)
+def test_confirmed_its_wear_is_learnt_from_all_of_its_recordings(worn_days: Cli) -> None:
+    before = _predicted(worn_days, 1200.0) / _predicted(worn_days, 0.0)
     assert_allclose(before, 1.0)
     holding = _excluded()
     number = next(iter(_mismatches()))
-    assert "tool_wear: each mm of an edge" in pooled("mismatch", "confirm", number).out
-    assert _predicted(pooled, 1200.0) > 1.1 * _predicted(pooled, 0.0)
+    assert "tool_wear: each mm of an edge" in worn_days("mismatch", "confirm", number).out
+    assert _predicted(worn_days, 1200.0) > 1.1 * _predicted(worn_days, 0.0)
     store = open_store(URL)
     with store.reading() as session:
         newest = session.scalars(
@@ -175,22 +140,22 @@ def test_confirmed_its_wear_is_learnt_from_all_of_its_recordings(pooled: Cli) ->
     assert sum(_excluded().values()) < sum(holding.values())
 
 
-def test_rejected_it_stays_closed_and_the_cuts_are_learnt(pooled: Cli) -> None:
+def test_rejected_it_stays_closed_and_the_cuts_are_learnt(worn_days: Cli) -> None:
     for number in _mismatches():
-        assert pooled("mismatch", "reject", number).code == 0
+        assert worn_days("mismatch", "reject", number).code == 0
     before = _mismatches()
-    assert "mismatch" not in pooled("refresh", *MACHINE).out
+    assert "mismatch" not in worn_days("refresh", *MACHINE).out
     assert _mismatches() == before
     assert _excluded() == {}
 
 
-def test_one_of_two_rejected_is_not_opened_again(pooled: Cli) -> None:
+def test_one_of_two_rejected_is_not_opened_again(worn_days: Cli) -> None:
     found = _mismatches()
     first, second = found
-    assert pooled("mismatch", "reject", first).code == 0
-    pooled("refresh", *MACHINE)
-    _later(pooled)
-    pooled("refresh", *MACHINE)
+    assert worn_days("mismatch", "reject", first).code == 0
+    worn_days("refresh", *MACHINE)
+    _later(worn_days)
+    worn_days("refresh", *MACHINE)
     open_ones = _mismatches("open")
     assert open_ones[second]["key"][0] == "force.z"
     old = set(found[first]["recordings"])
@@ -211,7 +176,7 @@ def _later(cli: Cli, *others: pd.DataFrame) -> None:
     _import(cli, "later.csv")
 
 
-def test_a_withdrawn_recording_leaves_it_with_the_others(pooled: Cli) -> None:
+def test_a_withdrawn_recording_leaves_it_with_the_others(worn_days: Cli) -> None:
     found = _mismatches()
     number = next(iter(found))
     first, *others = found[number]["recordings"]
@@ -229,7 +194,7 @@ def test_a_withdrawn_recording_leaves_it_with_the_others(pooled: Cli) -> None:
     assert (last["status"], last["recordings"]) == ("rejected", others[-1:])
 
     # What is said next is of the cuts that are left
-    assert pooled("refresh", *MACHINE).code == 0
+    assert worn_days("refresh", *MACHINE).code == 0
 
 
 def _withdrawn(recording: int) -> list[str]:
@@ -239,22 +204,22 @@ def _withdrawn(recording: int) -> list[str]:
     return done.taken_back
 
 
-def test_no_other_pair_is_touched(pooled: Cli, sample_jobs: Path) -> None:
+def test_no_other_pair_is_touched(worn_days: Cli, sample_jobs: Path) -> None:
     """Another material in the same file has no part in the mismatch, nor in the wear."""
     week = pd.read_csv(sample_jobs / "stepped_shaft" / "recordings" / "shop-week-1.csv")
     other = week.iloc[:12].assign(**{"work.material": OTHER})
     other["cut"] += 100
     other["t"] += 10_000.0
-    _later(pooled, other)
+    _later(worn_days, other)
     before = _mismatches()
-    pooled("refresh", *MACHINE)
+    worn_days("refresh", *MACHINE)
     number, found = next(iter(_mismatches().items()))
     assert found["recordings"] == [*before[number]["recordings"], 9]
     assert found["found_in"]["cuts"] == before[number]["found_in"]["cuts"] + 6
     assert "B4" in found["found_in"]["edges"]
 
     pairs = _versions()
-    done = pooled("mismatch", "confirm", number).out
+    done = worn_days("mismatch", "confirm", number).out
     assert OTHER not in done
     after = _versions()
     assert after[OTHER] == pairs[OTHER] == [False]
@@ -273,8 +238,8 @@ def _versions() -> dict[str, list[bool]]:
     return found
 
 
-def test_what_it_was_found_in_is_explained_anew(pooled: Cli) -> None:
-    assert pooled("doctor").code == 0
+def test_what_it_was_found_in_is_explained_anew(worn_days: Cli) -> None:
+    assert worn_days("doctor").code == 0
     store = open_store(URL)
     with store.reading() as session:
         row = session.get_one(models.Mismatch, next(iter(_mismatches())))
@@ -283,7 +248,7 @@ def test_what_it_was_found_in_is_explained_anew(pooled: Cli) -> None:
     assert explained.explanation.channels["force.y"].missing[0].term == "tool_wear"
 
 
-def test_a_database_goes_down_with_the_first_recording_and_up_again(pooled: Cli) -> None:
+def test_a_database_goes_down_with_the_first_recording_and_up_again(worn_days: Cli) -> None:
     before = _mismatches()
     migrate(URL, "0016")
     migrate(URL, head())
@@ -292,7 +257,7 @@ def test_a_database_goes_down_with_the_first_recording_and_up_again(pooled: Cli)
         n: one["recordings"] for n, one in after.items()
     }
     assert [one["found_in"] for one in after.values()] == [None, None]
-    assert pooled("doctor").code == 0
+    assert worn_days("doctor").code == 0
 
 
 Recorded = Callable[..., list[models.Cut]]

@@ -3,14 +3,13 @@
 import json
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from autodb.proofs.machines.lathe.lathe import TrueCut, mean_forces_N
 from autodb.proofs.machines.lathe.process import STEEL
-from tests.conftest import Cli, Once
+from tests.agent.conftest import MACHINE
+from tests.conftest import Cli
 
-MACHINE = ("--machine", "lathe-1")
 PAIR = ("--material", "steel bar", "--tool", "carbide insert")
 OLD_S = 1100.0
 JOB = """
@@ -27,26 +26,11 @@ cutting_time_s = 1100
 
 
 @pytest.fixture
-def waiting(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
+def waiting(worn_days: Cli) -> Cli:
     """Return the command line on a lathe whose worn week's mismatches nobody has decided on."""
 
-    def learn() -> None:
-        recordings = sample_jobs / "stepped_shaft" / "recordings"
-        cli("init")
-        cli("machine", "add", "lathe-1")
-        for name in ("standard-cuts.csv", "shop-week-1.csv"):
-            cli("import", recordings / name, *MACHINE)
-        cli("calibrate", *MACHINE)
-        cli("refresh", *MACHINE)
-        week = pd.read_csv(recordings / "shop-week-2.csv")
-        for day in range(6):
-            week.iloc[6 * day : 6 * day + 6].to_csv(f"day-{day}.csv", index=False)
-            cli("import", f"day-{day}.csv", *MACHINE)
-        cli("refresh", *MACHINE)
-        Path("job.toml").write_text(JOB)
-
-    once(learn)
-    return cli
+    Path("job.toml").write_text(JOB)
+    return worn_days
 
 
 def _looked_up(cli: Cli, cutting_time_s: float = OLD_S) -> tuple[dict[str, list[float]], list[str]]:

@@ -30,30 +30,11 @@ URL = "sqlite:///autodb.sqlite3"
 
 
 @pytest.fixture
-def learnt(cli: Cli, sample_jobs: Path, once: Once) -> Cli:
-    """Return the command line on a lathe that has learnt a week of sound cuts."""
-
-    def learn() -> None:
-        recordings = sample_jobs / "stepped_shaft" / "recordings"
-        cli("init")
-        cli("machine", "add", "lathe-1")
-        for name in ("standard-cuts.csv", "shop-week-1.csv"):
-            cli("import", recordings / name, "--machine", "lathe-1")
-        cli("calibrate", "--machine", "lathe-1")
-        done = cli("refresh", "--machine", "lathe-1")
-        assert "version 1 from 72 cuts" in done.out
-        assert "usual state" not in done.out
-
-    once(learn)
-    return cli
-
-
-@pytest.fixture
-def worn(learnt: Cli, sample_jobs: Path) -> Iterator[Cli]:
+def worn(sound_week: Cli, sample_jobs: Path) -> Iterator[Cli]:
     """Return it after a week in which edges wear out."""
     recordings = sample_jobs / "stepped_shaft" / "recordings"
-    learnt("import", recordings / "shop-week-2.csv", "--machine", "lathe-1")
-    yield learnt
+    sound_week("import", recordings / "shop-week-2.csv", "--machine", "lathe-1")
+    yield sound_week
 
 
 @pytest.fixture
@@ -310,18 +291,18 @@ def _without_time(name: Path, to: Path) -> None:
     csv.write_csv(table.drop_columns(["tool.cutting_time"]).slice(4), to)
 
 
-def test_a_cause_that_too_few_cuts_show_changes_no_pair(learnt: Cli) -> None:
-    done = learnt("mismatch", "confirm", _kept("shop-week-1.csv", term="hard_spot")).out
+def test_a_cause_that_too_few_cuts_show_changes_no_pair(sound_week: Cli) -> None:
+    done = sound_week("mismatch", "confirm", _kept("shop-week-1.csv", term="hard_spot")).out
     assert "it is noted, no prediction changes: fewer than five of its cuts are outliers" in done
     assert len(_rows()) == 1
 
 
 def test_wear_that_no_cutting_time_tells_makes_a_state_as_any_cause(
-    learnt: Cli, tmp_path: Path
+    sound_week: Cli, tmp_path: Path
 ) -> None:
     _without_time(Path("shop-week-2.csv"), tmp_path / "unsaid.csv")
-    learnt("import", tmp_path / "unsaid.csv", "--machine", "lathe-1")
-    done = learnt("mismatch", "confirm", _kept("unsaid.csv")).out
+    sound_week("import", tmp_path / "unsaid.csv", "--machine", "lathe-1")
+    done = sound_week("mismatch", "confirm", _kept("unsaid.csv")).out
     assert "carbide insert, tool_wear: version 3 from" in done
     assert [row["state"] for row in _rows()] == [None, None, "tool_wear"]
 
@@ -335,8 +316,8 @@ def test_rejected_they_are_learnt_after_all(excluded: Cli) -> None:
     assert not _rows()[-1]["cuts"] & before["cuts"]
 
 
-def test_the_errors_of_days_are_not_kept(learnt: Cli) -> None:
-    del learnt
+def test_the_errors_of_days_are_not_kept(sound_week: Cli) -> None:
+    del sound_week
     assert not [key for key in _rows()[0]["shared"] if key.startswith(DAY)]
 
 

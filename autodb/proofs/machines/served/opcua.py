@@ -22,6 +22,7 @@ class OpcUaServer:
         self._shift, self._port, self._history = shift, port, history
         self._nodes: dict[str, ua.NodeId] = {}
         self._latest: dict[str, ua.DataValue] = {}
+        self._changed: dict[str, Any] = {}
         self._server: Server | None = None
         self._row = 0
 
@@ -37,6 +38,7 @@ class OpcUaServer:
     async def start(self) -> None:
         """Listen, with the values that it had."""
         server = self._server = Server()
+        self._changed = {}
         await server.init()
         server.set_endpoint(self.url)
         server.set_security_policy([ua.SecurityPolicyType.NoSecurity])
@@ -67,7 +69,10 @@ class OpcUaServer:
         return self._row >= self._shift.rows
 
     async def play(self, *, speed: float, upto: int | None = None) -> None:
-        """Say the shift, from where it was on, ``speed`` times as fast as it was."""
+        """Say the shift, from where it was on, ``speed`` times as fast as it was.
+
+        With a history it has all of that once this ends.
+        """
         rows = max(1, round(PIECE_S * self._shift.rate_hz))
         end = self._shift.rows if upto is None else upto
         began, first = time.monotonic(), self._row
@@ -77,6 +82,19 @@ class OpcUaServer:
             self._row = min(self._row + rows, end)
             due = began + (self._row - first) / self._shift.rate_hz / speed
             await asyncio.sleep(max(0.0, due - time.monotonic()))
+        while not await self._remembered():
+            await asyncio.sleep(PIECE_S)
+
+    async def _remembered(self) -> bool:
+        """Say whether the history, which is filled a while behind, has every node's last change."""
+        if self._server is None or not self._history:
+            return True
+        kept = self._server.iserver.history_manager.storage
+        for name, last in self._changed.items():
+            said, _ = await kept.read_node_history(self._nodes[name], last, None, nb_values=1)
+            if not said:
+                return False
+        return True
 
     async def _say(self, row: int) -> None:
         shift, instant_s = self._shift, self._shift.instant_s(row)
@@ -84,7 +102,10 @@ class OpcUaServer:
             name: float(shift.values(name, row, row + 1)[0]) for name in shift.columns
         }
         for name, value in (said | shift.at(row)).items():
-            self._latest[name] = self._value(value, instant_s)
+            now, before = self._value(value, instant_s), self._latest.get(name)
+            if before is not None and now.Value != before.Value:
+                self._changed[name] = now.SourceTimestamp
+            self._latest[name] = now
             if self._server is not None:
                 await self._server.write_attribute_value(self._nodes[name], self._latest[name])
 
