@@ -11,9 +11,14 @@ from autodb.proofs.cases.real.injected import Beside
 from autodb.proofs.cases.real.real_case import MISTUNED_BY, RealSpec
 from autodb.proofs.cases.tables import published_tables as tables
 from autodb.proofs.cases.tables import table_cases, table_models
-from autodb.proofs.cases.tables.published_tables import ForceTable, published_tables
-from autodb.proofs.cases.tables.table_cases import STRENGTHS, table_specs, tabled_case, twin_of
-from autodb.proofs.cases.tables.table_columns import Channel, shapes_of
+from autodb.proofs.cases.tables.published_tables import PublishedTable, published_tables
+from autodb.proofs.cases.tables.table_cases import (
+    STRENGTHS,
+    table_specs,
+    tabled_case,
+    without_effect,
+)
+from autodb.proofs.cases.tables.table_columns import ModelledComponent, shapes_of
 from autodb.proofs.cases.tables.table_effects import MAKERS, effect_in, effects_into
 from autodb.proofs.cases.tables.table_models import (
     TABLE_TERMS,
@@ -28,7 +33,7 @@ NOISE_N = 0.5
 
 
 @pytest.fixture(autouse=True)
-def laid(monkeypatch: pytest.MonkeyPatch) -> Iterator[ForceTable]:
+def laid(monkeypatch: pytest.MonkeyPatch) -> Iterator[PublishedTable]:
     """Put tables with known laws in the place of `fnides`, and of `lin`, whose depth is off."""
     every = {"fnides": _laid("fnides", 0.0), "lin": _laid("lin", OFF_MM)}
     monkeypatch.setattr(table_models, "published_tables", lambda: every)
@@ -39,7 +44,7 @@ def laid(monkeypatch: pytest.MonkeyPatch) -> Iterator[ForceTable]:
         cached.cache_clear()
 
 
-def _laid(name: str, off_mm: float) -> ForceTable:
+def _laid(name: str, off_mm: float) -> PublishedTable:
     plain = published_tables()[name]
     depth, n = plain.depth + off_mm, len(plain.forces)
     softer = SOFTER if "speed_softening" in TABLE_TERMS[name] else 0.0
@@ -62,7 +67,7 @@ def test_published_tables_are_whole() -> None:
         assert Counter(table.clock_s[np.diff(table.edge, prepend=0) > 0]) == {0.0: tables.EDGES}
 
 
-def test_a_full_model_finds_its_laws(laid: ForceTable) -> None:
+def test_a_full_model_finds_its_laws(laid: PublishedTable) -> None:
     model = table_model("fnides")
     for place, channel in enumerate(model.channels.values()):
         found = dict(zip(channel.names, channel.coefficients, strict=True))
@@ -81,7 +86,7 @@ def test_a_full_model_finds_the_depth_that_is_off() -> None:
 
 @pytest.mark.parametrize("term", effects_into("fnides"))
 @pytest.mark.parametrize("strength", STRENGTHS)
-def test_an_effect_is_as_strong_as_it_says(laid: ForceTable, term: str, strength: str) -> None:
+def test_an_effect_is_as_strong_as_it_says(laid: PublishedTable, term: str, strength: str) -> None:
     case = tabled_case(_spec(term, strength))
     model = table_model("fnides")
     change = case.table.components - laid.components
@@ -113,14 +118,14 @@ def test_each_name_has_the_shape_of_its_own_effect() -> None:
     for term in effects_into("fnides"):
         effect = effect_in(term, model, np.random.default_rng(5))
         place = effect.touched[0]
-        channel = Channel(model, names[place])
+        channel = ModelledComponent(model, names[place])
         own, shape = channel.model.columns, effect.shape[place]
         least = min(Beside(np.vstack([own, c])).rms(shape) for c in shapes_of(term, channel))
         assert least <= 0.5 * Beside(own).rms(shape), term
 
 
-def test_errors_beside_columns_are_those_of_a_fit_with_them(laid: ForceTable) -> None:
-    channel = Channel(table_model("fnides"), "force.y")
+def test_errors_beside_columns_are_those_of_a_fit_with_them(laid: PublishedTable) -> None:
+    channel = ModelledComponent(table_model("fnides"), "force.y")
     own, force = channel.model.columns, laid.forces["force.y"]
     shapes = [*shapes_of("hard_spot", channel)[:5], *shapes_of("tool_wear", channel)]
     expected = [mixed_held_out(np.concatenate([own, one]), force) for one in shapes]
@@ -135,7 +140,7 @@ def test_what_a_sensor_does_is_no_rival_of_what_a_cut_does() -> None:
     assert gain.fair[0] == "gain"
 
 
-def test_a_law_left_out_is_decided_by_cuts_left_out(laid: ForceTable) -> None:
+def test_a_law_left_out_is_decided_by_cuts_left_out(laid: PublishedTable) -> None:
     kept, refit = (
         tabled_case(RealSpec("left out", "fnides", "edge_force", "", variant))
         for variant in ("kept", "refit")
@@ -149,7 +154,7 @@ def test_a_law_left_out_is_decided_by_cuts_left_out(laid: ForceTable) -> None:
 
 
 def test_nulls_are_the_full_model_or_a_little_off() -> None:
-    exact = tabled_case(twin_of(_spec("gain")))
+    exact = tabled_case(without_effect(_spec("gain")))
     assert_allclose(exact.simulated, table_model("fnides").components)
     more = tabled_case(RealSpec("null", "fnides", "shear", "", "more"))
     assert_allclose(

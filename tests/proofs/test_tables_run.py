@@ -13,7 +13,7 @@ from autodb.proofs.runs.real.real_score import JudgedReal
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.tables import table_answers, tables_run
 from autodb.proofs.runs.tables.table_peers import PEER, greedy_table, idle_laws
-from autodb.proofs.runs.tables.tables_run import run_table
+from autodb.proofs.runs.tables.tables_run import run_force_table
 from autodb.proofs.runs.tables.tables_summary import TablesSummary, tables_summary_of
 
 
@@ -60,7 +60,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[RealSpec]:
 
 
 def test_components_are_judged_one_by_one(told: list[RealSpec]) -> None:
-    judged = run_table(_place(WEAR))
+    judged = run_force_table(_place(WEAR))
     assert [one.recording for one in judged] == [f"fnides force.{axis}" for axis in "xyz"]
     assert all(one.named and one.hit and not one.wrong and not one.harm for one in judged)
     assert all(one.false_name is False and one.sure == ((0.95, True),) for one in judged)
@@ -68,7 +68,7 @@ def test_components_are_judged_one_by_one(told: list[RealSpec]) -> None:
 
 
 def test_a_component_that_an_effect_leaves_alone_is_a_null(told: list[RealSpec]) -> None:
-    judged = run_table(_place(_first("fnides", "gain")))
+    judged = run_force_table(_place(_first("fnides", "gain")))
     alone = [one for one in judged if one.null]
     assert len(alone) == 2
     assert all(one.tuning == "beside an effect" for one in alone)
@@ -80,7 +80,7 @@ def test_a_table_in_which_nothing_shows_is_not_asked_about(told: list[RealSpec])
         spec for spec in table_specs()
         if spec.term == "deflection" and not any(one.seen for one in tabled_case(spec).cases)
     )  # fmt: skip
-    judged = run_table(_place(unseen))
+    judged = run_force_table(_place(unseen))
     assert judged
     assert not any(one.asked for one in judged)
     assert told == []
@@ -88,7 +88,7 @@ def test_a_table_in_which_nothing_shows_is_not_asked_about(told: list[RealSpec])
 
 def test_beyond_the_plan_is_one_line() -> None:
     with pytest.raises(UnusableInput, match=r"the plan has \d+ cases; ask for fewer"):
-        run_table(len(table_specs()) + 1)
+        run_force_table(len(table_specs()) + 1)
 
 
 def test_the_peer_names_what_is_plain_to_see() -> None:
@@ -102,8 +102,8 @@ def test_the_peer_names_what_is_plain_to_see() -> None:
 
 @pytest.mark.usefixtures("told")
 def test_limits_can_be_missed() -> None:
-    nulls = run_table(_place(RealSpec("null", "fnides", variant="exact")))
-    good = [*run_table(_place(WEAR)), *nulls]
+    nulls = run_force_table(_place(RealSpec("null", "fnides", variant="exact")))
+    good = [*run_force_table(_place(WEAR)), *nulls]
     summary = _summary(good)
     verdicts = {name: passed for name, _, _, passed in summary.checks()}
     assert verdicts["injected: named"] and verdicts["harmed"]

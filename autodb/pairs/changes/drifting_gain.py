@@ -18,9 +18,9 @@ from autodb.pairs.changes.shared_shifts import (
     AFTER,
     PAIRS,
     Account,
-    Cells,
     Fit,
     SensedShares,
+    ShareCells,
     accounts_of,
     cells_of,
     fitted,
@@ -93,7 +93,7 @@ def drifted_gain(readings: SensedShares) -> GainDrift | None:
     )
 
 
-def _selected(cells: Cells) -> list[Account]:
+def _selected(cells: ShareCells) -> list[Account]:
     """Return the accounts that predict cells left out, the best first, one after the other."""
     found: list[Account] = []
     score = fitted(cells, found).score
@@ -113,7 +113,7 @@ def _selected(cells: Cells) -> list[Account]:
     return found
 
 
-def _rivals(cells: Cells, rest: list[Account], axis: Account) -> dict[str, float]:
+def _rivals(cells: ShareCells, rest: list[Account], axis: Account) -> dict[str, float]:
     """Return the best score of each kind of account in place of an axis' shift, beside ``rest``.
 
     That of all components is none where the others clearly shift by less: it then says the same.
@@ -129,7 +129,7 @@ def _rivals(cells: Cells, rest: list[Account], axis: Account) -> dict[str, float
     return scores
 
 
-def _alone(cells: Cells, accounts: list[Account], fit: Fit, component: int) -> bool:
+def _alone(cells: ShareCells, accounts: list[Account], fit: Fit, component: int) -> bool:
     """Say whether what all pairs share of other components, in the end, is under half as much."""
     total = dict.fromkeys(cells.component.tolist(), 0.0)
     column = 0
@@ -142,7 +142,7 @@ def _alone(cells: Cells, accounts: list[Account], fit: Fit, component: int) -> b
     return all(abs(other) < HALF * own for other in total.values())
 
 
-def _shift_apart(cells: Cells, fit: Fit, component: int) -> bool:
+def _shift_apart(cells: ShareCells, fit: Fit, component: int) -> bool:
     """Say whether a component clearly shifts by more than every other, in a fit of all of them."""
     own = int(np.searchsorted(np.unique(cells.component), component))
     count = len(np.unique(cells.component))
@@ -155,7 +155,7 @@ def _shift_apart(cells: Cells, fit: Fit, component: int) -> bool:
     return True
 
 
-def _sd(cells: Cells, account: Account, fit: Fit, column: int) -> float:
+def _sd(cells: ShareCells, account: Account, fit: Fit, column: int) -> float:
     """Return the sd of an axis' shift: of its cells, and of what its days differ by."""
     own = cells.component == account.which
     days = np.unique(cells.recording[own])
@@ -166,7 +166,7 @@ def _sd(cells: Cells, account: Account, fit: Fit, column: int) -> float:
     return float(np.sqrt(fit.covariance[column, column] + of_days))
 
 
-def _sharing(cells: Cells, account: Account, fit: Fit, share: float) -> tuple[int, ...]:
+def _sharing(cells: ShareCells, account: Account, fit: Fit, share: float) -> tuple[int, ...]:
     """Return the pairs whose own cells show the shift: nearer to it than to none."""
     come = account.columns(cells)[:, 0]
     found = []

@@ -59,7 +59,7 @@ class SensedShares:
 
 
 @dataclass(frozen=True)
-class Cells:
+class ShareCells:
     """Robust means (n,) of what is left of pair, component and recording, their mean edge age."""
 
     pair: Ints
@@ -83,7 +83,7 @@ class Account:
     since: int
     over: int
 
-    def columns(self, cells: Cells) -> Array:
+    def columns(self, cells: ShareCells) -> Array:
         """Return what its shifts add to cells, a column a shift."""
         come = np.clip((cells.recording - self.since + 1) / self.over, 0.0, 1.0)
         if self.kind == "axis":
@@ -106,7 +106,7 @@ class Fit:
     score: float
 
 
-def cells_of(readings: SensedShares) -> Cells | None:
+def cells_of(readings: SensedShares) -> ShareCells | None:
     """Return the cells of readings; None where too few recordings or pairs hold them."""
     level = _within(readings)
     key = np.stack([readings.pair, readings.component, readings.recording])
@@ -115,7 +115,7 @@ def cells_of(readings: SensedShares) -> Cells | None:
         return None
     rows = [np.flatnonzero(place == k) for k in range(which.shape[1])]
     pair, component, recording = which
-    return Cells(
+    return ShareCells(
         pair,
         component,
         recording,
@@ -147,7 +147,7 @@ def _within(readings: SensedShares) -> Array:
     return np.asarray(readings.off - design @ slopes)
 
 
-def accounts_of(cells: Cells) -> Iterator[Account]:
+def accounts_of(cells: ShareCells) -> Iterator[Account]:
     """Return every account of a shift that recordings before and after it can tell."""
     last = int(cells.recording.max())
     for since in range(BEFORE, last + 2 - AFTER):
@@ -159,7 +159,7 @@ def accounts_of(cells: Cells) -> Iterator[Account]:
             yield Account("both", 0, since, over)
 
 
-def _levels(cells: Cells) -> tuple[Array, Array]:
+def _levels(cells: ShareCells) -> tuple[Array, Array]:
     """Return the columns of all accounts, and the prior sds of their coefficients."""
     own = cells.pair * (int(cells.component.max()) + 1) + cells.component
     levels = [(own == k).astype(np.float64) for k in np.unique(own)]
@@ -177,7 +177,7 @@ class _Stack:
     place: Ints
 
     @classmethod
-    def of(cls, cells: Cells) -> "_Stack":
+    def of(cls, cells: ShareCells) -> "_Stack":
         """Return cells by pair and recording, and by component."""
         group = np.unique(cells.group, return_inverse=True)[1]
         component = np.unique(cells.component, return_inverse=True)[1]
@@ -204,7 +204,7 @@ class _Stack:
         return np.asarray(together * np.outer(scale, scale))
 
 
-def fitted(cells: Cells, accounts: Sequence[Account]) -> Fit:
+def fitted(cells: ShareCells, accounts: Sequence[Account]) -> Fit:
     """Fit levels, rests of wear and shifts to cells by a multivariate t law (Lange 1989)."""
     levels, sds = _levels(cells)
     columns = np.column_stack([levels, *(one.columns(cells) for one in accounts)])

@@ -20,7 +20,7 @@ FOLLOWS = 0.9
 
 
 @dataclass(frozen=True)
-class Design:
+class CutDesign:
     """Settings of which the cuts of a table have a few: an orthonormal basis (n, q) of their
     levels, the mean among them.
     """
@@ -39,7 +39,7 @@ class Design:
         return bool(np.sum(left**2) <= (1.0 - FOLLOWS) * np.sum(apart**2))
 
 
-def designed(stack: Stack) -> Design:
+def designed(stack: Stack) -> CutDesign:
     """Return the settings of a table's cuts that have several cuts a level."""
     n, columns = len(stack.known), [np.ones((len(stack.known), 1))]
     for name in SETTINGS:
@@ -49,4 +49,4 @@ def designed(stack: Stack) -> Design:
             if len(levels) <= n / CUTS_A_LEVEL:
                 columns.append(1.0 * (values[:, None] == levels))
     left, sizes, _ = np.linalg.svd(np.concatenate(columns, axis=1), full_matrices=False)
-    return Design(left[:, sizes > 1e-9 * sizes[0]])
+    return CutDesign(left[:, sizes > 1e-9 * sizes[0]])

@@ -28,7 +28,7 @@ DRILLING = ("drill",)
 
 
 @dataclass(frozen=True)
-class ForceTable:
+class PublishedTable:
     """Cuts (n,) of one table: speed in m/min, feed in mm, depth in mm, forces (n,) in N by channel.
 
     ``edge`` is the number of the edge, ``clock_s`` its cutting time when a cut begins.
@@ -63,17 +63,17 @@ class ForceTable:
         """Return the forces (C, n), in the order of the channels."""
         return np.array(list(self.forces.values()))
 
-    def with_forces(self, components: Array) -> "ForceTable":
+    def with_forces(self, components: Array) -> "PublishedTable":
         """Return the same cuts with other forces (C, n)."""
         forces = dict(zip(self.forces, components, strict=True))
-        return ForceTable(
+        return PublishedTable(
             self.name, self.speed, self.feed, self.depth, forces, self.edge, self.clock_s, self.t
         )
 
-    def rows(self, kept: NDArray[np.intp]) -> "ForceTable":
+    def rows(self, kept: NDArray[np.intp]) -> "PublishedTable":
         """Return some of the cuts."""
         forces = {name: values[kept] for name, values in self.forces.items()}
-        return ForceTable(
+        return PublishedTable(
             self.name, self.speed[kept], self.feed[kept], self.depth[kept], forces,
             self.edge[kept], self.clock_s[kept], self.t[kept],
         )  # fmt: skip
@@ -90,13 +90,13 @@ class ForceTable:
 
 
 @cache
-def published_tables() -> dict[str, ForceTable]:
+def published_tables() -> dict[str, PublishedTable]:
     """Return every table by its name."""
     every = pd.read_csv(FILE)
     return {str(name): _table(str(name), own) for name, own in every.groupby("table", sort=False)}
 
 
-def _table(name: str, cuts: pd.DataFrame) -> ForceTable:
+def _table(name: str, cuts: pd.DataFrame) -> PublishedTable:
     n = len(cuts)
     edge = np.arange(n) * EDGES // n
     place = np.arange(n) - np.searchsorted(edge, edge)
@@ -104,7 +104,7 @@ def _table(name: str, cuts: pd.DataFrame) -> ForceTable:
     speed, feed, depth = (cuts[f"cutting.{one}"].to_numpy(float) for one in SETTINGS)
     forces = {channel: cuts[channel].to_numpy(float) for channel in channels}
     clock, t = np.asarray(CUT_S * place), CUT_S * np.arange(n, dtype=np.float64)
-    return ForceTable(name, speed, feed, depth, forces, edge + 1, clock, t)
+    return PublishedTable(name, speed, feed, depth, forces, edge + 1, clock, t)
 
 
 SETTINGS = ("speed", "feed", "depth")

@@ -9,25 +9,25 @@ from autodb.proofs.cases.tables.table_columns import (
     COMMON,
     OF_ONE_COMPONENT,
     TABLE_NAMES,
-    Channel,
+    ModelledComponent,
     shapes_of,
 )
 from autodb.proofs.cases.tables.table_models import (
-    TableModel,
+    PublishedModel,
     held_out_beside,
     mixed_held_out,
 )
 
 
 def rival_laws(
-    concealed: str, refitted: TableModel, name: str, force: Array, rms_full: float
+    concealed: str, refitted: PublishedModel, name: str, force: Array, rms_full: float
 ) -> dict[str, float]:
     """Return the other names that are fair, with the peak (N) of what each then contributes.
 
     ``refitted`` is the simulation's own laws on the forces as they are. Where components are
     several, what a sensor does is no rival of what a cut does, nor the other way round.
     """
-    channel = Channel(refitted, name)
+    channel = ModelledComponent(refitted, name)
     before = mixed_held_out(channel.model.columns, force)
     most = min(AS_GOOD * rms_full, np.sqrt(max(before**2 - TAKEN * (before**2 - rms_full**2), 0.0)))
     found = {}
@@ -46,7 +46,7 @@ def names_beside(concealed: str, *, single: bool) -> tuple[str, ...]:
     return tuple(name for name in (TABLE_NAMES if single else own) if name != concealed)
 
 
-def best_of_law(name: str, channel: Channel, force: Array) -> tuple[float, float]:
+def best_of_law(name: str, channel: ModelledComponent, force: Array) -> tuple[float, float]:
     """Return held-out error and peak of a name beside the own laws, at its best shape."""
     shapes = shapes_of(name, channel)
     own = channel.model.columns

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import pandas as pd
 
 from autodb.proofs.cases.real.real_case import RealSpec
-from autodb.proofs.cases.tables.published_tables import Array, ForceTable
-from autodb.proofs.cases.tables.table_models import TableModel
+from autodb.proofs.cases.tables.published_tables import Array, PublishedTable
+from autodb.proofs.cases.tables.table_models import PublishedModel
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class TabledCase:
     """A table with its simulation (C, n), the laws that it has, and a case for each component."""
 
     spec: RealSpec
-    table: ForceTable
+    table: PublishedTable
     simulated: Array
-    own: TableModel
+    own: PublishedModel
     cases: tuple[TableCase, ...]
 
     @property

@@ -14,7 +14,7 @@ from autodb.proofs.cases.tables.table_case import TableCase, TabledCase
 from autodb.proofs.cases.tables.table_effects import MAKERS, TableEffect, effect_in, effects_into
 from autodb.proofs.cases.tables.table_models import (
     TABLE_TERMS,
-    TableModel,
+    PublishedModel,
     mixed_held_out,
     table_model,
 )
@@ -84,7 +84,7 @@ def tabled_case(spec: RealSpec) -> TabledCase:
 
 
 @cache
-def _fitted(name: str) -> tuple[TableModel, Array]:
+def _fitted(name: str) -> tuple[PublishedModel, Array]:
     """Return a table's full model, and its error (C,) on cuts left out of the fit."""
     model = table_model(name)
     return model, model.errors(model.table.components)
@@ -97,8 +97,8 @@ class _Components:
 
     spec: RealSpec
     forces: Array
-    own: TableModel
-    refitted: TableModel
+    own: PublishedModel
+    refitted: PublishedModel
     retuned: tuple[str, ...]
 
     def changed(self, place: int, change: Array, rms_full: float, *, seen: bool) -> TableCase:
@@ -155,14 +155,14 @@ def _injected(spec: RealSpec) -> TabledCase:
     return TabledCase(spec, model.table.with_forces(forces), own.components, model, tuple(cases))
 
 
-def twin_of(spec: RealSpec) -> RealSpec:
+def without_effect(spec: RealSpec) -> RealSpec:
     """Return the same table without the effect, under the same tuning as far as that is drawn."""
     return RealSpec("null", spec.recording, variant="exact")
 
 
 def _tuned(
-    model: TableModel, tuning: str, forces: Array, rng: np.random.Generator
-) -> tuple[TableModel, tuple[str, ...]]:
+    model: PublishedModel, tuning: str, forces: Array, rng: np.random.Generator
+) -> tuple[PublishedModel, tuple[str, ...]]:
     if tuning == "exact":
         return model, ()
     if tuning == "refitted":
@@ -171,7 +171,7 @@ def _tuned(
     return model.mistuned(term, float(rng.choice((-MISTUNED_BY, MISTUNED_BY)))), (term,)
 
 
-def _sized(effect: TableEffect, model: TableModel, rms: Array, wanted: float) -> float:
+def _sized(effect: TableEffect, model: PublishedModel, rms: Array, wanted: float) -> float:
     """Return the factor at which as much is left beside own columns as is ``wanted``, in errors."""
     channels = list(model.channels.values())
     left = [

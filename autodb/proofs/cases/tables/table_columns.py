@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from autodb.proofs.cases.real.full_models import FittedModel
-from autodb.proofs.cases.tables.published_tables import Array, ForceTable
-from autodb.proofs.cases.tables.table_models import TableModel
+from autodb.proofs.cases.tables.published_tables import Array, PublishedTable
+from autodb.proofs.cases.tables.table_models import PublishedModel
 
 POWERS = (0.5, 1.0, 2.0)
 """Of cutting time."""
@@ -25,11 +25,11 @@ COMMON = (
 TABLE_NAMES = (*COMMON, *OF_ONE_COMPONENT)
 
 
-class Channel:
+class ModelledComponent:
     """One component of a table and its model."""
 
-    def __init__(self, model: TableModel, name: str) -> None:
-        self.table: ForceTable = model.table
+    def __init__(self, model: PublishedModel, name: str) -> None:
+        self.table: PublishedTable = model.table
         self.model: FittedModel = model.channels[name]
         self.force = self.model.whole
         self.shear = self.model.part("shear")
@@ -37,48 +37,48 @@ class Channel:
         self.components = model.components
 
 
-def shapes_of(term: str, channel: Channel) -> list[Array]:
+def shapes_of(term: str, channel: ModelledComponent) -> list[Array]:
     """Return the columns (k, n) of a name at each of its shapes."""
     return SHAPES[term](channel)
 
 
-def _size_effect(channel: Channel) -> list[Array]:
+def _size_effect(channel: ModelledComponent) -> list[Array]:
     thin = channel.table.feed / np.median(channel.table.feed)
     return [(channel.shear * np.exp(-thin / one))[None] for one in THIN]
 
 
-def _nose_radius(channel: Channel) -> list[Array]:
+def _nose_radius(channel: ModelledComponent) -> list[Array]:
     depth = channel.table.depth
     shallow = [depth * np.exp(-depth / one) for one in NOSES_MM]
     return [(channel.table.feed * one)[None] for one in (np.ones_like(depth), *shallow)]
 
 
-def _built_up_edge(channel: Channel) -> list[Array]:
+def _built_up_edge(channel: ModelledComponent) -> list[Array]:
     """Return bands about each speed that has others on both sides."""
     bands = band_places(channel.table)
-    return [(channel.shear * band(channel.table, at, width))[None] for at, width in bands]
+    return [(channel.shear * speed_bell(channel.table, at, width))[None] for at, width in bands]
 
 
-def band_places(table: ForceTable) -> list[tuple[float, float]]:
+def band_places(table: PublishedTable) -> list[tuple[float, float]]:
     """Return middle and width, logarithms of speed, of bands that end on both sides."""
     levels = np.unique(table.log_speed)
     gaps = np.diff(levels)
     return [(float(levels[i]), 0.5 * float(min(gaps[i - 1], gaps[i]))) for i in range(1, len(gaps))]
 
 
-def band(table: ForceTable, at: float, width: float) -> Array:
+def speed_bell(table: PublishedTable, at: float, width: float) -> Array:
     """Return a bell (n,) over the logarithm of speed."""
     return np.asarray(np.exp(-(((table.log_speed - at) / width) ** 2)))
 
 
-def _tool_wear(channel: Channel) -> list[Array]:
+def _tool_wear(channel: ModelledComponent) -> list[Array]:
     """Return growth along the edge, one rate for all edges or one for each."""
     grown = [channel.table.depth * channel.table.worn**power for power in POWERS]
     edges = channel.table.edge[None] == np.unique(channel.table.edge)[:, None]
     return [*(one[None] for one in grown), *(one * edges for one in grown)]
 
 
-def _hard_spot(channel: Channel) -> list[Array]:
+def _hard_spot(channel: ModelledComponent) -> list[Array]:
     n = len(channel.table)
     starts = [(i, j) for i in range(n - SHORTEST + 1) for j in range(i + SHORTEST, n + 1)]
     rows = np.arange(n)
@@ -89,13 +89,13 @@ def _hard_spot(channel: Channel) -> list[Array]:
     ]
 
 
-def _gain(channel: Channel) -> list[Array]:
+def _gain(channel: ModelledComponent) -> list[Array]:
     n, rows = len(channel.table), np.arange(len(channel.table))
     steps = [(channel.force * (rows >= i))[None] for i in range(SHORTEST, n - SHORTEST)]
     return [*steps, (channel.force * rows / n)[None]]
 
 
-SHAPES: dict[str, Callable[[Channel], list[Array]]] = {
+SHAPES: dict[str, Callable[[ModelledComponent], list[Array]]] = {
     "edge_force": lambda one: [one.table.depth[None]],
     "size_effect": _size_effect,
     "speed_softening": lambda one: [-(one.shear * one.table.log_speed)[None]],

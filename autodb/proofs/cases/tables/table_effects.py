@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autodb.proofs.cases.tables.published_tables import Array
-from autodb.proofs.cases.tables.table_columns import band, band_places
-from autodb.proofs.cases.tables.table_models import TABLE_TERMS, TableModel
+from autodb.proofs.cases.tables.table_columns import band_places, speed_bell
+from autodb.proofs.cases.tables.table_models import TABLE_TERMS, PublishedModel
 
 Rng = np.random.Generator
 MOST_WORN = 2.0
@@ -34,7 +34,7 @@ class TableEffect:
         return tuple(int(i) for i in np.flatnonzero(np.any(self.shape != 0.0, axis=1)))
 
 
-def effect_in(term: str, model: TableModel, rng: Rng) -> TableEffect:
+def effect_in(term: str, model: PublishedModel, rng: Rng) -> TableEffect:
     """Draw an effect on a table whose full model is known."""
     return MAKERS[term](model, rng)
 
@@ -45,16 +45,16 @@ def effects_into(name: str) -> tuple[str, ...]:
     return tuple(term for term in MAKERS if term not in own)
 
 
-def _shares(model: TableModel, rng: Rng) -> Array:
+def _shares(model: PublishedModel, rng: Rng) -> Array:
     return rng.uniform(*SHARES, size=(len(model.channels), 1))
 
 
-def _level(model: TableModel) -> Array:
+def _level(model: PublishedModel) -> Array:
     """Return the mean force of each component over its depth, (C, 1), N/mm."""
     return np.asarray(np.mean(model.components / model.table.depth, axis=1, keepdims=True))
 
 
-def _wear(model: TableModel, rng: Rng) -> TableEffect:
+def _wear(model: PublishedModel, rng: Rng) -> TableEffect:
     grown = model.table.depth * model.table.worn ** rng.uniform(0.7, 1.5)
     return TableEffect(_shares(model, rng) * _level(model) * grown, MOST_WORN)
 
@@ -68,47 +68,47 @@ def _run(n: int, rng: Rng) -> Array:
     return inside
 
 
-def _hard_spot(model: TableModel, rng: Rng) -> TableEffect:
+def _hard_spot(model: PublishedModel, rng: Rng) -> TableEffect:
     return TableEffect(model.components * _run(len(model.table), rng), MOST_HARDER)
 
 
-def _built_up_edge(model: TableModel, rng: Rng) -> TableEffect:
+def _built_up_edge(model: PublishedModel, rng: Rng) -> TableEffect:
     places = band_places(model.table)
     at, width = places[int(rng.integers(len(places)))]
-    shape = -_shares(model, rng) * model.part("shear") * band(model.table, at, width)
+    shape = -_shares(model, rng) * model.part("shear") * speed_bell(model.table, at, width)
     return TableEffect(shape, MOST_BAND)
 
 
-def _size_effect(model: TableModel, rng: Rng) -> TableEffect:
+def _size_effect(model: PublishedModel, rng: Rng) -> TableEffect:
     thin = model.table.feed / np.median(model.table.feed) / rng.uniform(0.3, 1.0)
     return TableEffect(_shares(model, rng) * model.part("shear") * np.exp(-thin), MOST_THIN)
 
 
-def _speed_softening(model: TableModel, rng: Rng) -> TableEffect:
+def _speed_softening(model: PublishedModel, rng: Rng) -> TableEffect:
     shape = -_shares(model, rng) * model.part("shear") * model.table.log_speed
     return TableEffect(shape, MOST_SOFTER)
 
 
-def _depth_error(model: TableModel, rng: Rng) -> TableEffect:
+def _depth_error(model: PublishedModel, rng: Rng) -> TableEffect:
     sign = float(rng.choice((-1.0, 1.0)))
     return TableEffect(sign * float(model.table.depth.min()) * model.slope(), MOST_DEPTH)
 
 
-def _deflection(model: TableModel, rng: Rng) -> TableEffect:
+def _deflection(model: PublishedModel, rng: Rng) -> TableEffect:
     """Return less depth, the more the larger one component is."""
     pushing = model.components[int(rng.integers(len(model.channels)))]
     bent = float(model.table.depth.min()) * pushing / np.max(np.abs(pushing))
     return TableEffect(-bent * model.slope(), MOST_BENT)
 
 
-def _one_component(model: TableModel, rng: Rng, course: Array, most: float) -> TableEffect:
+def _one_component(model: PublishedModel, rng: Rng, course: Array, most: float) -> TableEffect:
     shape = np.zeros_like(model.components)
     one = int(rng.integers(len(model.channels)))
     shape[one] = float(rng.choice((-1.0, 1.0))) * course[one]
     return TableEffect(shape, most)
 
 
-def _gain(model: TableModel, rng: Rng) -> TableEffect:
+def _gain(model: PublishedModel, rng: Rng) -> TableEffect:
     """Return a gain that steps in the middle half, or drifts."""
     n = len(model.table)
     step = np.arange(n) >= int(rng.integers(n // 4, 3 * n // 4))
@@ -116,12 +116,12 @@ def _gain(model: TableModel, rng: Rng) -> TableEffect:
     return _one_component(model, rng, model.components * course, MOST_GAIN)
 
 
-def _sensor_drift(model: TableModel, rng: Rng) -> TableEffect:
+def _sensor_drift(model: PublishedModel, rng: Rng) -> TableEffect:
     level = np.mean(model.components, axis=1, keepdims=True)
     return _one_component(model, rng, level * model.table.t / model.table.t[-1], MOST_DRIFT)
 
 
-MAKERS: dict[str, Callable[[TableModel, Rng], TableEffect]] = {
+MAKERS: dict[str, Callable[[PublishedModel, Rng], TableEffect]] = {
     "tool_wear": _wear,
     "hard_spot": _hard_spot,
     "built_up_edge": _built_up_edge,

@@ -16,7 +16,7 @@ from autodb.proofs.cases.real.held_out import (
     fitted_sizes,
     held_out,
 )
-from autodb.proofs.cases.tables.published_tables import Array, ForceTable, published_tables
+from autodb.proofs.cases.tables.published_tables import Array, PublishedTable, published_tables
 
 WITH_SPEED = ("shear", "edge_force", "speed_softening")
 TABLE_TERMS = {
@@ -35,10 +35,10 @@ MOST_OFF = 0.5
 
 
 @dataclass(frozen=True)
-class TableModel:
+class PublishedModel:
     """A model of all components: one fitted model each, and the depth ``off`` in mm they share."""
 
-    table: ForceTable
+    table: PublishedTable
     channels: dict[str, FittedModel]
     off_mm: float
 
@@ -65,38 +65,38 @@ class TableModel:
         models = zip(self.channels.values(), components, strict=True)
         return np.array([mixed_held_out(model.columns, own) for model, own in models])
 
-    def of_channels(self, channels: dict[str, FittedModel]) -> "TableModel":
+    def of_channels(self, channels: dict[str, FittedModel]) -> "PublishedModel":
         """Return the same depth with other models of the components."""
-        return TableModel(self.table, channels, self.off_mm)
+        return PublishedModel(self.table, channels, self.off_mm)
 
-    def without(self, term: str) -> "TableModel":
+    def without(self, term: str) -> "PublishedModel":
         """Return the model less a law, the others kept."""
         return self.of_channels({name: one.without(term) for name, one in self.channels.items()})
 
-    def refitted(self, components: Array) -> "TableModel":
+    def refitted(self, components: Array) -> "PublishedModel":
         """Return the same columns fitted to other forces (C, n)."""
         pairs = zip(self.channels.items(), components, strict=True)
         return self.of_channels({name: one.refitted(own) for (name, one), own in pairs})
 
-    def mistuned(self, term: str, share: float) -> "TableModel":
+    def mistuned(self, term: str, share: float) -> "PublishedModel":
         """Return the model with one law larger by a share in all components."""
         changed = {name: one.mistuned(term, share) for name, one in self.channels.items()}
         return self.of_channels(changed)
 
-    def rows(self, kept: "np.typing.NDArray[np.intp]") -> "TableModel":
+    def rows(self, kept: "np.typing.NDArray[np.intp]") -> "PublishedModel":
         """Return the same model of some cuts."""
         channels = {name: one.rows(kept) for name, one in self.channels.items()}
-        return TableModel(self.table.rows(kept), channels, self.off_mm)
+        return PublishedModel(self.table.rows(kept), channels, self.off_mm)
 
 
 @cache
-def table_model(name: str) -> TableModel:
+def table_model(name: str) -> PublishedModel:
     """Return the full model of a table, fitted to all of it."""
     from scipy.optimize import minimize_scalar
 
     table = published_tables()[name]
     if "depth_error" not in TABLE_TERMS[name]:
-        return TableModel(table, _fitted(table, 0.0), 0.0)
+        return PublishedModel(table, _fitted(table, 0.0), 0.0)
     scale = np.std(table.components, axis=1)[:, None]
 
     def left(off_mm: float) -> float:
@@ -106,14 +106,14 @@ def table_model(name: str) -> TableModel:
 
     most = MOST_OFF * float(table.depth.min())
     off_mm = float(minimize_scalar(left, bounds=(-most, most), method="bounded").x)
-    return TableModel(table, _fitted(table, off_mm), off_mm)
+    return PublishedModel(table, _fitted(table, off_mm), off_mm)
 
 
-def _fitted(table: ForceTable, off_mm: float) -> dict[str, FittedModel]:
+def _fitted(table: PublishedTable, off_mm: float) -> dict[str, FittedModel]:
     return {name: _channel(table, force, off_mm) for name, force in table.forces.items()}
 
 
-def _channel(table: ForceTable, force: Array, off_mm: float) -> FittedModel:
+def _channel(table: PublishedTable, force: Array, off_mm: float) -> FittedModel:
     """Fit one component at a depth that is off, and then that error's column beside the others."""
     names, columns = tuple(_law_names(table)), _laws(table, 0.0)
     if "depth_error" not in TABLE_TERMS[table.name]:
@@ -124,16 +124,16 @@ def _channel(table: ForceTable, force: Array, off_mm: float) -> FittedModel:
     return FittedModel((*names, "depth_error"), columns, fitted_sizes(columns, force))
 
 
-def _law_names(table: ForceTable) -> list[str]:
+def _law_names(table: PublishedTable) -> list[str]:
     return [term for term in TABLE_TERMS[table.name] if term != "depth_error"]
 
 
-def _laws(table: ForceTable, off_mm: float) -> Array:
+def _laws(table: PublishedTable, off_mm: float) -> Array:
     """Return the columns (k, n) of a table's laws at depths that are off."""
     return np.array([_plain(table, term, table.depth + off_mm) for term in _law_names(table)])
 
 
-def _plain(table: ForceTable, term: str, depth: Array) -> Array:
+def _plain(table: PublishedTable, term: str, depth: Array) -> Array:
     """Return the column (n,) of a law at coefficient 1."""
     if term == "shear":
         return table.feed * depth
@@ -142,7 +142,7 @@ def _plain(table: ForceTable, term: str, depth: Array) -> Array:
     return -table.feed * depth * table.log_speed
 
 
-def _slope(table: ForceTable, model: FittedModel) -> Array:
+def _slope(table: PublishedTable, model: FittedModel) -> Array:
     laws = [term for term in model.terms if term != "depth_error"]
     return np.asarray(sum(model.part(term) for term in laws) / table.depth)
 

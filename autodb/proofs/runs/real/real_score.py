@@ -22,33 +22,60 @@ class KnownCase(Protocol):
     """What is known of a case; see `RealCase`."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """What the case is called."""
+
     @property
-    def kind(self) -> str: ...
+    def kind(self) -> str:
+        """Return `shown`, `left out`, `injected` or `null`."""
+
     @property
-    def machine(self) -> str: ...
+    def machine(self) -> str:
+        """Whose recording it is."""
+
     @property
-    def concealed(self) -> str | None: ...
+    def concealed(self) -> str | None:
+        """What the simulation lacks."""
+
     @property
-    def strength(self) -> str: ...
+    def strength(self) -> str:
+        """How strongly the effect shows."""
+
     @property
-    def tuning(self) -> str: ...
+    def tuning(self) -> str:
+        """What the simulation's own terms are."""
+
     @property
-    def seen(self) -> bool: ...
+    def seen(self) -> bool:
+        """Whether the effect shows at all."""
+
     @property
-    def decidable(self) -> bool: ...
+    def decidable(self) -> bool:
+        """Whether no other name does as well."""
+
     @property
-    def fair(self) -> tuple[str, ...]: ...
+    def fair(self) -> tuple[str, ...]:
+        """Names that are right."""
+
     @property
-    def sizes(self) -> dict[str, float]: ...
+    def sizes(self) -> dict[str, float]:
+        """Peak of each of them."""
+
     @property
-    def true_size(self) -> float | None: ...
+    def true_size(self) -> float | None:
+        """Peak of what is concealed."""
+
     @property
-    def rms_full(self) -> float: ...
+    def rms_full(self) -> float:
+        """Held-out error of the full model."""
+
     @property
-    def own_peaks(self) -> dict[str, float]: ...
+    def own_peaks(self) -> dict[str, float]:
+        """Peak of each term that the simulation has."""
+
     @property
-    def retuned(self) -> tuple[str, ...]: ...
+    def retuned(self) -> tuple[str, ...]:
+        """Terms that were made wrong."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,12 @@ import numpy as np
 from autodb.proofs.cases.real.held_out import fitted_sizes
 from autodb.proofs.cases.tables.published_tables import Array
 from autodb.proofs.cases.tables.table_case import TabledCase
-from autodb.proofs.cases.tables.table_columns import SHAPES, TABLE_NAMES, Channel, shapes_of
+from autodb.proofs.cases.tables.table_columns import (
+    SHAPES,
+    TABLE_NAMES,
+    ModelledComponent,
+    shapes_of,
+)
 from autodb.proofs.cases.tables.table_models import held_out_beside, mixed_held_out
 from autodb.proofs.runs.real.idle_names import AS_GOOD_WITHOUT
 from autodb.proofs.runs.real.real_peers import AS_WELL, JOINS, MOST_TERMS, PeerAnswer
@@ -51,12 +56,12 @@ def idle_laws(case: TabledCase, place: int, names: tuple[str, ...]) -> tuple[str
     return (*(n for n, rms in without.items() if rms <= AS_GOOD_WITHOUT * whole), *untried)
 
 
-def _channel(case: TabledCase, place: int) -> Channel:
-    return Channel(case.own.refitted(case.table.components), case.cases[place].channel)
+def _channel(case: TabledCase, place: int) -> ModelledComponent:
+    return ModelledComponent(case.own.refitted(case.table.components), case.cases[place].channel)
 
 
 def _best(
-    case: TabledCase, channel: Channel, picked: dict[str, Array], force: Array
+    case: TabledCase, channel: ModelledComponent, picked: dict[str, Array], force: Array
 ) -> tuple[float, str, Array] | None:
     """Return error, name and columns of what lowers the held-out error most."""
     columns, found = _stacked(channel.model.columns, picked), list[tuple[float, str, Array]]()

@@ -7,7 +7,6 @@ explained once, and each component of it is judged.
 from dataclasses import replace
 
 from autodb.errors import UnusableInput
-from autodb.proofs.cases.real import full_models, held_out, injected, left_out_terms, rival_names
 from autodb.proofs.cases.real.real_case import RealSpec
 from autodb.proofs.cases.tables import (
     published_tables,
@@ -19,8 +18,9 @@ from autodb.proofs.cases.tables import (
     table_models,
 )
 from autodb.proofs.cases.tables.table_case import TabledCase
-from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case, twin_of
+from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case, without_effect
 from autodb.proofs.runs.real.real_answers import RealAnswer
+from autodb.proofs.runs.real.real_run import REAL_GENERATOR
 from autodb.proofs.runs.real.real_score import (
     JudgedReal,
     judged_answer,
@@ -32,14 +32,14 @@ from autodb.proofs.runs.tables.table_answers import answered_null, explained_tab
 from autodb.proofs.runs.tables.table_peers import PEER, greedy_table, idle_laws
 
 TABLES_GENERATOR = (
-    full_models, held_out, injected, left_out_terms, published_tables, rival_laws, rival_names,
-    table_case, table_cases, table_columns, table_effects, table_models,
+    *REAL_GENERATOR, published_tables, rival_laws, table_case, table_cases, table_columns,
+    table_effects, table_models,
 )  # fmt: skip
 """All modules that make cases."""
 TABLES_RUNS = len(table_specs())
 
 
-def run_table(seed: int) -> list[JudgedReal]:
+def run_force_table(seed: int) -> list[JudgedReal]:
     """Make the case of a place in the plan, ask about it, and judge each component.
 
     Raises UnusableInput beyond the plan's end.
@@ -49,7 +49,7 @@ def run_table(seed: int) -> list[JudgedReal]:
     if changed and not any(one.seen for one in changed):
         return [unjudged(one, one.recording) for one in changed]
     answers = explained_table(case)
-    twins = {} if case.spec.kind == "null" else answered_null(twin_of(case.spec))
+    twins = {} if case.spec.kind == "null" else answered_null(without_effect(case.spec))
     return [
         _judged(case, place, answers[one.channel], twins.get(one.channel, RealAnswer()))
         for place, one in enumerate(case.cases)
