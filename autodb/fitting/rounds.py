@@ -7,8 +7,7 @@ changes, linearly combined, would be none:
 
     x ← G(x) − (ΔX + ΔF) γ,   F = G(x) − x,   γ = argmin |F − ΔF γ|
 
-It ends at the same point as the rounds themselves, in fewer of them. Along a way that bends it
-leads astray: each time it does, twice as many rounds as before are left unmixed.
+It ends at the same point as the rounds themselves, in fewer of them.
 """
 
 from collections.abc import Callable
@@ -29,8 +28,7 @@ MOST_ROUNDS = 1000
 NEAR = 0.5
 """Standard deviations within which a round is linear enough to be mixed. Chosen."""
 PLAIN = 2
-"""Rounds so near, one after the other, before they are mixed; twice as many after each time that
-mixing led away. Chosen."""
+"""Rounds so near, one after the other, before they are mixed. Chosen."""
 WORSE = 3.0
 """A mixed point whose round moves so many times farther than the least is left. Chosen."""
 ROUNDING = 1e-14
@@ -57,7 +55,7 @@ def stationary(
     Raises NotSettled after ``most`` rounds, but where the last moved nothing by more than
     ``enough``: rounds that bend may go to and fro about their point, too near for it to count.
     """
-    here, plain, waits = start, PLAIN, PLAIN
+    here, plain = start, PLAIN
     points: list[Array] = []
     changes: list[Array] = []
     least, best = np.inf, start
@@ -72,13 +70,12 @@ def stationary(
             here = here + DAMPED * change
             continue
         if plain == 0 and far > WORSE * least:  # mixed into where rounds are not alike: go back
-            waits *= 2
-            points, changes, here, plain, least = [], [], best, waits, np.inf
+            points, changes, here, plain, least = [], [], best, PLAIN, np.inf
             continue
-        if plain > 0 or far < least:  # an unmixed round leads on, even farther than the last
+        if far < least:
             least, best = far, there
         points, changes = [*points, here][-MEMORY:], [*changes, change][-MEMORY:]
-        plain = max(plain, PLAIN) if far > NEAR else max(plain - 1, 0)
+        plain = PLAIN if far > NEAR else max(plain - 1, 0)
         here = there if plain else _mixed(points, changes, size)
     if far < enough:
         return there

@@ -127,18 +127,6 @@ def test_rounds_end_where_they_come_to_rest() -> None:
     assert calls < 15
 
 
-def test_rounds_on_a_way_that_bends_come_to_rest() -> None:
-    """A slow way along a wave, beside what goes to and fro about it: mixed rounds leave it."""
-
-    def moved(x: Array) -> tuple[Array, Array]:
-        along, across = x
-        on = along - 0.05 * along / np.hypot(1.0, along) * (1.0 + 0.5 * np.sin(3.0 * along))
-        off = across - np.sin(3.0 * along)
-        return np.array([on, np.sin(3.0 * on) - 0.9 * off]), np.ones(2)
-
-    np.testing.assert_allclose(stationary(moved, np.array([3.0, 0.3])), 0.0, atol=1e-7)
-
-
 def test_rounds_that_never_rest_are_said_so() -> None:
     with pytest.raises(NotSettled, match="after 1000 rounds"):
         stationary(lambda x: (-x + 1e3, np.ones(1)), np.array([7.0]), settled=-1.0)
