@@ -25,10 +25,9 @@ Array = NDArray[np.float64]
 FAR_ODDS = 1.0 / 20.0
 """Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
 """
-STEPS = 150
-"""Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear, 126 were needed at most
-in public tables; on a ridge, or far from one, they may be thousands, for a hill that does not
-count. Where they creep along a ridge fewer end it (``updating.CREEPING``)."""
+STEPS = 200
+"""Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear; on a ridge, or far from
+one, they may be thousands, for a hill that does not count."""
 MANY_STEPS = 10 * STEPS
 """Steps where no hill is found in STEPS. Chosen: at some milliseconds each, seconds."""
 ALIKE = 1e-3

@@ -38,10 +38,6 @@ STEPS, CLOSE = 20, 0.3
 """Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
 be enough. Chosen."""
 HALVINGS = 8
-SHORT, CREEPING = 1.0 / 8.0, 1.0 / 5.0
-"""Length to which steps are halved along a ridge, and the share of ``most`` steps that, so short
-and one after another, end a search there. Chosen: 30 of 150; where a hill was found, in public
-tables and on virtual lathes, at most 15 were."""
 TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
 """Share of the misfit that a step must promise for its bend to be told from rounding, length of a
 step from which on it is left as it is, and the shortest. Chosen."""
@@ -66,8 +62,7 @@ def posterior_of_readings(
     ``near``: one that is close to it, from which the maximum is searched for; it has no other
     effect where there is one maximum.
 
-    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps, or where
-    CREEPING of these only creep along a ridge.
+    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps.
     """
     prior, model = met(posterior, observed)
     begun = (
@@ -165,7 +160,6 @@ class _Rounds:
         self._root = root_of(prior.state.covariance)
         self._most = most
         self._rounds, self._steps, self._length = 0, 0, 1.0
-        self._short, self._first = 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
         """Return the normal posterior at the maximum of the posterior, and what cuts scatter by."""
@@ -202,7 +196,8 @@ class _Rounds:
         noise = self._model.noise(seen, scatter)
         for _ in range(STEPS):
             self._steps += 1
-            self._limited()
+            if self._most is not None and self._steps > self._most:
+                raise NotSettled(f"not at rest after {self._most} steps")
             triangle, columns, step = self._step(z, seen, design, noise)
             promised = float(np.sum((triangle @ step) ** 2))
             z, seen = self._halved(z, seen, step, noise, promised=promised)
@@ -211,15 +206,6 @@ class _Rounds:
             seen, design = self._model.steep(self._mean(z))
         known = dtrtrs(triangle, columns.T, trans=1)[0]
         return z, self._scatter(seen, np.sum(known**2, axis=0), scatter), triangle
-
-    def _limited(self) -> None:
-        """Raise NotSettled where all steps are used, or many lead along a ridge."""
-        if self._most is None:
-            return
-        if self._steps > self._most:
-            raise NotSettled(f"not at rest after {self._most} steps")
-        if self._short >= CREEPING * self._most:
-            raise NotSettled(f"{self._short} short steps along a ridge")
 
     def _step(
         self, z: Array, seen: Seen, design: Array, noise: Array
@@ -237,7 +223,6 @@ class _Rounds:
     ) -> tuple[Array, Seen]:
         """Return z after a step, halved until it leads down, and the readings there.
 
-        Where the last step was short this one is tried at twice its length, not whole.
         ``promised``: by how much the misfit falls, were readings linear. Where rounds do not come
         to rest, a step that overshoots is shortened to the lowest point of the parabola through
         both; so are the next, that promise too little to tell from rounding.
@@ -253,15 +238,12 @@ class _Rounds:
             bend = misfit(self._model.seen(self._mean(z + step)), z + step) - best + 2.0 * promised
             length = promised / bend if bend > 0.0 else 1.0
             self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)
-        for number in range(HALVINGS):
-            share = self._first * 0.5**number
-            moved = z + share * self._length * step
-            there = self._model.seen(self._mean(moved))
-            if misfit(there, moved) <= best * (1.0 + 1e-9):
-                self._short = self._short + 1 if share <= SHORT else 0
-                self._first = 2.0 * share if share <= SHORT else 1.0
-                return moved, there
-        self._first = 1.0
+        step = self._length * step
+        for _ in range(HALVINGS):
+            there = self._model.seen(self._mean(z + step))
+            if misfit(there, z + step) <= best * (1.0 + 1e-9):
+                return z + step, there
+            step = 0.5 * step
         return z, seen
 
     def _scatter(self, seen: Seen, known: Array, now: Scatter) -> Scatter:

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
-from autodb.errors import UnusableInput
 from autodb.pairs import averaging
 from autodb.pairs.averaging import learn_averaging, log_evidence
 from autodb.pairs.engaged import BY_NAME
@@ -63,15 +62,6 @@ def test_a_thrust_that_turns_with_the_depth_speaks_for_a_law_far_off() -> None:
     real = _turned(ahead, 0.5)[:, X]
     assert np.mean(np.abs(far.mean[:, X] - real) < 1.96 * far.sd[:, X]) > 0.85
     assert np.mean(np.abs(far.mean[:, X] - real)) < 0.5 * np.mean(np.abs(near.mean[:, X] - real))
-
-
-def test_a_search_that_creeps_along_a_ridge_is_given_up() -> None:
-    """The hill behind it is found in as many steps as it takes, but not worth them in 30."""
-    cuts = cuts_of(24, 1)
-    observed = sensed(cuts, _scattered(_turned(cuts, 0.6), 3))
-    with pytest.raises(UnusableInput, match="6 short steps along a ridge"):
-        posterior_of_readings(PRIOR, observed, most=30)
-    assert posterior_of_readings(PRIOR, observed, most=150).cuts == 24
 
 
 def test_laws_that_need_many_steps_are_averaged_all_the_same(
