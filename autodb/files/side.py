@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import is_channel
 from autodb.files.dynamometer import DynamometerSection, PublicationSection
+from autodb.files.text import TextSection
 from autodb.files.toml import Finite, Positive, Section, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
 
@@ -103,9 +104,11 @@ class CutSection(Section):
 class SideFile(Section):
     """A whole side file; every part is optional.
 
-    ``source``: where forces were taken from that nobody measured here.
+    ``csv``: how a text table is written, where that is not to be detected. ``source``: where forces
+    were taken from that nobody measured here.
     """
 
+    csv: TextSection = TextSection()
     channels: dict[str, Named] = Field(default_factory=dict)
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()

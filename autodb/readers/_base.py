@@ -37,13 +37,14 @@ class ColumnSet:
 
     ``blocks(numbers, labels)`` reads the columns ``numbers`` as float64 (missing: NaN) and
     ``labels`` as text, block by block, rows in the order of the file. ``units``: what the file
-    itself states, by column.
+    itself states, by column. ``layout``: how the file is written, where that had to be found out.
     """
 
     name: str
     columns: tuple[str, ...]
     blocks: Blocks
     units: dict[str, str] = field(default_factory=dict)
+    layout: str = ""
 
     def read(self, numbers: Sequence[str], labels: Sequence[str] = ()) -> Columns:
         """Read whole columns: float64, and text of those in ``labels``."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from autodb.errors import UnusableInput
+from autodb.files.text import TextSection
 from autodb.readers._base import ColumnSet, library
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._sliced import Cells, sliced
@@ -37,7 +38,7 @@ class _Vector:
         return self.dataset.rpartition("/")[0]
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open an HDF5 file by the names and shapes of its datasets."""
     h5py = library(path, "h5py")
     found = isolated_value(path, "HDF5", lambda: [asdict(v) for v in _vectors(h5py, path)])

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from autodb.files.text import TextSection
 from autodb.readers import hdf5
 from autodb.readers._base import Columns, ColumnSet, as_label, as_number
 from autodb.readers._child import isolated, isolated_value
@@ -14,13 +15,13 @@ _NUMBERS = {"double", "single", "logical"} | {
 }
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, stated: TextSection) -> tuple[ColumnSet, ...]:
     """Open a MAT file; vectors of one length share a time base."""
     from scipy.io import whosmat
 
     with path.open("rb") as file:
         if b"MATLAB 7.3" in file.read(128):
-            return hdf5.open_file(path)
+            return hdf5.open_file(path, stated)
     by_length: dict[int, list[str]] = {}
     for name, shape, kind in isolated_value(path, "MAT", lambda: whosmat(path)):
         if kind in _NUMBERS and sum(n > 1 for n in shape) == 1 and min(shape) > 0:

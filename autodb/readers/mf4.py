@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autodb.files.text import TextSection
 from autodb.readers._base import ColumnSet, library
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._sliced import Cells, sliced
@@ -27,7 +28,7 @@ class _Group:
     units: dict[str, str]
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
     found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))

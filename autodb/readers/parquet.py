@@ -7,6 +7,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from autodb.errors import UnusableInput
+from autodb.files.text import TextSection
 from autodb.readers._base import (
     BLOCK_ROWS,
     Columns,
@@ -17,7 +18,7 @@ from autodb.readers._base import (
 )
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open a Parquet file by its schema."""
     try:
         with parquet.ParquetFile(path) as file:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from autodb.files.text import TextSection
 from autodb.readers._base import ColumnSet, Numbers, damaged, library, undamaged
 from autodb.readers._sliced import Cells, sliced
 
@@ -47,7 +48,7 @@ class _Clock:
         return f"{self.group}, {rate}, {self.rows} rows from {self.start_s:g} s"
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
     grouped, units = undamaged(path, "TDMS", lambda: _read_groups(nptdms, path))

@@ -131,9 +131,13 @@ class Conversion:
             )
 
     def stated_unit(self, name: str) -> str | None:
-        """Return the unit that the side file states for a channel, else the file itself."""
+        """Return the unit that the side file states for a channel, else the file itself.
+
+        A scale without a unit goes from the numbers as they are to our unit.
+        """
         spec = self.specs[name]
-        return spec.unit or self.file_units.get(spec.column or "") or None
+        said = self.file_units.get(spec.column or "") if spec.scale == 1.0 else None
+        return spec.unit or said or None
 
     def is_stated(self, name: str) -> bool:
         """Say whether a channel's unit was stated, by name or as a scale; else it is assumed."""

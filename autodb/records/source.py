@@ -24,6 +24,8 @@ from autodb.records.timed import on_even_rows
 from autodb.timing.dates import is_date
 
 FEWEST_ROWS = 3
+SHOWN = 12
+"""Columns that are listed before the rest is only counted."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,15 @@ class RecordingSource:
     side: SideFile
     bases: tuple[ChannelSet, ...]
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """How the file is written, where that was found out, and which of its columns are not read."""
+        layouts = dict.fromkeys(base.base.layout for base in self.bases if base.base.layout)
+        ignored = [column for base in self.bases for column in base.ignored]
+        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
+        unread = f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}"
+        return (*(f"read as: {layout}" for layout in layouts), *([unread] if ignored else []))
+
     def choose(self, group: str | None = None) -> ChannelSet:
         """Return the time base called ``group``, or the only one that can be read.
 
@@ -210,8 +221,8 @@ def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
         raise UnusableInput(f"{path}: is a folder; give a file in it")
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
-    opened = readers.open_bases(path)
-    return _opened(path, opened, read_sidefile(side_path) if side_path else SideFile())
+    side = read_sidefile(side_path) if side_path else SideFile()
+    return _opened(path, readers.open_bases(path, side.csv), side)
 
 
 def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
@@ -219,7 +230,7 @@ def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
 
     Raises UnusableInput for a file that cannot be used.
     """
-    return _opened(path, readers.open_bases(path), side)
+    return _opened(path, readers.open_bases(path, side.csv), side)
 
 
 def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:

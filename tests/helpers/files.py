@@ -1,5 +1,7 @@
 """Writes small recordings in every format that is read, for the tests and the page of refusals."""
 
+import gzip
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,13 @@ def write(path: Path, columns: Mapping[str, Any]) -> Path:
     """Write one time base in the format of the file's name; return the path."""
     if path.suffix == ".csv":
         csv.write_csv(pa.table(dict(columns)), path)
+    elif path.suffix in (".gz", ".zip"):
+        text = write(path.with_suffix(".csv"), columns).read_bytes()
+        if path.suffix == ".gz":
+            path.write_bytes(gzip.compress(text))
+        else:
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+                archive.writestr("a.csv", text)
     elif path.suffix == ".parquet":
         parquet.write_table(pa.table(dict(columns)), path)
     elif path.suffix == ".mat":
