@@ -18,14 +18,31 @@ MOST_COLUMNS = 10_000
 _TEXTS = (".csv", ".txt", ".tsv", ".lvm", ".dat", ".asc", ".log", ".gz", ".zip")
 READERS = {
     **dict.fromkeys(_TEXTS, "text.reading"),
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".xlsb", ".ods"), "workbook"),
     ".parquet": "parquet",
     ".mat": "mat",
     ".h5": "hdf5",
     ".hdf5": "hdf5",
     ".tdms": "tdms",
     ".mf4": "mf4",
+    ".mdf": "mf4",
 }
 """The module that reads a kind of file; it is imported when a file needs it."""
+
+
+def reader_of(path: Path) -> str:
+    """Return the module that reads the file ``path``.
+
+    Raises UnusableInput for what is missing, or no kind of file that is read.
+    """
+    if path.is_dir():
+        raise UnusableInput(f"{path}: is a folder; give one recording file")
+    if not path.exists():
+        raise UnusableInput(f"{path}: no such file")
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise UnusableInput(f"{path}: unknown kind of file; use {', '.join(READERS)}")
+    return reader
 
 
 def open_bases(path: Path, stated: TextSection | None = None) -> tuple[ColumnSet, ...]:
@@ -36,13 +53,7 @@ def open_bases(path: Path, stated: TextSection | None = None) -> tuple[ColumnSet
     Raises UnusableInput for a missing, empty, unreadable or unknown kind of file, or one of more
     than MOST_COLUMNS columns.
     """
-    if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; give one recording file")
-    if not path.exists():
-        raise UnusableInput(f"{path}: no such file")
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise UnusableInput(f"{path}: unknown kind of file; use {', '.join(READERS)}")
+    reader = reader_of(path)
     try:
         with path.open("rb") as file:
             if not file.read(1):

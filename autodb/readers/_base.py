@@ -100,6 +100,11 @@ def as_label(values: NDArray[np.generic]) -> Labels:
 def not_a_number(where: str, column: str, row: int, value: object) -> str:
     """Return the line that says which cell is no number, with the remedy."""
     shown = str(value)[:40]
+    if isinstance(value, list | tuple | dict | np.ndarray):
+        return (
+            f"{where}: column '{column}', row {row}: several values in a cell ({shown}); give each "
+            "a column of its own"
+        )
     works = (
         "use points in numbers"
         if _has_decimal_comma(shown)

@@ -1,4 +1,4 @@
-"""MF4 (ASAM MDF 4): each channel group is a time base; its master channel is the column `t`."""
+"""MDF (ASAM MDF 3 and 4): each channel group is a time base; its master is the column `t`."""
 
 from collections import Counter
 from collections.abc import Container, Iterator
@@ -79,7 +79,8 @@ def _unused(name: str, taken: Container[str], alike: Counter[str]) -> str:
 
 def _name(group: Any) -> str:
     """Return the acquisition's name, or the first line of its comment."""
-    text = str(group.acq_name or group.comment or "").strip()
+    named = getattr(group, "acq_name", "")  # MDF 4 alone has it
+    text = str(named or group.comment or "").strip()
     return "" if text.startswith("<") else (text.splitlines() or [""])[0]
 
 

@@ -148,7 +148,7 @@ class RecordingSource:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """How the file is written, where that was found out, and which of its columns are not read."""
+        """How the file is written, where that was found out, and which columns are not read."""
         layouts = dict.fromkeys(base.base.layout for base in self.bases if base.base.layout)
         ignored = [column for base in self.bases for column in base.ignored]
         more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
@@ -219,6 +219,7 @@ def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
     """
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give a file in it")
+    readers.reader_of(path)
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     side = read_sidefile(side_path) if side_path else SideFile()

@@ -44,8 +44,8 @@ class Imported:
     ``timing``: what its stamps are, a sentence for each time base.
 
     ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
-    same content, and ``replaced`` had another content then. ``notes``: how the file is written, what
-    of it is not read, and what was left out of the averages of a raw recording's cut.
+    same content, and ``replaced`` had another content then. ``notes``: how the file is written,
+    what of it is not read, and what was left out of the averages of a raw recording's cut.
     """
 
     recording_id: int
