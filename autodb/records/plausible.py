@@ -36,6 +36,9 @@ CLIPPED_SAMPLES = 20
 ROUGH = 1e-4
 """A channel is clipped where 20 samples lie in plateaus at its limit that it has run into, more
 than in plateaus elsewhere, and where else it is rough as a measurement is, not smooth."""
+FAR = 0.5
+"""A limit lies far from zero: at this share of the largest number at least. A plateau nearer to it
+is a floor, such as the current of an idle spindle. Chosen."""
 _MAY_CLIP = re.compile(r".*\.current(\.[uvw])?|force\..|torque\.spindle|.\.drive_(force|torque)")
 
 
@@ -151,8 +154,10 @@ def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
         return
     if channel.roughness <= ROUGH or channel.levels < LEVELS:
         return
+    largest = max(abs(channel.minimum), abs(channel.maximum))
     for plateau in (channel.low, channel.high):
-        if plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
+        far = abs(plateau.value) >= FAR * largest
+        if far and plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
             yield (
                 f"column '{_column(channel.name, side)}': {channel.name} is clipped at "
                 f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); use a wider "

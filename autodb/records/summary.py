@@ -19,6 +19,9 @@ RUN = 5
 STEPS = 6.0
 """A plateau is run into where the sample before or after it is no further than this many typical
 steps of the channel; a step into a standstill is further."""
+QUANTA = 3.0
+"""A plateau is cut off where its flanks would have met this many smallest steps beyond it; a top that
+is drawn in few digits reaches about one and a half. Chosen."""
 SAMPLE = 1 << 13
 """Samples of a block that typical steps and roughness are taken from."""
 LEVELS = 20
@@ -106,6 +109,8 @@ class ChannelSummary:
         some = steps[:SAMPLE][steps[:SAMPLE] > 0]
         typical = float(np.median(some)) if some.size else 0.0
         run_into = _run_into(values, starts[long], ends[long], STEPS * typical)
+        quantum = float(some.min()) if some.size else 0.0
+        run_into &= _beyond(values, starts[long], ends[long]) > QUANTA * quantum
         self.low = _further(self.low, low, int(held[(level == low) & run_into].sum()), sign=-1)
         self.high = _further(self.high, high, int(held[(level == high) & run_into].sum()), sign=1)
         self.elsewhere += int(held[(level != low) & (level != high) & (level != 0)].sum())
@@ -122,6 +127,19 @@ def _run_into(values: Array, starts: Index, ends: Index, reach: float) -> NDArra
     before, after = values[np.maximum(starts - 1, 0)], values[np.minimum(ends, len(values) - 1)]
     level = values[starts]
     return (np.abs(before - level) <= reach) & (np.abs(after - level) <= reach)
+
+
+def _beyond(values: Array, starts: Index, ends: Index) -> Array:
+    """Return how far beyond runs [start, end) their flanks would have met, were it a parabola.
+
+    With slope s at both ends of a run of L samples that is s·L/4.
+    """
+    length = ends - starts
+    reach = np.maximum(length // 2, 1)
+    level = values[starts]
+    before = np.abs(level - values[np.maximum(starts - reach, 0)])
+    after = np.abs(level - values[np.minimum(ends - 1 + reach, len(values) - 1)])
+    return np.asarray(0.5 * (before + after) / reach * length / 4.0, dtype=np.float64)
 
 
 def _further(plateau: Plateau, value: float, held: int, *, sign: int) -> Plateau:
