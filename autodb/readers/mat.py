@@ -52,7 +52,7 @@ _Named = dict[tuple[str, str], Any]
 """Columns by the struct of an array that they lie in, and their name."""
 
 
-def _variables(path: Path, wanted: Sequence[str] | None = None) -> dict[str, _Named]:
+def _variables(path: Path, wanted: list[str] | None = None) -> dict[str, _Named]:
     """Return the columns of each variable of a file; ``wanted``: of these alone."""
     from scipy.io import loadmat
 

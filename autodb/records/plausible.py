@@ -7,12 +7,14 @@ assumed from the channel's name is doubted sooner.
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
-from autodb.errors import UnusableInput
+from autodb.errors import together
 from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
-from autodb.files.side import SideFile
+from autodb.files.operation_words import suggested_operation
+from autodb.files.side import Operation, SideFile
 from autodb.files.units import RAW
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
@@ -43,15 +45,17 @@ _MAY_CLIP = re.compile(r".*\.current(\.[uvw])?|force\..|torque\.spindle|.\.drive
 
 
 def refuse_implausible(source: RecordingSource, bases: Iterable[BaseSummary]) -> None:
-    """Raise UnusableInput for the first thing in a file that cannot be what it says it is."""
-    for base in bases:
-        refuse_doubtful(source.path, base, source.side)
+    """Raise UnusableInput for all things in a file that cannot be what they say they are."""
+    found = [doubt for base in bases for doubt in doubts(base, source.side)]
+    if found:
+        raise together(source.path, found)
 
 
 def refuse_doubtful(path: Path, base: BaseSummary, side: SideFile) -> None:
-    """Raise UnusableInput for the first thing in a table that cannot be what it says it is."""
-    for doubt in doubts(base, side):
-        raise UnusableInput(f"{path}: {doubt}")
+    """Raise UnusableInput for all things in a table that cannot be what they say they are."""
+    found = list(doubts(base, side))
+    if found:
+        raise together(path, found)
 
 
 def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
@@ -61,6 +65,7 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
         yield from _too_cold(channel, side)
     yield from _speeds_apart(base)
     if base.holds_cuts:
+        yield from _operations(base, side)
         yield from _cuts_apart(base)
     else:
         yield from _rate(base, side)
@@ -126,6 +131,20 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
             f'if logged in metres; state "{name}" = {{column = "{_column(name, side)}", unit = '
             '"m"} in the side file, or unit = "mm" if it is in mm'
         )
+
+
+def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
+    """Yield one line for all texts that are no operation, with what they may mean."""
+    known = get_args(Operation)
+    odd = [text for text in base.operations if text and text not in known]
+    if not odd:
+        return
+    row, column = base.operations[odd[0]], _column("operation", side)
+    means = ", ".join(f'"{text}" = "{suggested_operation(text) or "…"}"' for text in odd)
+    yield (
+        f"column '{column}', row {row}: '{odd[0]}' is no operation; say what it means under "
+        f"[values] in the side file: operation = {{{means}}} (of {', '.join(known)})"
+    )
 
 
 def _cuts_apart(base: BaseSummary) -> Iterator[str]:

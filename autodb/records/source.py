@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb import readers
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near, together
 from autodb.files.side import SideFile, read_sidefile
 from autodb.records.convert import Conversion, specs
 from autodb.records.tables import (
@@ -236,14 +236,16 @@ def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
 
 def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:
     everywhere = [column for base in opened for column in base.columns]
-    for spec in side.channels.values():
-        wanted = spec.column or spec.row_in
-        if wanted not in (*everywhere, "*"):
-            raise UnusableInput(f"{path}: no column '{wanted}'{near(str(wanted), everywhere)}")
+    wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())
+    there = {*everywhere, "*"}
+    problems = [f"no column '{w}'{near(w, everywhere)}" for w in wanted if w not in there]
     bases = tuple(
         ChannelSet(base, Conversion(path, specs(base.columns, side), side, base.units))
         for base in opened
     )
+    problems += [problem for base in bases for problem in base.conversion.problems]
+    if problems:
+        raise together(path, problems)
     return RecordingSource(path, side, bases)
 
 

@@ -20,8 +20,8 @@ STEPS = 6.0
 """A plateau is run into where the sample before or after it is no further than this many typical
 steps of the channel; a step into a standstill is further."""
 QUANTA = 3.0
-"""A plateau is cut off where its flanks would have met this many smallest steps beyond it; a top that
-is drawn in few digits reaches about one and a half. Chosen."""
+"""A plateau is cut off where its flanks would have met this many smallest steps beyond it; a top
+that is drawn in few digits reaches about one and a half. Chosen."""
 SAMPLE = 1 << 13
 """Samples of a block that typical steps and roughness are taken from."""
 LEVELS = 20
@@ -154,8 +154,8 @@ class BaseSummary:
     """One time base or table of cuts of a file.
 
     ``timing``: what its time is; None of a table of cuts. ``rates``: see `Rates`.
-    ``speed_ratios``: π D n over the cutting speed, of the cuts that state diameter, spindle speed
-    and cutting speed.
+    ``operations``: the first row of each. ``speed_ratios``: π D n over the cutting speed, of the
+    cuts that state diameter, spindle speed and cutting speed.
     """
 
     name: str
@@ -167,6 +167,7 @@ class BaseSummary:
     timing: Timing | None = None
     stamps: StampsSoFar = field(default_factory=StampsSoFar)
     rates: "dict[str, Rates]" = field(default_factory=dict)
+    operations: dict[str, int] = field(default_factory=dict)
     speed_ratios: list[Array] = field(default_factory=list)
 
     @property
@@ -231,6 +232,8 @@ def summary_of(table: Recording | CutTable, *, axis: str | None = None) -> BaseS
         if axis is None or name == "t" or axis_of(name) == axis
     }
     made = _empty("", isinstance(table, CutTable), list(channels), conversion)
+    for row, operation in enumerate(table.texts.get("operation", ()), start=1):
+        made.operations.setdefault(operation, row)
     _take(made, channels)
     if isinstance(table, Recording):
         _timed_by(made, table)
@@ -241,9 +244,11 @@ def _summarise_base(base: ChannelSet, progress: Callable[[str], None] | None) ->
     conversion = base.conversion
     made: BaseSummary | None = None
     numbers: list[Array] = []
-    for channels, _ in base.blocks():
+    for channels, texts in base.blocks():
         if made is None:
             made = _empty(base.name, base.holds_cuts, list(channels), conversion)
+        for row, operation in enumerate(texts.get("operation", ()), start=made.rows + 1):
+            made.operations.setdefault(operation, row)
         _take(made, channels)
         if base.holds_cuts:
             numbers.append(channels["cut"])

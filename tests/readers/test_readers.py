@@ -18,7 +18,9 @@ T = np.arange(20) * 0.01
 X = np.linspace(0.0, 3.0, 20)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".gz", ".zip", ".xlsx", ".parquet", ".mat", ".h5", ".tdms", ".mf4"])
+@pytest.mark.parametrize(
+    "suffix", [".csv", ".gz", ".zip", ".xlsx", ".parquet", ".mat", ".h5", ".tdms", ".mf4"]
+)
 def test_one_table_reads_alike_in_every_format(tmp_path: Path, suffix: str) -> None:
     path = write(tmp_path / f"a{suffix}", {"t": T, "x.position": X, "note": X})
     table = records.read(path)
