@@ -25,8 +25,8 @@ from autodb.readers._base import (
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._sliced import block_rows
 from autodb.readers.text.cells import UNKNOWN, is_number
-from autodb.readers.text.layout import called, stated_units
-from autodb.readers.text.rows import Place, placed, stated_place
+from autodb.readers.text.layout import column_names, stated_units
+from autodb.readers.text.rows import TablePlace, find_table, stated_table
 
 LIBRARY = "python_calamine"
 KIND = "spreadsheet"
@@ -81,14 +81,14 @@ def _sheet(name: str, rows: list[list[str]], stated: TextSection) -> _Sheet | No
     def number(cell: str) -> bool:
         return is_number(cell) or (commas and is_number(cell, ","))
 
-    place = stated_place(kept, placed(kept, number), number, stated)
+    place = stated_table(kept, find_table(kept, number), number, stated)
     if place is None:
         return None
     named = [] if place.header is None else kept[place.header]
     names = list(stated.names) if stated.names is not None else named
     names = [*names[: place.width], *[""] * (place.width - len(names))]
     units = [] if place.units is None else kept[place.units]
-    columns = called(names)
+    columns = column_names(names)
     return _Sheet(
         name,
         list(columns),
@@ -99,7 +99,7 @@ def _sheet(name: str, rows: list[list[str]], stated: TextSection) -> _Sheet | No
     )
 
 
-def _words(name: str, place: Place) -> str:
+def _words(name: str, place: TablePlace) -> str:
     said = [f"sheet '{name}'"]
     said += ["columns are called by their place"] if place.header is None else []
     said += [f"row {place.header + 1} names the columns"] if place.header else []

@@ -9,7 +9,7 @@ from autodb.cli._common import say, show, table, working
 
 if TYPE_CHECKING:
     from autodb.readers import ColumnSet
-    from autodb.records.proposed.columns import Proposed
+    from autodb.records.proposed.columns import ProposedBase
 
 AnyFile = Annotated[Path, typer.Argument(readable=False, help="Any file that a logger wrote.")]
 Write = Annotated[
@@ -27,7 +27,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
     from autodb.errors import UnusableInput
     from autodb.files.side import SideFile, read_sidefile
     from autodb.readers import open_bases
-    from autodb.records.proposed.columns import proposed
+    from autodb.records.proposed.columns import propose_channels
     from autodb.records.proposed.written import side_file_of
 
     target = file.with_suffix(".toml")
@@ -35,7 +35,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
         raise UnusableInput(f"{target}: is there already; move it away to have it written")
     side = read_sidefile(target) if target.is_file() else SideFile()
     with working(f"reading {file.name}"):
-        found = [proposed(base) for base in open_bases(file, side.csv)]
+        found = [propose_channels(base) for base in open_bases(file, side.csv)]
     for base in found:
         _show(file, base)
     if write:
@@ -43,7 +43,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
         say(f"written: {target.name}; check it, then: autodb import {file.name}")
 
 
-def _show(file: Path, found: "Proposed") -> None:
+def _show(file: Path, found: "ProposedBase") -> None:
     base = found.base
     title = f"{file.name} {base.name}".rstrip()
     what = "cuts" if found.holds_cuts else "rows"

@@ -41,12 +41,12 @@ def is_number(cell: str, decimal: str = ".", thousands: str = "") -> bool:
     return (_COMMA if decimal == "," else _POINT).fullmatch(plain) is not None
 
 
-def grouped(cell: str) -> tuple[str, str] | None:
+def thousands_marks(cell: str) -> tuple[str, str] | None:
     """Return thousands separator and decimal mark of a number that shows both, or groups twice.
 
     One mark before three digits alone may be either: none is returned.
 
-    >>> grouped("1.234,5"), grouped("1'234'567"), grouped("1.234")
+    >>> thousands_marks("1.234,5"), thousands_marks("1'234'567"), thousands_marks("1.234")
     (('.', ','), ("'", ''), None)
     """
     found = _GROUPS.fullmatch(cell)

@@ -8,11 +8,19 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.files.text import TextSection
 from autodb.readers.text import source
-from autodb.readers.text.cells import SPACE, grouped, is_number, split
+from autodb.readers.text.cells import SPACE, is_number, split, thousands_marks
 from autodb.readers.text.known import by_preset
-from autodb.readers.text.layout import TextLayout, called, stated_units
+from autodb.readers.text.layout import TextLayout, column_names, stated_units
 from autodb.readers.text.presets import NO_ROWS
-from autodb.readers.text.rows import ALIKE, Place, are_units, placed, stated_place
+from autodb.readers.text.rows import (
+    ALIKE,
+    TablePlace,
+    are_units,
+    find_table,
+    is_row,
+    numeric_columns,
+    stated_table,
+)
 
 SEPARATORS = ("\t", ";", ",", "|", SPACE)
 COMMENTS = ("#", "//", "%")
@@ -67,19 +75,26 @@ def is_plain(lines: Sequence[str]) -> bool:
     if lines[0].lstrip().startswith(COMMENTS):
         return False
     alike = [row for row in rows if len(row) == len(header)]
-    numbers = [any(map(is_number, row)) for row in alike]
-    if len(alike) < ALIKE * len(rows) or (alike and are_units(alike[0])):
-        return False
+    if len(alike) < ALIKE * len(rows) or not alike:
+        return not rows
     if any("," in cell and is_number(cell, ",") for row in rows for cell in row):
         return False
-    return not any(numbers) or numbers[0]
+    of_numbers = numeric_columns(alike, len(header), is_number)
+    if of_numbers:
+        return is_row(alike[0], len(header), of_numbers, is_number)
+    return not are_units(alike[0])
 
 
 def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
     names = split(lines[0], ",")
     if not any(names):
         raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
-    return TextLayout(called(names), units=stated_units(names, ()))
+    if len(names) == 1 and path.suffix.lower() != ".csv":
+        raise UnusableInput(
+            f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
+            "the side file where one begins and what separates its columns"
+        )
+    return TextLayout(column_names(names), units=stated_units(names, ()))
 
 
 @dataclass(frozen=True)
@@ -90,7 +105,7 @@ class _Attempt:
     decimal: str
     thousands: str
     rows: list[list[str]]
-    place: Place
+    place: TablePlace
 
 
 def _best(lines: Sequence[str], stated: TextSection) -> TextLayout | None:
@@ -110,7 +125,7 @@ def _attempts(lines: Sequence[str], stated: TextSection) -> Iterator[_Attempt]:
         rows = _split(lines, separator)
         for decimal, thousands in _marks(rows, stated):
             number = partial(is_number, decimal=decimal, thousands=thousands)
-            place = stated_place(rows, placed(rows, number), number, stated)
+            place = stated_table(rows, find_table(rows, number), number, stated)
             if place is not None and (place.width > 1 or said):
                 yield _Attempt(separator, decimal, thousands, rows, place)
 
@@ -132,7 +147,9 @@ def _marks(rows: list[list[str]], stated: TextSection) -> Iterator[tuple[str, st
     for decimal in (stated.decimal,) if stated.decimal else (".", ","):
         yield decimal, stated.thousands or ""
     if stated.thousands is None:
-        for between, mark in sorted({found for row in rows for c in row if (found := grouped(c))}):
+        for between, mark in sorted(
+            {found for row in rows for c in row if (found := thousands_marks(c))}
+        ):
             other = mark or ("," if between == "." else ".")
             if other == (stated.decimal or other):
                 yield other, between
@@ -163,7 +180,7 @@ def _layout(lines: Sequence[str], best: _Attempt, comment: str, stated: TextSect
     units = [] if place.units is None else rows[place.units]
     later = any(_is_no_row(line, comment) for line in lines[place.first : len(rows)] if line)
     return TextLayout(
-        called(names),
+        column_names(names),
         first=place.first,
         header=header,
         units_line=place.units,

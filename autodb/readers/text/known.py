@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from autodb.readers.text.cells import is_number, is_unit, split
-from autodb.readers.text.layout import TextLayout, called
+from autodb.readers.text.layout import TextLayout, column_names
 from autodb.readers.text.presets import PRESETS, Preset
 
 _BEFORE_NAMES = ("", "***End_of_Header***")
@@ -42,7 +42,7 @@ def _layout(preset: Preset, rows: list[list[str]], begins: re.Match[str]) -> Tex
     steps = _steps(said.get(preset.steps, []), decimal)
     units = _units(preset, said.get(preset.units, [])) | dict.fromkeys(times, preset.time_unit)
     return TextLayout(
-        called(["t" if place in times else name for place, name in enumerate(names)]),
+        column_names(["t" if place in times else name for place, name in enumerate(names)]),
         first=first,
         header=header,
         separator=begins["separator"],

@@ -1,8 +1,10 @@
 """How a text table is written, as it was detected or stated, and in words."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from autodb.files.channels import is_channel
 from autodb.readers.text.cells import SPACE, bare_unit, is_unit, unit_within
 
 WORDS = {
@@ -59,9 +61,18 @@ class TextLayout:
         return ", ".join(parts)
 
 
-def called(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of columns; one without a name is called by its place."""
-    return tuple(name or f"column {place}" for place, name in enumerate(names, start=1))
+def column_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of columns: one without a name is called by its place, others alike are counted.
+
+    Of a channel's own name none is counted: which of two is meant, no one can know. Nor is the first
+    name, which others that are alike share where each time base has its stamps.
+    """
+    found, times = [], Counter[str]()
+    for place, name in enumerate(names, start=1):
+        times[name] += 1
+        again = times[name] > 1 and not is_channel(name) and name != names[0]
+        found.append(f"{name} ({times[name]})" if name and again else name or f"column {place}")
+    return tuple(found)
 
 
 def stated_units(names: Sequence[str], row: Sequence[str]) -> dict[int, str]:

@@ -22,7 +22,7 @@ WORKS = (
 
 
 @dataclass(frozen=True)
-class Piece:
+class TextPiece:
     """Whole lines of a file; ``first_row`` rows of data stand before them."""
 
     path: Path

@@ -13,7 +13,7 @@ from autodb.files.text import TextSection
 from autodb.readers._base import Columns, ColumnSet, Labels, Numbers, refuse_twice
 from autodb.readers.text.detect import detected
 from autodb.readers.text.layout import TextLayout
-from autodb.readers.text.pieces import Piece
+from autodb.readers.text.pieces import TextPiece
 from autodb.readers.text.source import whole_lines
 
 TIME = "t"
@@ -59,7 +59,7 @@ def _parts(path: Path, layout: TextLayout) -> list[_Part]:
 def _joined(path: Path, layout: TextLayout, spans: list[tuple[int, ...]]) -> list[_Part]:
     """Return spans of columns as parts, those with the same times in the first piece as one."""
     firsts = [span[0] for span in spans]
-    piece = Piece(path, next(whole_lines(path, layout.encoding, layout.first), b""), layout, 0)
+    piece = TextPiece(path, next(whole_lines(path, layout.encoding, layout.first), b""), layout, 0)
     table = piece.parse(firsts, ())
     alike: dict[bytes, list[tuple[int, ...]]] = {}
     for span in spans:
@@ -82,7 +82,7 @@ def _base(path: Path, layout: TextLayout, part: _Part, *, several: bool) -> Colu
         rows = lines = 0
         for text in whole_lines(path, layout.encoding, layout.first):
             wanted = [name for name in numbers if name in names]
-            piece = Piece(path, text, layout, lines)
+            piece = TextPiece(path, text, layout, lines)
             columns, kept, there = _columns(piece, part, names, wanted, labels)
             if made and TIME in numbers:
                 columns[TIME] = np.asarray((rows + np.arange(kept)) * step_s, np.float64)
@@ -101,7 +101,11 @@ def _base(path: Path, layout: TextLayout, part: _Part, *, several: bool) -> Colu
 
 
 def _columns(
-    piece: Piece, part: _Part, names: dict[str, int], numbers: Sequence[str], labels: Sequence[str]
+    piece: TextPiece,
+    part: _Part,
+    names: dict[str, int],
+    numbers: Sequence[str],
+    labels: Sequence[str],
 ) -> tuple[Columns, int, int]:
     """Return columns of a piece, how many rows the part has in it, and how many lines there are.
 

@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from autodb.files.text import TextSection
-from autodb.readers.text.cells import UNKNOWN, bare_unit, is_unit
+from autodb.files.units import is_any_unit
+from autodb.readers.text.cells import UNKNOWN, bare_unit
 
 Cells = Sequence[str]
 ALIKE = 0.8
@@ -14,12 +15,13 @@ AHEAD = 20
 """Rows looked at behind a line that may be the first of the table. Chosen."""
 LONGEST_UNIT = 10
 """A longer text in a row of units is none, ours or not. Chosen: `micrometer`."""
+_BRACKETS = (("(", ")"), ("[", "]"))
 COUNTED = 4
 """As many columns numbered from 0 or 1 are names that a library counted, not a row. Chosen."""
 
 
 @dataclass(frozen=True)
-class Place:
+class TablePlace:
     """Which lines of a text are what, counted from 0; None: there is no such line.
 
     ``width``: cells of a row. ``fit``: the share of cells, of rows of that width, that are a
@@ -33,7 +35,7 @@ class Place:
     fit: float
 
 
-def placed(rows: Sequence[Cells], number: Callable[[str], bool]) -> Place | None:
+def find_table(rows: Sequence[Cells], number: Callable[[str], bool]) -> TablePlace | None:
     """Find a table among lines split into cells; None where none has numbers below each other.
 
     ``number`` says whether a cell is one.
@@ -42,10 +44,10 @@ def placed(rows: Sequence[Cells], number: Callable[[str], bool]) -> Place | None
     if width == 0:
         return None
     of_table = [row for row in rows if len(row) == width]
-    numeric = _numeric(of_table, width, number)
+    numeric = numeric_columns(of_table, width, number)
     if not numeric:
         return None
-    fits = [_fits(row, width, numeric, number) for row in rows]
+    fits = [is_row(row, width, numeric, number) for row in rows]
     first = _first(rows, fits)
     if first is None:
         return None
@@ -55,15 +57,15 @@ def placed(rows: Sequence[Cells], number: Callable[[str], bool]) -> Place | None
     header, units = above
     if header is None and _counted(rows[first]) and any(fits[first + 1 :]):
         header, first = first, first + 1
-    return Place(header, units, first, width, _fit(rows[first:], fits[first:], number))
+    return TablePlace(header, units, first, width, _fit(rows[first:], fits[first:], number))
 
 
-def stated_place(
+def stated_table(
     rows: Sequence[Cells],
-    found: Place | None,
+    found: TablePlace | None,
     number: Callable[[str], bool],
     stated: TextSection,
-) -> Place | None:
+) -> TablePlace | None:
     """Return where a table begins as stated, else as found; None where that is no line."""
     lines = (stated.header_line, stated.units_line, stated.first_line)
     if all(line is None for line in lines):
@@ -78,7 +80,7 @@ def stated_place(
     else:
         names = header - 1 if header else None
     fits = [bool(row) for row in rows[begins:]]
-    return Place(
+    return TablePlace(
         names,
         units - 1 if units else None,
         begins,
@@ -104,7 +106,7 @@ def _width(rows: Sequence[Cells], number: Callable[[str], bool]) -> int:
     return counts.most_common(1)[0][0] if counts else 0
 
 
-def _numeric(rows: Sequence[Cells], width: int, number: Callable[[str], bool]) -> list[int]:
+def numeric_columns(rows: Sequence[Cells], width: int, number: Callable[[str], bool]) -> list[int]:
     """Return the places of columns that hold numbers, in the lower half of the rows."""
     later = rows[len(rows) // 2 :]
     found = []
@@ -115,7 +117,7 @@ def _numeric(rows: Sequence[Cells], width: int, number: Callable[[str], bool]) -
     return found
 
 
-def _fits(row: Cells, width: int, numeric: list[int], number: Callable[[str], bool]) -> bool:
+def is_row(row: Cells, width: int, numeric: list[int], number: Callable[[str], bool]) -> bool:
     """Say whether a line is a row of the table: its columns of numbers hold some, and no text."""
     if len(row) != width:
         return False
@@ -155,15 +157,16 @@ def _names(row: Cells, width: int) -> bool:
 
 
 def are_units(row: Cells) -> bool:
-    """Say whether cells are units: at least half of them ours, or in brackets, none of them long.
+    """Say whether cells are units: at least half of them known, or in brackets, none of them long.
 
     >>> are_units(["s", "mm", "V"]), are_units(["t", "x.position"]), are_units(["(ms)", "(mV)"])
     (True, False, True)
     """
     said = [cell for cell in row if cell]
-    ours = [c for c in said if is_unit(bare_unit(c)) or (c[0], c[-1]) in (("(", ")"), ("[", "]"))]
-    short = all(len(bare_unit(cell)) <= LONGEST_UNIT for cell in said)
-    return bool(said) and short and len(ours) >= 0.5 * len(said)
+    if not said or any(len(bare_unit(cell)) > LONGEST_UNIT for cell in said):
+        return False
+    known = [c for c in said if (c[0], c[-1]) in _BRACKETS or is_any_unit(bare_unit(c))]
+    return len(known) >= 0.5 * len(said)
 
 
 def _counted(row: Cells) -> bool:

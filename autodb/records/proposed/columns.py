@@ -1,4 +1,4 @@
-"""Proposed channels of a time base: what speaks for each, and what is still missing."""
+"""ProposedBase channels of a time base: what speaks for each, and what is still missing."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import is_channel
 from autodb.files.side import Operation
 from autodb.readers import ColumnSet
-from autodb.records.proposed.cuts import Proposal, with_units
+from autodb.records.proposed.cuts import ChannelProposal, with_told_units
 from autodb.records.proposed.motion import FEWEST, Array
-from autodb.records.proposed.moves import is_even, proposed_moves, rises
+from autodb.records.proposed.moves import proposed_moves, rises, steps_evenly
 from autodb.records.proposed.names import is_time, of_a_cut, said_by
 from autodb.timing.dates import is_date
 
@@ -23,7 +23,7 @@ MOST_CUTS = 5000
 
 
 @dataclass(frozen=True)
-class Proposed:
+class ProposedBase:
     """What a time base may hold.
 
     ``operations``: texts that are no operation of ours. ``first``: its first rows as text.
@@ -32,13 +32,13 @@ class Proposed:
     base: ColumnSet
     rows: int
     holds_cuts: bool
-    proposals: tuple[Proposal, ...]
+    proposals: tuple[ChannelProposal, ...]
     missing: tuple[str, ...]
     operations: tuple[str, ...]
     first: tuple[tuple[str, ...], ...]
 
 
-def proposed(base: ColumnSet) -> Proposed:
+def propose_channels(base: ColumnSet) -> ProposedBase:
     """Return what the columns of a time base may be.
 
     Raises UnusableInput where nothing can be read.
@@ -50,13 +50,15 @@ def proposed(base: ColumnSet) -> Proposed:
         for row in range(min(3, rows))
     )
     if _are_cuts(base.columns, rows, numbers):
-        found = tuple(with_units(_cut_columns(base, numbers), numbers))
+        found = tuple(with_told_units(_cut_columns(base, numbers), numbers))
         column = next((one.column for one in found if one.channel == "operation"), "")
         odd = dict.fromkeys(v for v in texts.get(column, ()) if v and v not in get_args(Operation))
-        return Proposed(base, rows, True, found, tuple(_lacking_of_cuts(found)), tuple(odd), first)
+        return ProposedBase(
+            base, rows, True, found, tuple(_lacking_of_cuts(found)), tuple(odd), first
+        )
     moves = proposed_moves(_busiest(numbers), _dates(texts), base.units)
-    found = tuple(Proposal(*one) for one in moves.found)
-    return Proposed(base, rows, False, found, moves.missing, (), first)
+    found = tuple(ChannelProposal(*one) for one in moves.found)
+    return ProposedBase(base, rows, False, found, moves.missing, (), first)
 
 
 def _columns(base: ColumnSet) -> tuple[dict[str, Array], dict[str, Sequence[str]]]:
@@ -113,12 +115,12 @@ def _are_cuts(names: Sequence[str], rows: int, numbers: Mapping[str, Array]) -> 
     said = {of_a_cut(name) for name in names}
     conditions = {channel for channel in said if channel.startswith("cutting.")}
     conditions |= said & {"work.diameter", "operation", "spindle.speed"}
-    even = any(is_time(n) and rises(v) and is_even(v) for n, v in numbers.items())
+    even = any(is_time(n) and rises(v) and steps_evenly(v) for n, v in numbers.items())
     timed = even and rows >= FEWEST and "operation" not in said
     return rows <= MOST_CUTS and len(conditions) >= 2 and not timed
 
 
-def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Proposal]:
+def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[ChannelProposal]:
     taken: set[str] = set()
     for name in base.columns:
         channel = of_a_cut(name) or ("t" if is_time(name) else "") or _current_of_cut(name)
@@ -133,9 +135,9 @@ def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Prop
         if channel == "t" and not rises(numbers.get(name, np.zeros(2))):
             continue
         taken.add(channel)
-        yield Proposal(name, channel, base.units.get(name, ""), why)
+        yield ChannelProposal(name, channel, base.units.get(name, ""), why)
     if "cut" not in taken:
-        yield Proposal("*", "cut", "", "rows are counted: no column numbers them")
+        yield ChannelProposal("*", "cut", "", "rows are counted: no column numbers them")
 
 
 def _current_of_cut(name: str) -> str:
@@ -149,7 +151,7 @@ def _current_of_cut(name: str) -> str:
     return channel if is_channel(channel) else ""
 
 
-def _lacking_of_cuts(found: Sequence[Proposal]) -> Iterator[str]:
+def _lacking_of_cuts(found: Sequence[ChannelProposal]) -> Iterator[str]:
     channels = {one.channel for one in found}
     forces = {"force.x", "force.y", "force.z"} & channels
     currents = {c for c in channels if ".current" in c}

@@ -17,7 +17,7 @@ MOST_A = 500.0
 
 
 @dataclass(frozen=True)
-class Proposal:
+class ChannelProposal:
     """A column may be a channel, in ``unit`` (empty: ours), for a reason; of time of counted rows
     the unit is the step in s.
     """
@@ -28,7 +28,9 @@ class Proposal:
     because: str
 
 
-def with_units(found: Iterable[Proposal], numbers: Mapping[str, Array]) -> Iterator[Proposal]:
+def with_told_units(
+    found: Iterable[ChannelProposal], numbers: Mapping[str, Array]
+) -> Iterator[ChannelProposal]:
     """Yield proposals with the units that their numbers tell, where nothing states them."""
     given = list(found)
     values = {one.channel: numbers[one.column] for one in given if one.column in numbers}

@@ -30,7 +30,7 @@ class SlopeOf:
     factor: float
 
 
-def slope(values: Array, t_s: Array, span: int) -> Array:
+def mean_slope(values: Array, t_s: Array, span: int) -> Array:
     """Return the mean slope of a column over ``span`` rows on both sides of each row.
 
     Of (n,) rows those that have as many on both sides.
@@ -54,7 +54,7 @@ def slope_of(rate: Array, place: Array, t_s: Array) -> SlopeOf | None:
         return None
     for span in SPANS:
         with np.errstate(divide="ignore", invalid="ignore"):
-            along, mean = slope(place, t_s, span), mean_over(rate, span)
+            along, mean = mean_slope(place, t_s, span), mean_over(rate, span)
         good = np.isfinite(along) & np.isfinite(mean)
         along, mean = along[good], mean[good]
         power = float(along @ along)
@@ -79,7 +79,7 @@ def share_followed(
     if len(t_s) < FEWEST:
         return 0.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        acceleration = slope(velocity, t_s, span)
+        acceleration = mean_slope(velocity, t_s, span)
     mean, said = mean_over(velocity, span), mean_over(effort, span)
     scale = float(np.sqrt(np.mean(mean**2))) or 1.0
     direction = [np.tanh(mean / (0.05 * scale))] if with_direction else []

@@ -1,4 +1,4 @@
-"""Proposed channels of moves over time: names first, and the physics that speaks for them."""
+"""ProposedBase channels of moves over time: names first, and the physics that speaks for them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ SPARE = ("x", "y", "z", "u", "v", "w")
 
 
 @dataclass
-class Moves:
+class ProposedMoves:
     """Proposals for moves, and what is missing."""
 
     found: list[Row] = field(default_factory=list)
@@ -43,9 +43,9 @@ class Moves:
 
 def proposed_moves(
     numbers: Mapping[str, Array], dates: Sequence[str], units: Mapping[str, str]
-) -> Moves:
+) -> ProposedMoves:
     """Return what columns (n,) of moves may be; ``dates``: columns of moments as text."""
-    made = Moves()
+    made = ProposedMoves()
     t_s = _time(made, numbers, dates, units)
     others = {name: values for name, values in numbers.items() if name not in _columns(made)}
     said = {name: said_by(name) for name in others}
@@ -69,7 +69,7 @@ def proposed_moves(
     return made
 
 
-def _add_step(made: Moves, found: Sequence[Chain]) -> None:
+def _add_step(made: ProposedMoves, found: Sequence[Chain]) -> None:
     """Propose the time of a row where velocities and positions tell it, in mm/s and mm."""
     steps = [1.0 / abs(chain.links[chain.velocity][1].factor) for chain in found if chain.velocity]
     if "t" in made.channels or not steps:
@@ -81,12 +81,15 @@ def _add_step(made: Moves, found: Sequence[Chain]) -> None:
         made.found.insert(0, ("*", "t", f"{step_s:.3g}", why))
 
 
-def _columns(made: Moves) -> set[str]:
+def _columns(made: ProposedMoves) -> set[str]:
     return {column for column, _, _, _ in made.found}
 
 
 def _time(
-    made: Moves, numbers: Mapping[str, Array], dates: Sequence[str], units: Mapping[str, str]
+    made: ProposedMoves,
+    numbers: Mapping[str, Array],
+    dates: Sequence[str],
+    units: Mapping[str, str],
 ) -> Array:
     """Propose the column of time, and return it in s; rows where there is none."""
     if dates:
@@ -94,7 +97,7 @@ def _time(
     rising = [name for name, values in numbers.items() if rises(values)]
     named = [name for name in rising if name == "t" or is_time(name)]
     even = sorted(
-        (name for name in rising if is_even(numbers[name])),
+        (name for name in rising if steps_evenly(numbers[name])),
         key=lambda name: float(np.median(np.diff(numbers[name]))) == 1.0,
     )
     choice = (named or even)[:1]
@@ -118,7 +121,7 @@ def rises(values: Array) -> bool:
     return len(steps) > 1 and bool(np.isfinite(values).all()) and float(np.mean(steps > 0)) >= EVEN
 
 
-def is_even(values: Array) -> bool:
+def steps_evenly(values: Array) -> bool:
     """Say whether nearly all steps of a rising column (n,) are about alike."""
     steps = np.diff(values)
     return float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)) >= EVEN
@@ -138,7 +141,7 @@ def _axes(found: Sequence[Chain], said: Mapping[str, NameSays]) -> list[str]:
 
 
 def _add_chain(
-    made: Moves, chain: Chain, axis: str, units: Mapping[str, str], *, named: bool
+    made: ProposedMoves, chain: Chain, axis: str, units: Mapping[str, str], *, named: bool
 ) -> None:
     guess = "" if named else "; which axis it is no number says"
     ends = {chain.place: place_channel(axis), chain.velocity: f"{axis}.velocity",
@@ -166,7 +169,7 @@ def _unit_of_rate(factor: float, is_velocity: bool) -> str:
 
 
 def _add_efforts(
-    made: Moves,
+    made: ProposedMoves,
     columns: Mapping[str, Array],
     said: Mapping[str, NameSays],
     units: Mapping[str, str],
@@ -205,7 +208,7 @@ def _velocity(columns: Mapping[str, Array], chain: Chain, t_s: Array) -> Array:
 
 
 def _add_named(
-    made: Moves,
+    made: ProposedMoves,
     columns: Mapping[str, Array],
     said: Mapping[str, NameSays],
     units: Mapping[str, str],

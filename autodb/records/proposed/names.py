@@ -61,10 +61,10 @@ class NameSays:
     foreign: bool = False
 
 
-def tokens(name: str) -> list[str]:
+def name_words(name: str) -> list[str]:
     """Return the words of a name in small letters.
 
-    >>> tokens("X1_ActualPosition"), tokens("I_Z_Luft")
+    >>> name_words("X1_ActualPosition"), name_words("I_Z_Luft")
     (['x', '1', 'actual', 'position'], ['i', 'z', 'luft'])
     """
     return [token.casefold() for token in _TOKENS.findall(_WITHOUT.sub(" ", name))]
@@ -76,7 +76,7 @@ def said_by(name: str) -> NameSays:
     >>> said_by("X1_ActualVelocity").quantity, said_by("Strom Z [mA]").axis
     ('velocity', 'z')
     """
-    words = tokens(name)
+    words = name_words(name)
     joined = "".join(words)
     quantity = next((q for q, known in QUANTITIES.items() if _any_of(words, known)), "")
     if not quantity and words[:1] == ["i"]:
@@ -107,7 +107,7 @@ def is_time(name: str) -> bool:
     >>> is_time("Time (s)"), is_time("Zeit"), is_time("timeout")
     (True, True, False)
     """
-    words = tokens(name) or [name.casefold()]
+    words = name_words(name) or [name.casefold()]
     return words in (["t"], ["ts"]) or words[0] in _TIME[1:-1] or words[-1] in _TIME[1:7]
 
 
@@ -121,7 +121,7 @@ def of_a_cut(name: str) -> str:
     """
     if is_channel(name):
         return name
-    words = tokens(name)
+    words = name_words(name)
     joined = "".join(words)
     if joined in _COMPONENTS or (joined in _FORCES and name.lstrip()[0] == "F"):
         return (_COMPONENTS | _FORCES)[joined]

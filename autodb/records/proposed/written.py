@@ -4,16 +4,16 @@ import json
 from collections.abc import Iterator, Sequence
 
 from autodb.files.operation_words import suggested_operation
-from autodb.records.proposed.columns import Proposed
-from autodb.records.proposed.cuts import Proposal
+from autodb.records.proposed.columns import ProposedBase
+from autodb.records.proposed.cuts import ChannelProposal
 
 
-def side_file_of(found: Sequence[Proposed], name: str) -> str:
+def side_file_of(found: Sequence[ProposedBase], name: str) -> str:
     """Return the side file of a file called ``name`` as TOML; of a channel the first proposal."""
     return "\n".join([f"# proposed by 'autodb look {name}'; check it", *_lines(found)]) + "\n"
 
 
-def _lines(found: Sequence[Proposed]) -> Iterator[str]:
+def _lines(found: Sequence[ProposedBase]) -> Iterator[str]:
     yield "[channels]"
     taken: set[str] = set()
     for one in (proposal for base in found for proposal in base.proposals):
@@ -29,7 +29,7 @@ def _lines(found: Sequence[Proposed]) -> Iterator[str]:
         yield from (f"# no operation is known for {_text(t)}" for t, name in known if name is None)
 
 
-def _column(one: Proposal) -> str:
+def _column(one: ChannelProposal) -> str:
     if one.column == "*":
         return f'{{row_in = "*", step_s = {one.unit}}}' if one.unit else '{row_in = "*"}'
     if one.unit:

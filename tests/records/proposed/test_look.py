@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from autodb import records
 from autodb.readers import open_bases
 from autodb.records import Recording
-from autodb.records.proposed.columns import proposed
+from autodb.records.proposed.columns import propose_channels
 from autodb.records.proposed.names import said_by
 from autodb.records.proposed.written import side_file_of
 from tests.conftest import SHARED, Cli
@@ -34,7 +34,7 @@ ONE, OTHER = _axis((0.31, 0.74), 40.0), _axis((0.23, 0.55), 25.0)
 
 def _channels(path: Path) -> dict[str, tuple[str, str]]:
     (base,) = open_bases(path)
-    return {one.channel: (one.column, one.unit) for one in proposed(base).proposals}
+    return {one.channel: (one.column, one.unit) for one in propose_channels(base).proposals}
 
 
 def test_names_say_quantity_and_axis() -> None:
@@ -137,7 +137,7 @@ def test_a_table_of_cuts_and_its_units(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(CUTS, "utf-8")
     (base,) = open_bases(path)
-    found = proposed(base)
+    found = propose_channels(base)
     assert found.holds_cuts
     assert {p.channel: p.unit for p in found.proposals if p.unit} == {
         "force.y": "kN",
@@ -162,5 +162,5 @@ def test_a_real_axis_without_names() -> None:
         for base in open_bases(SHARED / "data" / "emps" / "DATA_EMPS.mat")
         if "qm" in base.columns
     )
-    found = {one.channel: one.column for one in proposed(base).proposals}
+    found = {one.channel: one.column for one in propose_channels(base).proposals}
     assert (found["t"], found["x.position"], found["x.current"]) == ("t", "qm", "vir")
