@@ -42,7 +42,9 @@ def vectors(h5py: Any, path: Path) -> list[Vector]:
     found: list[Vector] = []
 
     def visit(name: str, item: Any) -> None:
-        if not isinstance(item, h5py.Dataset) or name.startswith("#refs#"):
+        if not isinstance(item, h5py.Dataset) or name.startswith(("#refs#", "#subsystem#")):
+            return
+        if "MATLAB_object_decode" in item.attrs:  # a timetable's reference to what it holds
             return
         if item.external or item.is_virtual:
             raise UnusableInput(

@@ -17,6 +17,11 @@ from autodb.readers.hdf5_columns import LONGER, MOST_BESIDE
 
 MOST_STRUCTS = 1000
 """Structs of one array that are looked at. Chosen: a struct a cut, of some hundred cuts."""
+_NUMBERS = {"double", "single", "logical"} | {
+    f"{u}int{n}" for u in ("", "u") for n in (8, 16, 32, 64)
+}
+_HOLDING = ("struct", "cell")
+"""Classes of MATLAB that are read; objects, such as a timetable, are not."""
 _KINDS = "fiub"
 
 
@@ -54,8 +59,11 @@ _Named = dict[tuple[str, str], Any]
 
 def _variables(path: Path, wanted: list[str] | None = None) -> dict[str, _Named]:
     """Return the columns of each variable of a file; ``wanted``: of these alone."""
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
+    kinds = {name: kind for name, _, kind in whosmat(path)}
+    held = [name for name, kind in kinds.items() if kind in _NUMBERS or kind in _HOLDING]
+    wanted = held if wanted is None else [name for name in wanted if name in held]
     found: dict[str, _Named] = {}
     for name, value in loadmat(path, variable_names=wanted, simplify_cells=True).items():
         if not name.startswith("__"):

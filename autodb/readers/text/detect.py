@@ -89,7 +89,7 @@ def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
     names = split(lines[0], ",")
     if not any(names):
         raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
-    if len(names) == 1 and path.suffix.lower() != ".csv":
+    if len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:]):
         raise UnusableInput(
             f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
             "the side file where one begins and what separates its columns"

@@ -35,7 +35,7 @@ def _layout(preset: Preset, rows: list[list[str]], begins: re.Match[str]) -> Tex
     first = next(
         (n for n in range(header + 1, len(rows)) if _is_row(rows[n][:remarks], number)), None
     )
-    if first is None:
+    if first is None or not _named(names, rows[first:], remarks):
         return None
     said = {row[0]: row for row in rows[:first] if row}
     times = tuple(place for place, name in enumerate(names) if name == preset.time)
@@ -53,6 +53,11 @@ def _layout(preset: Preset, rows: list[list[str]], begins: re.Match[str]) -> Tex
         steps_s=steps if all(not row[0] for row in rows[first : first + 2]) else {},
         title=preset.title,
     )
+
+
+def _named(names: list[str], rows: list[list[str]], remarks: int) -> bool:
+    """Say whether the fullest row has a cell for each name, but for remarks that are left out."""
+    return max(map(len, rows)) in (len(names), len(names) + 1, remarks)
 
 
 def _header(preset: Preset, rows: list[list[str]]) -> int | None:

@@ -41,6 +41,8 @@ _CUTS: dict[str, tuple[str, ...]] = {
 _FORCES = {"fx": "force.x", "fy": "force.y", "fz": "force.z"}
 _COMPONENTS = {"fc": "force.y", "ff": "force.z", "fp": "force.x"}
 """Cutting, feed and passive force of turning (ISO 3002-4) in machine axes."""
+_SYMBOLS = ("v", "a", "u", "w", "b", "c")
+"""Names that are an axis as well as a quantity: a velocity, an acceleration, a voltage."""
 COMPOUND = 5
 """Letters of a word from which on it is known in a compound. Chosen."""
 _BRACKETS = re.compile(r"[\[(][^\[\]()]+[\])]\s*$")
@@ -78,6 +80,8 @@ def said_by(name: str) -> NameSays:
     """
     words = name_words(name)
     joined = "".join(words)
+    if joined in _SYMBOLS:
+        return NameSays(unit=unit_within(name))
     quantity = next((q for q, known in QUANTITIES.items() if _any_of(words, known)), "")
     if not quantity and words[:1] == ["i"]:
         quantity = "current"
