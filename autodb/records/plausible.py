@@ -16,10 +16,11 @@ from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
 from autodb.files.operation_words import suggested_operation
 from autodb.files.side import Operation, SideFile
 from autodb.files.units import RAW
+from autodb.records.channel_summary import LEVELS, ChannelSummary
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
 from autodb.records.stamps import doubt_of_rate
-from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
+from autodb.records.summary import BaseSummary
 
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""
