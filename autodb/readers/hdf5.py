@@ -34,7 +34,8 @@ def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
 
 def _grouped(vectors: list[Vector]) -> dict[str, dict[str, Vector]]:
     """Return the columns of each time base by its name."""
-    homes = {(v.folder, v.rows) for v in vectors if v.dataset.rpartition("/")[2] in _KEYS}
+    named = [v for v in vectors if not v.field and v.name.rpartition("/")[2] in _KEYS]
+    homes = {(v.folder, v.rows) for v in named}
     grouped: dict[str, dict[str, Vector]] = {}
     for vector in vectors:
         home = _home(vector, homes)

@@ -64,8 +64,8 @@ class TextLayout:
 def column_names(names: Sequence[str]) -> tuple[str, ...]:
     """Return names of columns: one without a name is called by its place, others alike are counted.
 
-    Of a channel's own name none is counted: which of two is meant, no one can know. Nor is the first
-    name, which others that are alike share where each time base has its stamps.
+    Of a channel's own name none is counted: which of two is meant, no one can know. Nor is the
+    first name, which others that are alike share where each time base has its stamps.
     """
     found, times = [], Counter[str]()
     for place, name in enumerate(names, start=1):
