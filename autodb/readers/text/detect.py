@@ -72,7 +72,7 @@ def is_plain(lines: Sequence[str]) -> bool:
     rows = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
     if len(header) < 2 or any(map(is_number, header)) or any(m in lines[0] for m in ";\t|"):
         return False
-    if lines[0].lstrip().startswith(COMMENTS):
+    if any(line.lstrip().startswith(COMMENTS) for line in lines[: PLAIN_LINES + 1]):
         return False
     alike = [row for row in rows if len(row) == len(header)]
     if len(alike) < ALIKE * len(rows) or not alike:
@@ -197,8 +197,8 @@ def _commented_names(
     lines: Sequence[str], best: _Attempt, comment: str
 ) -> tuple[int | None, list[str]]:
     """Return the line and the names of a header that is written as a comment above the rows."""
-    above = [n for n in range(best.place.first) if lines[n].lstrip().startswith(comment)]
-    if not above:
+    above = [n for n in range(best.place.first) if lines[n].strip()]
+    if not above or not lines[above[-1]].lstrip().startswith(comment):
         return None, []
     bare = lines[above[-1]].lstrip().lstrip(comment).strip()
     names = split(bare, best.separator)

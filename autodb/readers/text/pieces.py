@@ -4,6 +4,7 @@ import csv as plain
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import methodcaller
 from pathlib import Path
 
 import pyarrow as pa
@@ -15,6 +16,8 @@ from autodb.readers.text.cells import SPACE, UNKNOWN, is_number
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.presets import NO_ROWS
 
+REMARK = b"#"
+"""Begins a remark in most files that have some."""
 WORKS = (
     "give each row a cell for each column, or state under [csv] in the side file how the table is "
     "written"
@@ -39,6 +42,9 @@ class TextPiece:
         try:
             return piece.read(numbers, labels)
         except (pa.ArrowException, UnicodeDecodeError) as error:
+            bare = _without(piece.text, REMARK)
+            if len(bare) < len(piece.text):  # remarks that begin below what was looked at
+                return replace(piece, text=bare).parse(numbers, labels)
             reason = (str(error).splitlines() or [""])[0]
             raise UnusableInput(piece.fault(numbers, reason)) from None
 
@@ -50,7 +56,7 @@ class TextPiece:
         table = csv.read_csv(
             pa.BufferReader(self.text),
             read_options=csv.ReadOptions(column_names=[str(k) for k in range(len(layout.names))]),
-            parse_options=csv.ParseOptions(delimiter=_delimiter(layout)),
+            parse_options=csv.ParseOptions(delimiter=layout.separator),
             convert_options=csv.ConvertOptions(
                 include_columns=list(kinds),
                 column_types=kinds,
@@ -78,7 +84,7 @@ class TextPiece:
         """Return the line that names the first row at fault."""
         lines = self.text.decode("utf-8", "replace").splitlines()
         try:
-            cells = plain.reader(lines, delimiter=_delimiter(self.layout))
+            cells = plain.reader(lines, delimiter=self.layout.separator)
             rows = (row for row in cells if row)
             for number, row in enumerate(rows, start=self.first_row + 1):
                 fault = self._fault_of_row(number, row, numbers)
@@ -102,23 +108,18 @@ class TextPiece:
         return ""
 
 
-def _delimiter(layout: TextLayout) -> str:
-    return "\t" if layout.separator == SPACE else layout.separator
-
-
 def tidied(text: bytes, layout: TextLayout) -> bytes:
-    """Return lines as Arrow reads them: no remarks, one tab for spaces, all cells, no thousands."""
+    """Return lines as Arrow reads them: no remarks, single spaces, all cells, no thousands."""
     for mark in (*NO_ROWS, layout.comment):
         said = mark.encode()
         if said[:1] in text and said in text and said:  # one byte is found ten times as fast
             text = _without(text, said)
     if layout.separator == SPACE:
-        text = re.sub(rb"(?m)^[ \t]+|[ \t\r]+$", b"", text)
-        text = re.sub(rb"[ \t]+", b"\t", text)
+        text = _single_spaced(text)
     if layout.thousands:
         text = _ungrouped(text, layout)
     if layout.short_rows:
-        text = _filled(text, _delimiter(layout).encode(), len(layout.names))
+        text = _filled(text, layout.separator.encode(), len(layout.names))
     return text
 
 
@@ -127,10 +128,19 @@ def _without(text: bytes, mark: bytes) -> bytes:
     return re.sub(rb"(?m)^" + re.escape(mark) + rb".*\n?", b"", text)
 
 
+def _single_spaced(text: bytes) -> bytes:
+    """Return lines with one space between cells and none at their ends."""
+    text = text.replace(b"\t", b" ").replace(b"\r\n", b"\n")
+    while b"  " in text:
+        text = text.replace(b"  ", b" ")
+    text = text.replace(b"\n ", b"\n").replace(b" \n", b"\n")
+    return text.removeprefix(b" ").removesuffix(b" ")
+
+
 def _ungrouped(text: bytes, layout: TextLayout) -> bytes:
     """Return lines whose numbers have nothing between thousands."""
     between = re.escape(layout.thousands.encode())
-    cell = rb"(?<![^" + re.escape(_delimiter(layout).encode()) + rb'\n"])'
+    cell = rb"(?<![^" + re.escape(layout.separator.encode()) + rb'\n"])'
     number = cell + rb"[+-]?\d{1,3}(?:" + between + rb"\d{3})+(?![\d" + between + rb"])"
     mark = layout.thousands.encode()
     return re.sub(number, lambda found: found[0].replace(mark, b""), text)
@@ -141,6 +151,10 @@ def _filled(text: bytes, separator: bytes, cells: int) -> bytes:
 
     A line of empty cells alone is none.
     """
+    text = text.replace(b"\r\n", b"\n").removesuffix(b"\n")
+    there = set(map(methodcaller("count", separator), text.split(b"\n")))
+    if len(there) == 1 and 0 <= (lacking := cells - 1 - min(there)) < cells - 1:
+        return text.replace(b"\n", separator * lacking + b"\n") + separator * lacking + b"\n"
     lines = []
     for line in text.splitlines():
         lacking = cells - 1 - line.count(separator)

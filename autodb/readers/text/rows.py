@@ -1,5 +1,6 @@
 """Where a table begins: the line that names its columns, a row of units, the first row of data."""
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ AHEAD = 20
 """Rows looked at behind a line that may be the first of the table. Chosen."""
 LONGEST_UNIT = 10
 """A longer text in a row of units is none, ours or not. Chosen: `micrometer`."""
+_DATE = re.compile(r"\d{1,4}[./:-]\d{1,2}[./:-]\d")
 _BRACKETS = (("(", ")"), ("[", "]"))
 COUNTED = 4
 """As many columns numbered from 0 or 1 are names that a library counted, not a row. Chosen."""
@@ -152,8 +154,9 @@ def _above(
 
 
 def _names(row: Cells, width: int) -> bool:
-    """Say whether a line has a name for each column, but for a separator at its end."""
-    return len(row) == width or (len(row) == width + 1 and not row[-1])
+    """Say whether a line has a name for each column, none a date; a separator may end it."""
+    fits = len(row) == width or (len(row) == width + 1 and not row[-1])
+    return fits and not any(map(_DATE.match, row))
 
 
 def are_units(row: Cells) -> bool:

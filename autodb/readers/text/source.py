@@ -75,9 +75,11 @@ def beginning_of(path: Path) -> bytes:
 
 
 def decoded(path: Path, text: bytes, encoding: str) -> str:
-    """Return bytes as text; raises UnusableInput where they are none in this encoding."""
+    """Return bytes as text, but for a last letter that is cut; raises UnusableInput where they are
+    none in this encoding.
+    """
     try:
-        return text.decode(encoding)
+        return codecs.getincrementaldecoder(encoding)().decode(text)
     except (UnicodeDecodeError, LookupError) as error:
         raise not_text(path, encoding, error) from None
 
