@@ -19,7 +19,7 @@ SEED = 3901
 ABOVE = (
     "Machine: lathe 4",
     "Datum 26.11.2026",
-    "# made by hand, on a Thursday in November, at half past nine",
+    "# made by hand on a Thursday in November at half past nine",
     "",
     "Sample rate 500 Hz",
     "Kanal 1",
