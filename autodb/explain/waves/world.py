@@ -203,8 +203,11 @@ def form(columns: Array, shape: Mapping[str, float] | None = None, **options: An
 
 
 def keep_shape(columns: Array) -> Callable[..., Array]:
-    """Return a function that gives columns, whatever their shape is called."""
-    return partial(_as_is, columns)
+    """Return a function that gives columns (C, n, p), whatever their shape is called.
+
+    Each lies in one piece of memory: they are filtered one by one.
+    """
+    return partial(_as_is, np.moveaxis(np.ascontiguousarray(np.moveaxis(columns, -1, 1)), 1, -1))
 
 
 def _as_is(columns: Array, **shape: float) -> Array:
@@ -215,10 +218,10 @@ def _as_is(columns: Array, **shape: float) -> Array:
 def on_each(world: SimulatedWaves, course: Array) -> Array:
     """Return columns (C, n, C · p) of courses (n, p), free in each component."""
     count, n = world.components, len(course)
-    made = np.zeros((count, n, count, course.shape[1]))
+    made = np.zeros((count, count, course.shape[1], n))
     for i in range(count):
-        made[i, :, i] = course
-    return made.reshape(count, n, -1)
+        made[i, i] = course.T
+    return np.moveaxis(made.reshape(count, -1, n), 1, -1)
 
 
 def shape_columns(shape: CandidateForm) -> Array:
