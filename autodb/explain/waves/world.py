@@ -13,6 +13,7 @@ from autodb.explain.waves.law import in_ways, rubbing
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.waves import Waves
 from autodb.files.channels import FORCES
+from autodb.sensing.table.model import carried_columns
 from autodb.timing import Timing
 
 Array = NDArray[np.float64]
@@ -36,6 +37,10 @@ class Tilted:
     rotation: Array
     omega: Array
     faster: Array
+
+    def columns(self) -> Array:
+        """Return what a kilogram on it, and its moments, add (3, n, 4), N a kg and a kg·m."""
+        return carried_columns(self.rotation, self.omega, self.faster)
 
     def at(self, rows: NDArray[np.intp]) -> "Tilted":
         """Return the same at some rows."""
