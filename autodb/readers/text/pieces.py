@@ -152,9 +152,10 @@ def _filled(text: bytes, separator: bytes, cells: int) -> bytes:
     A line of empty cells alone is none.
     """
     text = text.replace(b"\r\n", b"\n").removesuffix(b"\n")
-    there = set(map(methodcaller("count", separator), text.split(b"\n")))
+    there: set[int] = set(map(methodcaller("count", separator), text.split(b"\n")))
     if len(there) == 1 and 0 <= (lacking := cells - 1 - min(there)) < cells - 1:
-        return text.replace(b"\n", separator * lacking + b"\n") + separator * lacking + b"\n"
+        ending = separator * lacking + b"\n"
+        return text.replace(b"\n", ending) + ending
     lines = []
     for line in text.splitlines():
         lacking = cells - 1 - line.count(separator)

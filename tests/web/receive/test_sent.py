@@ -163,7 +163,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
 @pytest.mark.parametrize(
     ("files", "line"),
     [
-        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; use .csv, .parquet"),
+        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; use .csv, .txt"),
         ({"recording": ("a.pkl", b"\x80\x04.")}, "a.pkl: unknown kind of file"),
         ({"recording": ("a.npz", b"PK")}, "a.npz: unknown kind of file"),
         ({"recording": ("..", b"t")}, "recording: unknown kind of file"),
