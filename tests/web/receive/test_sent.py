@@ -108,7 +108,7 @@ class _Trap:
 
 
 WRONG: tuple[tuple[str, bytes | Callable[[Path], None], str, str], ...] = (
-    ("a.csv", b"\x89PNG\x1a\x00\xff\n\x00", "", "a.csv: the header is not UTF-8 text"),
+    ("a.csv", b"\x89PNG\x1a\x00\xff\n\x00", "", "a.csv: not text"),
     ("zip.csv", _zip, "", "zip.csv: "),
     ("b.csv", b"t,x\n0,1\n1,2\n2,3\n", "", "b.csv: no channel beside its time or cut number"),
     ("c.csv", b"a,b\n1,2\n", "", "c.csv: neither a column 't'"),
