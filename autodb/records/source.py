@@ -239,6 +239,9 @@ def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> 
     wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())
     there = {*everywhere, "*"}
     problems = [f"no column '{w}'{near(w, everywhere)}" for w in wanted if w not in there]
+    layouts = dict.fromkeys(base.layout for base in opened if base.layout)
+    if problems and layouts:
+        problems[-1] += f"; the file is read as: {'; '.join(layouts)}"
     bases = tuple(
         ChannelSet(base, Conversion(path, specs(base.columns, side), side, base.units))
         for base in opened
