@@ -134,11 +134,23 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
         )
 
 
-def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
-    """Yield one line for all texts that are no operation, with what they may mean."""
-    known = get_args(Operation)
-    odd = [text for text in base.operations if text and text not in known]
+def _unknown(base: BaseSummary) -> list[str]:
+    return [text for text in base.operations if text and text not in get_args(Operation)]
+
+
+def left_out_operations(base: BaseSummary) -> tuple[str, ...]:
+    """Return a sentence on operations that are none of ours and mean none; or nothing."""
+    odd = _unknown(base)
     if not odd:
+        return ()
+    listed = ", ".join(f"'{text}'" for text in odd)
+    return (f"no operation of ours: {listed}; nothing is learnt of these cuts",)
+
+
+def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
+    """Yield one line for all texts that are no operation, where one of them may mean one."""
+    known, odd = get_args(Operation), _unknown(base)
+    if not any(map(suggested_operation, odd)):
         return
     row, column = base.operations[odd[0]], _column("operation", side)
     means = ", ".join(f'"{text}" = "{suggested_operation(text) or "…"}"' for text in odd)

@@ -43,6 +43,16 @@ def test_an_unknown_operation_is_said_at_import(cli: Cli, tmp_path: Path) -> Non
     assert '{"Längsdrehen" = "turn", "Plandrehen" = "face"}' in done.err
 
 
+def test_an_operation_that_means_none_enters_and_is_said(cli: Cli, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("cut,operation,force.z\n1,grinding,100\n2,turn,110\n")
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    done = cli("import", path, "--machine", "lathe-1")
+    assert done.code == 0
+    assert "no operation of ours: 'grinding'" in done.out
+
+
 def test_all_problems_are_said_at_once(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(TABLE, "utf-8")

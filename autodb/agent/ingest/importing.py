@@ -27,7 +27,7 @@ from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
 from autodb.records import EDGE, CutTable, RecordingSource, edge_codes
-from autodb.records.plausible import refuse_implausible
+from autodb.records.plausible import left_out_operations, refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing.ranges.validity import STATED
 from autodb.store import Store, models
@@ -110,7 +110,8 @@ def import_file(
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
     cuts, notes = cuts_in(source, progress)
-    notes = (*source.remarks, *notes)
+    unknown = [sentence for base in summary for sentence in left_out_operations(base)]
+    notes = (*source.remarks, *unknown, *notes)
     row = _row(source, summary, sha256)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
