@@ -15,6 +15,8 @@ Row = tuple[str, str, str, str]
 STEPS_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 SLOWEST_HZ, FASTEST_HZ = 2.0, 2e5
 """Rates of drive recorders and sensors lie between these. Chosen."""
+MANY_STEPS = 100
+"""Steps that a rate is taken over. Chosen: of 1 ms a stamp is off by half of it in all of them."""
 EVEN = 0.99
 """Share of steps above zero for a column to be time. Chosen: clocks are set back now and then."""
 RATES_IN: dict[str, float] = {"mm/min": 60.0, "m/s": 1e-3, "m/min": 0.06, "um/s": 1000.0}
@@ -109,10 +111,17 @@ def _time(
     counted = step == 1.0 and not named
     if counted:
         return numbers[name]
-    rate = f"{1.0 / (step * STEPS_S.get(unit, 1.0)):.4g} Hz"
+    between = _mean_step(numbers[name])
+    rate = f"{1.0 / (between * STEPS_S.get(unit, 1.0)):.4g} Hz"
     why = "its name, and it rises" if named else "it rises by even steps"
     made.add(name, "t", "" if unit == "s" else unit, f"{why}: {rate}")
     return numbers[name] * STEPS_S.get(unit, 1.0)
+
+
+def _mean_step(values: Array) -> float:
+    """Return the usual step of a column (n,), over many of them: stamps may be rounded."""
+    over = max(1, min(MANY_STEPS, len(values) // 2))
+    return float(np.median(values[over:] - values[:-over])) / over
 
 
 def rises(values: Array) -> bool:

@@ -74,6 +74,14 @@ def test_columns_without_names_are_known_by_their_physics(tmp_path: Path) -> Non
     assert "column 5" not in [column for column, _ in found.values()]
 
 
+def test_stamps_rounded_to_milliseconds_have_the_rate_of_all_of_them(tmp_path: Path) -> None:
+    """At 400 Hz steps are 2 and 3 ms in turn."""
+    t_s = np.round(np.arange(800) / 400.0, 3)
+    (base,) = open_bases(write(tmp_path / "ms.csv", {"t": t_s, "x.position": np.sin(t_s)}))
+    (time,) = [one for one in propose_channels(base).proposals if one.channel == "t"]
+    assert time.because.endswith(": 400 Hz")
+
+
 def test_two_ripples_of_one_frequency_are_no_axis(tmp_path: Path) -> None:
     """A force's derivative explains any other force of its frequency; no friction shows."""
     names = {
