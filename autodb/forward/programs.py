@@ -20,8 +20,16 @@ from autodb.files.channels import largest_of
 from autodb.files.checksums import checksum
 from autodb.files.job import LEAST, JobProgram
 from autodb.forward.along import ProgramLine
-from autodb.nc.reading import Arc, CuttingSpeed, Move, PerRev, Rapid, program_text, turning_program
-from autodb.nc.reading.blocks import blocks
+from autodb.nc.reading import (
+    Arc,
+    CuttingSpeed,
+    Move,
+    PerRev,
+    Rapid,
+    line_texts,
+    program_text,
+    turning_program,
+)
 from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, Conditions
 
 Array = NDArray[np.float64]
@@ -76,10 +84,7 @@ def follow(
     for move in program.moves:
         _refuse_beyond(move, str(path))
     done, _ = engagement(program.moves, stock_of(asked), source=str(path))
-    said = {
-        block.line: " ".join(word.text for word in block.words if word.name != "N")
-        for block in blocks(text, source=str(path))
-    }
+    said = line_texts(text, source=str(path))
     moves = {move.line: move for move in program.moves}
     lines = tuple(_lines(done, moves, said, str(path)))
     if not lines:
