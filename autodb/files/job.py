@@ -16,8 +16,9 @@ from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
 
 Operation = Literal[
-    "turn", "face", "taper", "contour", "slot", "side-up", "side-down", "ramp", "pocket", "drill"
-]
+    "turn", "face", "taper", "contour", "bore", "groove", "thread",
+    "slot", "side-up", "side-down", "ramp", "pocket", "drill",
+]  # fmt: skip
 OPERATIONS: tuple[str, ...] = get_args(Operation)
 SPEEDS = ("speed_rpm", "speed_m_min")
 ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
@@ -45,6 +46,9 @@ KEYS = {
     "face": Keys("turning_insert", _TURNED, ("end_diameter_mm",)),
     "taper": _PROFILE,
     "contour": _PROFILE,
+    "bore": Keys("turning_insert", _TURNED),
+    "groove": Keys("turning_insert", ("diameter_mm", "width_mm", "feed_mm_rev")),
+    "thread": Keys("turning_insert", (*_TURNED, "width_mm")),
     "slot": Keys("end_mill", _MILLED, ("direction_deg",)),
     "side-up": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
     "side-down": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
@@ -52,7 +56,18 @@ KEYS = {
     "pocket": Keys("end_mill", (*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
     "drill": Keys("drill", ("feed_mm_rev",)),
 }
-"""Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
+"""Keys of a cut by its operation; a mill or drill has its diameter from the tool. The feed of a
+thread is its pitch, its depth that of the pass, its width the height of the V after it."""
+MOST_CUT: Mapping[ToolKind, Mapping[str, float]] = {
+    "turning_insert": {"depth_mm": 30.0, "feed_mm_rev": 5.0},
+    "end_mill": {"depth_mm": 200.0, "feed_mm_tooth": 5.0},
+    "drill": {"feed_mm_rev": 5.0},
+}
+"""What a cut of a kind of tool goes beyond only by a slip of the unit. Chosen: the longest edges of
+ISO 1832's inserts cut some 20 mm deep, heavy roughing feeds by 2 mm, drills by 1 mm a revolution,
+mills of high feed by 3 mm a tooth."""
+MOST_PITCH_MM = 25.0
+"""The same of a thread's pitch. Chosen: trapezoidal threads of machines have up to 24 mm."""
 
 
 LEAST = 1e-6
@@ -122,6 +137,18 @@ class JobCut(Section):
                 f"operation '{self.operation}' has no {' or '.join(unknown)}; it takes "
                 f"{', '.join((*keys.needs, *keys.may))}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _plausible(self) -> "JobCut":
+        for key, most in MOST_CUT[KEYS[self.operation].kind].items():
+            value = getattr(self, key)
+            limit = MOST_PITCH_MM if (self.operation, key) == ("thread", "feed_mm_rev") else most
+            if value is not None and value > limit:
+                raise ValueError(
+                    f"{key} {value:g} is beyond what a tool of operation '{self.operation}' cuts; "
+                    f"use at most {limit:g}"
+                )
         return self
 
     @model_validator(mode="after")
@@ -222,6 +249,33 @@ def _either(*keys: str) -> JsonDict:
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
+OTHERS = "other"
+"""Of a program's tools, what those are that are not named."""
+
+
+class ProgramTool(Section):
+    """A tool of a program: what it does, and what of its shape decides its engaged edge.
+
+    ``edge_mm``: the longest depth it cuts; ``kappa_deg``: its entering angle; ``width_mm`` of a
+    blade, whose programmed ``corner`` is that towards the chuck or that away from it;
+    ``diameter_mm`` of a drill.
+    """
+
+    kind: Literal["outside", "boring", "grooving", "threading", "drill"] = "outside"
+    edge_mm: Across | None = None
+    kappa_deg: Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)] | None = None
+    width_mm: Across | None = None
+    corner: Literal["chuck", "away"] = "chuck"
+    diameter_mm: Diameter | None = None
+
+    @model_validator(mode="after")
+    def _what_its_kind_needs(self) -> "ProgramTool":
+        needs = {"grooving": "width_mm", "drill": "diameter_mm"}.get(self.kind)
+        if needs is not None and getattr(self, needs) is None:
+            raise ValueError(f"a tool of kind '{self.kind}' needs {needs}")
+        return self
+
+
 class JobProgram(Section):
     """A turning program in place of cuts, and the stock that it meets.
 
@@ -229,7 +283,9 @@ class JobProgram(Section):
     at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
     and diameter, mm; behind the first the stock goes on. ``units`` and ``diameter``: how the
     program is read where it does not say; left out: as the machine file says. ``sha256``: of the
-    program's file; another one is refused.
+    program's file; another one is refused. ``control``: for which it is written, left out: as its
+    words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
+    what the program calls them (``0303``, or ``3``), ``other`` of all others.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
@@ -243,6 +299,11 @@ class JobProgram(Section):
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None
+    control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "sinumerik"] | None = Field(
+        default=None, exclude_if=is_none
+    )
+    bore_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
+    tools: dict[str, ProgramTool] = Field(default_factory=dict, exclude_if=lambda tools: not tools)
 
     @model_validator(mode="after")
     def _one_stock(self) -> "JobProgram":

@@ -26,7 +26,7 @@ class ProgramLine:
     ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
     time, ``extremes``: those where the chip is largest in it; ``widest``: those at the line's
     largest diameter, ``ends``: where it begins and where it ends to cut. ``fastest_rpm`` of the
-    spindle along it.
+    spindle along it; ``numbers``: of its own tool, None where that is the job's.
     """
 
     name: str
@@ -38,6 +38,7 @@ class ProgramLine:
     ends: tuple[Conditions, Conditions]
     widest: Conditions
     fastest_rpm: float
+    numbers: Mapping[str, float] | None = None
 
     def ranges(self, _tool_diameter_mm: float | None = None) -> Mapping[str, tuple[float, float]]:
         """Return mean and largest depth and feed, by channel: a tool enters from depth 0."""
@@ -58,15 +59,19 @@ def predict_lines(
     Raises UnusableInput naming ``source`` and the line that the tool cannot cut.
     """
     found: dict[int, PredictedCut] = {}
-    for name in dict.fromkeys(line.operation for line in lines):
-        some = [line for line in lines if line.operation == name]
+    for name, numbers in dict.fromkeys((one.operation, _key(one)) for one in lines):
+        some = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
 
         def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
             return _cuts(tool, some, rows, source)
 
         for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-            found[line.number] = _predicted(posterior, line, its)
-    return tuple(found[line.number] for line in lines)
+            found[id(line)] = _predicted(posterior, line, its)
+    return tuple(found[id(line)] for line in lines)
+
+
+def _key(line: ProgramLine) -> tuple[tuple[str, float], ...]:
+    return tuple((line.numbers or {}).items())
 
 
 def _cuts(
@@ -74,7 +79,7 @@ def _cuts(
 ) -> PairCuts:
     operation = BY_NAME[lines[0].operation]
     try:
-        return operation.cuts(tool.numbers, rows, called=tool.name)
+        return operation.cuts(lines[0].numbers or tool.numbers, rows, called=tool.name)
     except UnusableInput as error:
         raise UnusableInput(f"{source}: line {_refused(tool, lines)}: {error}") from error
 
@@ -84,7 +89,9 @@ def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
     for line in lines[:-1]:
         try:
             BY_NAME[line.operation].cuts(
-                tool.numbers, [*line.steps, *line.extremes], called=tool.name
+                line.numbers or tool.numbers,
+                [*line.steps, *line.extremes],
+                called=tool.name,
             )
         except UnusableInput:
             return line.number

@@ -4,7 +4,7 @@ A line's steps are those in which it cuts; its way through air counts for neithe
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -13,16 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import turning
-from autodb.cutting.contour import TOUCH_MM, ContourEngagement, engagement
+from autodb.cutting.contour import TOUCH_MM, ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
+from autodb.cutting.tools import FOLLOWS_DEG
+from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.checksums import checksum
-from autodb.files.job import LEAST, JobProgram
+from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
+    Linear,
     Move,
     PerRev,
     Rapid,
@@ -30,7 +33,16 @@ from autodb.nc.reading import (
     program_text,
     turning_program,
 )
-from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, Conditions
+from autodb.pairs.engaged import (
+    DEPTH,
+    DIAMETER,
+    DIRECTION,
+    FEED,
+    RPM,
+    SPEED,
+    WIDTH,
+    Conditions,
+)
 
 Array = NDArray[np.float64]
 
@@ -47,7 +59,8 @@ SQUARE_DEG = 1e-3
 class Followed:
     """A program followed through its stock: the lines that cut, and how long it feeds, s.
 
-    ``tools``: what the program calls the tools that cut.
+    ``tools``: what the program calls the tools that cut; ``removed_mm3`` of the stock; ``notes``:
+    what was taken of the program that it does not say.
     """
 
     source: str
@@ -55,6 +68,8 @@ class Followed:
     lines: tuple[ProgramLine, ...]
     fed_s: float
     tools: tuple[str, ...]
+    removed_mm3: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @property
     def cutting_s(self) -> float:
@@ -80,19 +95,48 @@ def follow(
         )
     inches = (asked.units or units or "mm") == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
-    program = turning_program(text, source=str(path), diameter=by_diameter, inch=inches)
+    program = turning_program(
+        text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control
+    )
     for move in program.moves:
         _refuse_beyond(move, str(path))
-    done, _ = engagement(program.moves, stock_of(asked), source=str(path))
+    done = _worked(program.moves, asked, str(path))
     said = line_texts(text, source=str(path))
-    moves = {move.line: move for move in program.moves}
-    lines = tuple(_lines(done, moves, said, str(path)))
+    arcs = frozenset(move.line for move in program.moves if isinstance(move, Arc))
+    lines = tuple(_lines(done, arcs, said, str(path)))
     if not lines:
         raise UnusableInput(
             f"{path}: the program cuts no stock; state a stock that reaches beyond the path"
         )
-    tools = dict.fromkeys(moves[line.number].tool or "" for line in lines)
-    return Followed(str(path), found, lines, float(_step_s(done).sum()), tuple(filter(None, tools)))
+    cuts = {line.number for line in lines}
+    tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
+    fed_s = float(_step_s(done.steps).sum())
+    return Followed(
+        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3, program.notes
+    )
+
+
+def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:
+    """Return a program's engagement with the stock and the tools that a job states."""
+    tools: dict[str | None, WorkTool] = {
+        None: _work_tool(asked.tools.get(OTHERS, ProgramTool())),
+        **{name: _work_tool(tool) for name, tool in asked.tools.items()},
+    }
+    work = solid(stock_of(asked), bore_mm=0.5 * (asked.bore_diameter_mm or 0.0))
+    return worked(moves, work, tools, source=source)
+
+
+def _work_tool(tool: ProgramTool) -> WorkTool:
+    """Return a tool as engagement sees it; an edge of unknown angle follows up a shoulder."""
+    leans_deg = FOLLOWS_DEG if tool.kappa_deg is None else tool.kappa_deg - 90.0
+    return WorkTool(
+        kind=tool.kind,
+        edge_mm=tool.edge_mm or DEEPEST_MM,
+        lean=float(np.tan(np.radians(np.clip(leans_deg, 0.0, 80.0)))),
+        width_mm=tool.width_mm,
+        towards_chuck=tool.corner == "away",
+        diameter_mm=tool.diameter_mm,
+    )
 
 
 def stock_of(asked: JobProgram) -> Stock:
@@ -110,7 +154,7 @@ def _refuse_beyond(move: Move, source: str) -> None:
     if not isinstance(move, Rapid):
         feed, speed = move.feed, move.speed
         if isinstance(feed, PerRev):
-            stated.append(("a feed", "mm/rev", feed.mm, LEAST, "cutting.feed"))
+            _refuse_feed(move, feed.mm, source)
         else:
             stated.append(("a feed", "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
         if isinstance(speed, CuttingSpeed):
@@ -126,10 +170,22 @@ def _refuse_beyond(move: Move, source: str) -> None:
             )
 
 
+def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
+    """Raise UnusableInput for a feed a revolution that is a slip of the unit."""
+    thread = isinstance(move, Linear) and move.thread
+    most = MOST_PITCH_MM if thread else MOST_CUT["turning_insert"]["feed_mm_rev"]
+    if not LEAST <= mm_rev <= most:
+        raise UnusableInput(
+            f"{source}: line {move.line}: a feed of {mm_rev:g} mm/rev is beyond what a tool cuts "
+            f"with; use {LEAST:g} to {most:g}, or G94 or G98 for mm/min"
+        )
+
+
 def _lines(
-    done: ContourEngagement, moves: Mapping[int, Move], said: Mapping[int, str], source: str
+    found: Worked, arcs: frozenset[int], said: Mapping[int, str], source: str
 ) -> Iterator[ProgramLine]:
-    step_s = _step_s(done)
+    done = found.steps
+    _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     on_axis = cutting[np.abs(done.x_mm[cutting]) < TOUCH_MM]
     if on_axis.size:
@@ -137,17 +193,50 @@ def _lines(
             f"{source}: line {done.line[on_axis[0]]}: the tool's tip cuts on the spindle's "
             "axis, where the cutting speed is 0; turn at a larger X"
         )
-    for of_line in np.split(cutting, np.flatnonzero(np.diff(done.line[cutting])) + 1):
-        if of_line.size:
-            number = int(done.line[of_line[0]])
-            yield _line(done, of_line, step_s, moves[number], said[number])
+    operations = _operations(found, cutting, arcs)
+    of_line: dict[tuple[int, str], list[int]] = {}
+    for row, number, operation in zip(
+        cutting.tolist(), done.line[cutting].tolist(), operations, strict=True
+    ):
+        of_line.setdefault((number, operation), []).append(row)
+    for (number, operation), rows in of_line.items():
+        called = f"line {number}: {said[number]}"
+        yield _line(found, np.array(rows), (number, operation, called))
 
 
-def _line(
-    done: ContourEngagement, rows: NDArray[np.intp], step_s: Array, move: Move, said: str
-) -> ProgramLine:
-    """Return a line of which ``rows`` of the engagement cut."""
-    columns = _columns(done, rows)
+def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
+    """Raise UnusableInput where a feed a minute is too much a revolution at the spindle's speed."""
+    most = max(MOST_CUT["turning_insert"]["feed_mm_rev"], MOST_PITCH_MM)
+    beyond = np.flatnonzero((done.feed_mm_rev > most) & (done.depth_mm > TOUCH_MM))
+    if beyond.size:
+        at = beyond[0]
+        raise UnusableInput(
+            f"{source}: line {done.line[at]}: at {done.speed_rpm[at]:.0f} rpm its feed is "
+            f"{done.feed_mm_rev[at]:g} mm a revolution; use at most {most:g}"
+        )
+
+
+def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> list[str]:
+    """Return what the tool does at steps: by its kind, and of an outside tool by its way."""
+    done = found.steps
+    inward = np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows]))
+    return [
+        _OF_KIND.get("" if found.kinds[line] == "grooving" and not wide else found.kinds[line])
+        or _operation(angle, arc=line in arcs)
+        for line, angle, wide in zip(
+            done.line[rows].tolist(), inward.tolist(), found.width_mm[rows].tolist(), strict=True
+        )
+    ]
+
+
+_OF_KIND = {"boring": "bore", "grooving": "groove", "threading": "thread", "drill": "drill"}
+
+
+def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -> ProgramLine:
+    """Return a line of which ``rows`` of the engagement cut; its number, operation and name."""
+    number, operation, name = called
+    step_s = _step_s(found.steps)
+    columns = _columns(found, rows)
     begins = _begins(np.column_stack(list(columns.values())))
     time_s = np.add.reduceat(step_s[rows], begins)
     means = {
@@ -160,25 +249,33 @@ def _line(
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
     return ProgramLine(
-        name=f"line {move.line}: {said}",
-        number=move.line,
-        operation=_operation(move),
+        name=name,
+        number=number,
+        operation=operation,
         time_s=time_s,
         steps=_conditions(means),
         extremes=_conditions({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
+        numbers=_drill_numbers(columns) if operation == "drill" else None,
     )
 
 
-def _columns(done: ContourEngagement, rows: NDArray[np.intp]) -> dict[str, Array]:
+def _drill_numbers(columns: Mapping[str, Array]) -> dict[str, float]:
+    """Return what is known of a drill: the diameter that it makes."""
+    return {"diameter_mm": float(columns[DIAMETER].max())}
+
+
+def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
     """Return conditions of steps by channel of a cut table; the speed is that at the tool's tip."""
+    done = found.steps
     diameter = 2.0 * np.abs(done.x_mm[rows])
     rpm = done.speed_rpm[rows]
     return {
         FEED: done.feed_mm_rev[rows],
         DEPTH: done.depth_mm[rows],
+        WIDTH: found.width_mm[rows],
         DIAMETER: diameter,
         RPM: rpm,
         SPEED: turning.speed_m_min(diameter, rpm),
@@ -204,16 +301,13 @@ def _conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
     return tuple(dict(zip(columns, row, strict=True)) for row in rows)
 
 
-def _operation(move: Move) -> str:
-    """Return what a move at a feed is: an arc a contour, a straight line by its direction."""
-    if isinstance(move, Arc):
-        return "contour"
-    inward = np.degrees(
-        np.arctan2(move.start.x_mm - move.end.x_mm, move.start.z_mm - move.end.z_mm)
-    )
-    if abs(inward) < SQUARE_DEG:
+def _operation(inward_deg: float, *, arc: bool) -> str:
+    """Return what an outside tool does on its way: turn, face, a straight or a round contour."""
+    if abs(inward_deg) < SQUARE_DEG:
         return "turn"
-    return "face" if abs(abs(inward) - 90.0) < SQUARE_DEG else "taper"
+    if abs(abs(inward_deg) - 90.0) < SQUARE_DEG:
+        return "face"
+    return "contour" if arc else "taper"
 
 
 def _step_s(done: ContourEngagement) -> Array:

@@ -142,6 +142,56 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
     return made
 
 
+def _bores(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Turn inside: the arm ends at the machined radius, and the work pushes towards the axis."""
+    within = replace_column(stated, DIAMETER, stated[DIAMETER] - 2.0 * stated[DEPTH])
+    elements, variants = _turns(lambda rows: 0.0 * rows[FEED])(tool, within)
+    return _passive(elements, -1.0), [
+        replace(one, elements=_passive(one.elements, -1.0)) for one in variants
+    ]
+
+
+def _passive(elements: Elements, factor: float) -> Elements:
+    """Return elements whose force off the surface counts so many times."""
+    frames = elements.frames.copy()
+    frames[:, 2] *= factor
+    return replace(elements, frames=frames)
+
+
+def replace_column(stated: Stated, name: str, values: Array) -> Stated:
+    """Return cuts with other values of a channel."""
+    rows = [{**row, name: value} for row, value in zip(stated.rows, values.tolist(), strict=True)]
+    return Stated(rows)
+
+
+_BLADE = {"nose_radius_mm": 0.0, "kappa_deg": 90.0, "included_deg": 90.0, "inclination_deg": 0.0}
+_FLANK_DEG = 30.0
+_V = {**_BLADE, "kappa_deg": 120.0, "included_deg": 120.0}
+"""A blade's front is square to its feed; a flank of a thread lies at 30° to it."""
+
+
+def _grooves(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Cut in square to the axis with a blade's front: its width is the chip's, and no nose cuts."""
+    wide = replace_column(stated, DEPTH, stated[WIDTH])
+    return _turns(lambda rows: np.full(len(rows.rows), 90.0))({**tool, **_BLADE}, wide)
+
+
+def _threads(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Cut both flanks of a V: the chip is as thick as a pass is deep across a flank.
+
+    A pass d deep, h below the crest, takes d (2h − d) tan 30°: two flanks, each as if an edge at
+    30° to a feed of d were (h − d/2) tan 30° deep. What they push along the axis cancels.
+    """
+    pass_mm = stated[DEPTH]
+    height = np.maximum(stated[WIDTH], pass_mm)
+    deep = 2.0 * (height - 0.5 * pass_mm) * np.tan(np.radians(_FLANK_DEG))
+    flanks = replace_column(replace_column(stated, FEED, pass_mm), DEPTH, deep)
+    elements, variants = _turns(lambda rows: np.full(len(rows.rows), 90.0))({**tool, **_V}, flanks)
+    return _passive(elements, 0.0), [
+        replace(one, elements=_passive(one.elements, 0.0)) for one in variants
+    ]
+
+
 def _mills(band: Band) -> Made:
     def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
         assumed = tools.end_mill_of(tool)
@@ -205,6 +255,9 @@ OPERATIONS = (
     CutOperation("face", _TURNED, _turns(facing_deg)),
     CutOperation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    CutOperation("bore", _TURNED, _bores),
+    CutOperation("groove", (FEED, WIDTH), _grooves),
+    CutOperation("thread", (*_TURNED, WIDTH), _threads),
     CutOperation("slot", _MILLED, _mills(slot_band)),
     CutOperation("side-up", (*_MILLED, WIDTH), _mills(side_up)),
     CutOperation("side-down", (*_MILLED, WIDTH), _mills(side_down)),

@@ -251,8 +251,8 @@ def test_what_feeds_count_is_said_or_taken_as_the_control_is_switched_on() -> No
     notes = turning_program(text, source="p.nc").notes
     assert notes == ("nothing says what feeds count: taken a revolution (G95)",)
     ours = turning_program(text.replace(".1", "50"), source="p.ngc")
-    assert isinstance(ours.moves[0], Linear)
-    assert ours.moves[0].feed == FeedPerMinute(50)
+    assert isinstance(ours.moves[-1], Linear)
+    assert ours.moves[-1].feed == FeedPerMinute(50)
     assert turning_program(f"{HEAD}G0 X20 Z0\nG1 Z-5 F.1", source="p.nc").notes == ()
 
 

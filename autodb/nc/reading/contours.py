@@ -27,7 +27,7 @@ def chain(moves: Sequence[Travel], *, along: int, across: int) -> Array:
             steps = max(int(np.ceil(move.length_mm / CHORD_MM)), 2)
         places = move.places(np.arange(1, steps + 1) / steps)
         found.append(places[:, [along, across]])
-    return np.concatenate(found)
+    return np.asarray(np.concatenate(found), dtype=np.float64)
 
 
 def moved(places: Array, *, by: tuple[float, float], off_mm: float, side: float) -> Array:

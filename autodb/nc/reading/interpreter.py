@@ -205,6 +205,7 @@ class Interpreter:
             for name, value in self.groups[group][code].items():
                 setattr(state, name, value)
                 state.feed_said |= name == "feed_word"
+                state.diameter_said |= name == "diameter"
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):

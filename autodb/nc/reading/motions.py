@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from math import atan2, cos, hypot, radians, sin, sqrt
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.controls import FANUC_A
+from autodb.nc.reading.controls import FANUC_A, LINUXCNC
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
 from autodb.nc.reading.state import AXES, Places, State, feed_in_force, speed_in_force, word_value
 from autodb.nc.reading.travels import PLANES, Circle, Place, Record, Travel
@@ -159,6 +159,9 @@ def linear(
 ) -> None:
     """Go straight to a place at a feed, that in force where none is given."""
     start, end = ends(state, to, block)
+    if state.control is LINUXCNC and state.lathe and not state.diameter_said:
+        counts = "diameters" if state.diameter else "radii"
+        state.note(f"neither G7 nor G8 says what X counts: taken as {counts}")
     state.place.update(to)
     rate = _feed(state, block, start, end) if feed is None else feed
     speed = speed_in_force(state, block)

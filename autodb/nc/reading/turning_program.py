@@ -147,10 +147,9 @@ def carried_out(
 
 def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> State:
     """Return what is in force before a program's first block."""
-    radii = lathe and control is LINUXCNC
     state = State(
         lathe=lathe,
-        diameter=diameter if not radii else False,
+        diameter=diameter,
         unit_mm=INCH_MM if inch else 1.0,
         control=control,
         plane="G18" if lathe else "G17",

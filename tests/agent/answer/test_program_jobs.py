@@ -35,6 +35,9 @@ ARM_M = 0.03
 JOB = 'name = "a"\nmaterial = "steel bar"\ntool = "insert"\n'
 
 
+SQUARE = {"other": {"kappa_deg": 90.0}}
+
+
 def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> programs.Followed:
     """Return a program followed in a bar of Ø60, if nothing else is said."""
     (folder / "p.nc").write_text(head + body, encoding="utf-8")
@@ -53,7 +56,7 @@ def _ends(one: Interval) -> tuple[float, float, float]:
 
 def test_a_longitudinal_line_takes_what_its_cut_takes(tmp_path: Path) -> None:
     """Through air first, of which nothing counts; the edge's way over the land is all alike."""
-    (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n"))
+    (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n", tools=SQUARE))
     cut = JobCut(diameter_mm=56, depth_mm=2, feed_mm_rev=0.2, speed_rpm=1000)
     (same,) = job_cuts.predict(known(), INSERT, [cut])
     assert (line.operation, line.passive) == ("turn", "x")
@@ -118,10 +121,18 @@ def test_the_time_is_that_of_the_way_in_the_stock(tmp_path: Path) -> None:
     assert_allclose(found.fed_s, 36 / 200 * 60)
 
 
+def test_of_a_shoulder_counts_what_the_edge_reaches(tmp_path: Path) -> None:
+    """Of 8 mm with 0.3 mm on them, an edge at 94° meets 0.3/tan 4° at the most."""
+    stock = [[-60, 40], [-29.7, 40], [-29.7, 25], [0, 25]]
+    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock)
+    most = found.lines[0].ranges()["cutting.depth"][1]
+    assert_allclose(most, (0.3 - 0.025) / np.tan(np.radians(4.0)), rtol=0.01)
+
+
 def test_a_shoulder_met_at_once_is_a_peak_that_is_spoken_of(tmp_path: Path) -> None:
     """0.5 mm along the land, 8 mm over the shoulder's last 0.3 mm; its limit is of that peak."""
     stock = [[-60, 40], [-29.7, 40], [-29.7, 25], [0, 25]]
-    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock)
+    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock, tools=SQUARE)
     assert len(found.lines) == 1
     assert_allclose(found.lines[0].ranges()["cutting.depth"], [0.5 + 7.5 * 0.01, 8.0])
     (line,) = cuts = _predict(found)
@@ -173,7 +184,7 @@ REFUSED = {
     "word": ({}, "G0 X56 Z2\nG1 Z-30 F.2 Q9\n", r"p\.nc: line 3: 'Q9': "),
     "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: line 4: this rapid goes"),
     "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: the program cuts no stock; "),
-    "axis": ({}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: the tool's tip cuts on the spin"),
+    "axis": ({"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: the tool's tip cuts on the spin"),
     "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: is not the program of"),
 }  # fmt: skip
 
