@@ -7,7 +7,7 @@ from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, PositiveInt, model_validator
 from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
@@ -253,42 +253,49 @@ OTHERS = "other"
 """Of a program's tools, what those are that are not named."""
 
 
+_NEEDS = {"grooving": "width_mm", "drill": "diameter_mm", "end_mill": "diameter_mm"}
+
+
 class ProgramTool(Section):
     """A tool of a program: what it does, and what of its shape decides its engaged edge.
 
     ``edge_mm``: the longest depth it cuts; ``kappa_deg``: its entering angle; ``width_mm`` of a
     blade, whose programmed ``corner`` is that towards the chuck or that away from it;
-    ``diameter_mm`` of a drill.
+    ``diameter_mm`` of a drill or a mill, which has ``teeth``, ``corner_radius_mm``, ``helix_deg``.
     """
 
-    kind: Literal["outside", "boring", "grooving", "threading", "drill"] = "outside"
+    kind: Literal["outside", "boring", "grooving", "threading", "drill", "end_mill"] = "outside"
     edge_mm: Across | None = None
     kappa_deg: Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)] | None = None
     width_mm: Across | None = None
     corner: Literal["chuck", "away"] = "chuck"
     diameter_mm: Diameter | None = None
+    teeth: PositiveInt | None = None
+    corner_radius_mm: NotNegative | None = None
+    helix_deg: Finite | None = None
 
     @model_validator(mode="after")
     def _what_its_kind_needs(self) -> "ProgramTool":
-        needs = {"grooving": "width_mm", "drill": "diameter_mm"}.get(self.kind)
+        needs = _NEEDS.get(self.kind)
         if needs is not None and getattr(self, needs) is None:
             raise ValueError(f"a tool of kind '{self.kind}' needs {needs}")
         return self
 
 
 class JobProgram(Section):
-    """A turning program in place of cuts, and the stock that it meets.
+    """A program in place of cuts, and the stock that it meets: a lathe's, or a mill's block.
 
     ``file``: in a job file relative to it. The stock is a bar, ``stock_diameter_mm``, with its face
     at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
-    and diameter, mm; behind the first the stock goes on. ``units`` and ``diameter``: how the
+    and diameter, mm; behind the first the stock goes on; or ``block_mm``: lowest and
+    highest x, y and z of a block, and the program is a mill's. ``units`` and ``diameter``: how the
     program is read where it does not say; left out: as the machine file says. ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
     what the program calls them (``0303``, or ``3``), ``other`` of all others.
     """
 
-    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
+    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock", "block_mm"))
 
     file: str
     stock_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
@@ -296,6 +303,9 @@ class JobProgram(Section):
     stock: tuple[tuple[Coordinate, EndDiameter], ...] | None = Field(
         default=None, exclude_if=is_none
     )
+    block_mm: (
+        tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate] | None
+    ) = Field(default=None, exclude_if=is_none)
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None
@@ -307,8 +317,15 @@ class JobProgram(Section):
 
     @model_validator(mode="after")
     def _one_stock(self) -> "JobProgram":
-        if (self.stock_diameter_mm is None) == (self.stock is None):
-            raise ValueError("give either stock_diameter_mm (a bar) or stock, and only one of them")
+        given = [self.stock_diameter_mm, self.stock, self.block_mm]
+        if sum(one is not None for one in given) != 1:
+            raise ValueError(
+                "give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no other"
+            )
+        if self.block_mm is not None:
+            x0, x1, y0, y1, z0, z1 = self.block_mm
+            if x0 >= x1 or y0 >= y1 or z0 >= z1:
+                raise ValueError("block_mm: state [x_low, x_high, y_low, y_high, z_low, z_high]")
         if self.stock is None:
             return self
         if self.stock_face_mm is not None:

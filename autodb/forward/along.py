@@ -8,8 +8,19 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.forward.course import OverTime, over_time
+from autodb.forward.job_cuts import turn_peaks
 from autodb.forward.prediction import PredictedCut, ToolOf, not_read
-from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
+from autodb.pairs.engaged import (
+    BAND_HIGH,
+    BAND_LOW,
+    BANDS,
+    BY_NAME,
+    DEPTH,
+    FEED,
+    RPM,
+    SPEED,
+    Conditions,
+)
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import PairPosterior
 
@@ -66,7 +77,10 @@ def predict_lines(
             return _cuts(tool, some, rows, source)
 
         for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-            found[id(line)] = _predicted(posterior, line, its)
+            whole = _predicted(posterior, line, its)
+            found[id(line)] = (
+                whole if name not in BANDS else _in_turns(whole, posterior, tool, line)
+            )
     return tuple(found[id(line)] for line in lines)
 
 
@@ -96,6 +110,16 @@ def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
         except UnusableInput:
             return line.number
     return lines[-1].number
+
+
+def _in_turns(
+    cut: PredictedCut, posterior: PairPosterior, tool: ToolOf, line: ProgramLine
+) -> PredictedCut:
+    """Return a mill's line with the peaks within a turn where its chip is largest."""
+    most = max(line.extremes, key=lambda row: row[DEPTH] * (row[BAND_HIGH] - row[BAND_LOW]))
+    its = ToolOf(tool.name, line.numbers or tool.numbers)
+    peaks = turn_peaks(posterior, its, line.operation, most)
+    return replace(cut, peaks=replace(peaks, speed_rpm=line.fastest_rpm), start=None, end=None)
 
 
 def _predicted(posterior: PairPosterior, line: ProgramLine, its: OverTime) -> PredictedCut:

@@ -1,11 +1,9 @@
 """A turning program as cuts: every line that cuts, in steps along which its engagement holds.
 
 A line's steps are those in which it cuts; its way through air counts for neither mean nor time.
-Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -19,9 +17,10 @@ from autodb.cutting.tools import FOLLOWS_DEG
 from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
-from autodb.files.checksums import checksum
 from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
+from autodb.forward.line_parts import Followed, conditions_of, part_begins, program_of_job
+from autodb.forward.mill_programs import follow_mill
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -30,7 +29,6 @@ from autodb.nc.reading import (
     PerRev,
     Rapid,
     line_texts,
-    program_text,
     turning_program,
 )
 from autodb.pairs.engaged import (
@@ -46,35 +44,8 @@ from autodb.pairs.engaged import (
 
 Array = NDArray[np.float64]
 
-MOST = 32
-"""Steps of a line beyond which they are joined. Chosen: means of cones and arcs are off by less
-than 0.1 % of what all steps give (a test)."""
-ALIKE = 1e-6
-"""Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
-
-
-@dataclass(frozen=True)
-class Followed:
-    """A program followed through its stock: the lines that cut, and how long it feeds, s.
-
-    ``tools``: what the program calls the tools that cut; ``removed_mm3`` of the stock; ``notes``:
-    what was taken of the program that it does not say.
-    """
-
-    source: str
-    sha256: str
-    lines: tuple[ProgramLine, ...]
-    fed_s: float
-    tools: tuple[str, ...]
-    removed_mm3: float = 0.0
-    notes: tuple[str, ...] = ()
-
-    @property
-    def cutting_s(self) -> float:
-        """How long the lines cut, s."""
-        return float(sum(line.time_s.sum() for line in self.lines))
 
 
 def follow(
@@ -85,14 +56,10 @@ def follow(
     Raises UnusableInput naming the program's file, its line and word, where it is not read, its
     tool does what the engagement refuses, or nothing is cut.
     """
+    if asked.block_mm is not None:
+        return follow_mill(asked, units=units)
     path = Path(asked.file)
-    text = program_text(path)
-    found = checksum(path)
-    if asked.sha256 not in (None, found):
-        raise UnusableInput(
-            f"{path}: is not the program of this job, its sha256 is {found}; use the file with "
-            f"{asked.sha256}"
-        )
+    text, found = program_of_job(asked)
     inches = (asked.units or units or "mm") == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
     program = turning_program(
@@ -128,6 +95,10 @@ def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:
 
 def _work_tool(tool: ProgramTool) -> WorkTool:
     """Return a tool as engagement sees it; an edge of unknown angle follows up a shoulder."""
+    if tool.kind == "end_mill":
+        raise UnusableInput(
+            "a lathe's tool of kind 'end_mill'; state block_mm for a mill's program"
+        )
     leans_deg = FOLLOWS_DEG if tool.kappa_deg is None else tool.kappa_deg - 90.0
     return WorkTool(
         kind=tool.kind,
@@ -237,7 +208,7 @@ def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -
     number, operation, name = called
     step_s = _step_s(found.steps)
     columns = _columns(found, rows)
-    begins = _begins(np.column_stack(list(columns.values())))
+    begins = part_begins(np.column_stack(list(columns.values())))
     time_s = np.add.reduceat(step_s[rows], begins)
     means = {
         name: np.add.reduceat(values * step_s[rows], begins) / time_s
@@ -253,8 +224,8 @@ def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -
         number=number,
         operation=operation,
         time_s=time_s,
-        steps=_conditions(means),
-        extremes=_conditions({name: values[at] for name, values in columns.items()}),
+        steps=conditions_of(means),
+        extremes=conditions_of({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
@@ -285,20 +256,6 @@ def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
 
 def _one(columns: Mapping[str, Array], row: int) -> Conditions:
     return {name: float(values[row]) for name, values in columns.items()}
-
-
-def _begins(columns: Array) -> NDArray[np.intp]:
-    """Return at which steps (n, k) parts of a line begin: where something changes, MOST at most."""
-    changes = np.any(np.abs(np.diff(columns, axis=0)) > ALIKE, axis=1)
-    begins = np.append(0, np.flatnonzero(changes) + 1)
-    if len(begins) <= MOST:
-        return begins
-    return np.unique(np.linspace(0, len(columns), MOST, endpoint=False).astype(np.intp))
-
-
-def _conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    return tuple(dict(zip(columns, row, strict=True)) for row in rows)
 
 
 def _operation(inward_deg: float, *, arc: bool) -> str:

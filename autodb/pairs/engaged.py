@@ -25,6 +25,8 @@ FEED, DEPTH, WIDTH = "cutting.feed", "cutting.depth", "cutting.width"
 SPEED, RPM, DIAMETER = "cutting.speed", "spindle.speed", "work.diameter"
 DIRECTION, RAMP, HOLE = "cutting.direction", "cutting.ramp", "pocket.diameter"
 CUTTING_TIME, FLANK_WEAR, EDGE = "tool.cutting_time", "tool.flank_wear", "tool.edge"
+BAND_LOW, BAND_HIGH = "cutting.band_low", "cutting.band_high"
+"""From where to where, to the left of the feed, a mill is engaged, mm from its axis."""
 OFF = 2.0
 """Factor by which an assumed cutting speed may be off. Chosen."""
 
@@ -57,11 +59,12 @@ class CutOperation:
     name: str
     needs: tuple[str, ...]
     made: Made
+    tool_kind: ToolKind | None = None
 
     @property
     def kind(self) -> ToolKind:
         """The kind of tool that makes it."""
-        return KEYS[self.name].kind
+        return self.tool_kind or KEYS[self.name].kind
 
     def lacking(self, conditions: Conditions) -> tuple[str, ...]:
         """Return the channels that a cut does not state and that cannot be assumed."""
@@ -237,6 +240,11 @@ def pocket_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     )
 
 
+def path_band(_diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band that the path of a program has met."""
+    return stated[BAND_LOW], stated[BAND_HIGH]
+
+
 def facing_deg(stated: Stated) -> Array:
     """Return the direction of faces (n,): to the centre, or away from it where they state that."""
     return np.where(stated.given(DIRECTION, 0.0) < 0.0, -90.0, 90.0)
@@ -244,7 +252,7 @@ def facing_deg(stated: Stated) -> Array:
 
 BANDS: dict[str, Band] = {
     "slot": slot_band, "side-up": side_up, "side-down": side_down, "ramp": slot_band,
-    "pocket": pocket_band,
+    "pocket": pocket_band, "mill": path_band,
 }  # fmt: skip
 _TURNED, _MILLED = (FEED, DEPTH), (FEED, DEPTH, RPM)
 INSERT: ToolKind = "turning_insert"
@@ -265,6 +273,8 @@ OPERATIONS = (
     CutOperation("pocket", (*_MILLED, WIDTH, HOLE), _mills(pocket_band)),
     CutOperation("drill", (FEED, RPM), _drills),
 )
-BY_NAME = {operation.name: operation for operation in OPERATIONS}
+PATH = CutOperation("mill", (*_MILLED, BAND_LOW, BAND_HIGH), _mills(path_band), END_MILL)
+"""A line of a milling program; no cut that a job states."""
+BY_NAME = {operation.name: operation for operation in (*OPERATIONS, PATH)}
 UNSAID = "turn"
 """What a cut counts as that does not say its operation."""

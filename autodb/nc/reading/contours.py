@@ -27,7 +27,7 @@ def chain(moves: Sequence[Travel], *, along: int, across: int) -> Array:
             steps = max(int(np.ceil(move.length_mm / CHORD_MM)), 2)
         places = move.places(np.arange(1, steps + 1) / steps)
         found.append(places[:, [along, across]])
-    return np.asarray(np.concatenate(found), dtype=np.float64)
+    return np.vstack(found)
 
 
 def moved(places: Array, *, by: tuple[float, float], off_mm: float, side: float) -> Array:
@@ -37,7 +37,7 @@ def moved(places: Array, *, by: tuple[float, float], off_mm: float, side: float)
     """
     shifted = places + np.asarray(by)
     if off_mm == 0.0:
-        return shifted
+        return np.asarray(shifted)
     steps = np.diff(shifted, axis=0)
     length = np.hypot(steps[:, 0], steps[:, 1])
     kept = length > _SAME_MM
