@@ -153,15 +153,20 @@ def worked(
 def _by_tool(
     moves: Sequence[Move], tools: Mapping[str | None, WorkTool]
 ) -> Iterator[tuple[WorkTool, list[Move]]]:
-    """Yield runs of moves that one tool makes in one way; a thread tells its own."""
+    """Yield runs of moves that one tool makes in one way.
 
-    def of(move: Move) -> WorkTool:
-        if isinstance(move, Linear) and move.thread:
-            return WorkTool("threading")
-        return tools.get(move.tool, tools.get(_plain(move.tool), tools[None]))
-
-    for tool, some in groupby(moves, of):
-        yield tool, list(some)
+    A thread tells that it is one; the rapids behind its passes begin in it.
+    """
+    thread, plain = WorkTool("threading"), WorkTool()
+    of: list[WorkTool] = []
+    for move in moves:
+        stated = tools.get(move.tool, tools.get(_plain(move.tool), tools[None]))
+        threads = isinstance(move, Linear) and move.thread
+        behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
+        cuts = plain if stated.kind == "threading" else stated
+        of.append(thread if threads or behind else cuts)
+    for tool, pairs in groupby(zip(of, moves, strict=True), lambda pair: pair[0]):
+        yield tool, [move for _, move in pairs]
 
 
 def _plain(tool: str | None) -> str | None:
@@ -255,7 +260,8 @@ def _threading(
 ) -> _Made:
     rows, wide = [], []
     for move in moves:
-        assert isinstance(move, Linear)
+        if isinstance(move, Rapid):
+            continue
         for piece in pieces(move, step_mm=max(step_mm, 0.02 * move.length_mm)):
             x_mm = piece.middle_x_mm
             outer = work.outer.radius_mm(piece.middle_z_mm)

@@ -46,7 +46,7 @@ _LINUXCNC = re.compile(
     re.MULTILINE | re.IGNORECASE,
 )
 _FANUC = re.compile(
-    r"^\s*[O:]\d{2,8}\b|\bT\d{4}\b|\bG28\s*U|\bG50\s*S|\bG7[0-6]\s*[PURD]\d|\bM9[89]\b|\bG65\b|^#\d"
+    r"^\s*O\d{1,8}\b|^\s*:\d{2,8}\b|\bG7[789]\s*[XU]|\bT\d{4}\b|\bG28\s*U|\bG50\s*S|\bG7[0-6]\s*[PURD]\d|\bM9[89]\b|\bG65\b|^#\d"
     r"|\bG28\s*W|\bG0*[23][^\n]*,R",
     re.MULTILINE | re.IGNORECASE,
 )

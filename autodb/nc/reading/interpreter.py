@@ -105,10 +105,7 @@ class Interpreter:
             own = {"G76": threading.linuxcnc, "G73": drilling.drill_on_lathe}
             own |= {f"G{n}{part}": roughing.linuxcnc for n in (70, 71, 72) for part in _PARTS}
             return {n: c for n, c in cycles.items() if n in DRILLED and n != "G74"} | own
-        boxes = (
-            BOXES if control.system == "A" else frozenset(SYSTEM_B if control is FANUC_B else ())
-        )
-        return {**cycles, **dict.fromkeys(boxes, box_cycles.box)}
+        return {**cycles, **dict.fromkeys(_boxes(control), box_cycles.box)}
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
@@ -121,7 +118,7 @@ class Interpreter:
         self._change(codes, block, cycle)
         self._spindle(codes, values, block)
         self._tool(codes, values)
-        if "F" in values and "G10" not in codes and not (cycle and cycle in ROUGHING):
+        if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
             state.feed = positive_value(values["F"], block) * state.unit_mm
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")

@@ -83,8 +83,8 @@ def contour_of(m: Carrying, blocks: Iterable[ProgramBlock], block: ProgramBlock)
     """Return the moves of a contour, run apart: nothing of it stays in force."""
     if m.in_contour:
         raise block.refusal(block.words[0].text, "a cycle inside a contour; write it behind it")
-    kept, record = copy.copy(m.state), m.record
-    m.in_contour = True
+    kept, record = m.state, m.record
+    m.state, m.in_contour = copy.copy(kept), True
     m.state.place, m.state.shift = dict(kept.place), dict(kept.shift)
     if m.state.feed is None:
         m.state.feed = 1.0  # a contour's feeds are those of its finishing
