@@ -61,7 +61,7 @@ def follow(
     path = Path(asked.file)
     text, found = program_of_job(asked)
     inches = (asked.units or units or "mm") == "inch"
-    by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
+    by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
     program = turning_program(
         text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control
     )

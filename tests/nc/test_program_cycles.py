@@ -20,10 +20,10 @@ CONTOUR = "N10 G0 X30\nN12 G1 Z-20 F.1\nX40\nZ-30\nX50 Z-40\nN20 X60\n"
 PART_MM3 = pi * (15**2 * 20 + 20**2 * 10) + CONE_MM3
 
 
-def _removed(text: str, *, bore: float = 0.0, **tools: WorkTool) -> float:
+def _removed(text: str, tool: WorkTool | None = None, *, bore: float = 0.0) -> float:
     moves = turning_program(text, source="p.nc").moves
     work = solid(bar(30.0), bore_mm=bore)
-    return worked(moves, work, {None: WorkTool(), **tools}, source="p.nc").removed_mm3
+    return worked(moves, work, {None: tool or WorkTool()}, source="p.nc").removed_mm3
 
 
 BAR_MM3 = pi * 30**2 * 40
@@ -109,13 +109,14 @@ def test_contours_of_sinumerik_and_linuxcnc_leave_the_part() -> None:
 def test_grooves_pecks_and_a_bore_take_what_their_tools_are_wide() -> None:
     groove = FANUC + "G0 X62 Z-10\nG75 R.5\nG75 X50 Z-14 P2000 Q2000 F.08\n"
     blade = WorkTool("grooving", width_mm=3.0)
-    assert_allclose(_removed(groove, **{"0101": blade}), pi * (30**2 - 25**2) * 7, rtol=1e-3)
+    assert_allclose(_removed(groove, blade), pi * (30**2 - 25**2) * 7, rtol=1e-3)
     drill = FANUC + "G0 X0 Z2\nG74 R1\nG74 Z-30 Q8000 F.1\n"
-    hole = _removed(drill, **{"0101": WorkTool("drill", diameter_mm=20.0)})
+    hole = _removed(drill, WorkTool("drill", diameter_mm=20.0))
     assert_allclose(hole, pi * 10**2 * 30, rtol=1e-3)
     bore = FANUC + "G0 X20 Z2\nX24\nG1 Z-40 F.1\nG0 X20\nZ2\n"
-    bar_of = {"0101": WorkTool("boring")}
-    assert_allclose(_removed(bore, bore=10.0, **bar_of), pi * (12**2 - 10**2) * 40, rtol=1e-3)
+    assert_allclose(
+        _removed(bore, WorkTool("boring"), bore=10.0), pi * (12**2 - 10**2) * 40, rtol=1e-3
+    )
     with pytest.raises(UnusableInput, match="goes through the stock"):
         _removed(bore, bore=10.0)
 

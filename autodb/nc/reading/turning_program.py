@@ -68,7 +68,7 @@ class TurningProgram:
 
 
 def read_program(
-    path: Path, *, diameter: bool = True, inch: bool = False, block_skip: bool = False
+    path: Path, *, diameter: bool | None = None, inch: bool = False, block_skip: bool = False
 ) -> TurningProgram:
     """Return the moves of a program's file; see `turning_program`."""
     return turning_program(
@@ -95,14 +95,15 @@ def turning_program(
     text: str,
     *,
     source: str,
-    diameter: bool = True,
+    diameter: bool | None = None,
     inch: bool = False,
     block_skip: bool = False,
     control: str | None = None,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
-    X counts diameters unless ``diameter`` is False, lengths are mm unless ``inch``, until the
+    X counts diameters unless ``diameter`` is False, or None and the file one of LinuxCNC's own
+    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the
     program says otherwise; ``block_skip`` leaves out the blocks that begin with /; ``control``: for
     which it is written, else told by its words. A move is given once both ends are known: not the
     first ones towards a place, nor those in machine coordinates. A rest or a move to where the tool
@@ -121,7 +122,7 @@ def carried_out(
     *,
     source: str,
     lathe: bool,
-    diameter: bool = True,
+    diameter: bool | None = None,
     inch: bool = False,
     block_skip: bool = False,
     control: str | None = None,
@@ -129,7 +130,9 @@ def carried_out(
     """Return a program carried out, on a lathe or a mill; see `turning_program`."""
     written = CONTROLS[control] if control else control_of(text, source=source)
     instructions = written.instructions(text, source=source)
-    state = _begun(written, lathe=lathe, diameter=diameter, inch=inch)
+    own = written is LINUXCNC and source.lower().endswith(".ngc")
+    counts = not own if diameter is None else diameter
+    state = _begun(written, lathe=lathe, diameter=counts, inch=inch)
     values = Values(of_control=_of_control(written, state))
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
