@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.travels import ProgramMove
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ class Block:
 
 
 def milled(
-    travels: Sequence[Travel], block: Block, cutters: Sequence[Cutter], *, source: str
+    travels: Sequence[ProgramMove], block: Block, cutters: Sequence[Cutter], *, source: str
 ) -> MilledSteps:
     """Return what moves do, each with its cutter, and lower the block by it.
 
@@ -134,7 +134,7 @@ def milled(
     )
 
 
-def _steps(travel: Travel, block: Block, cutter: Cutter, k: int) -> list[tuple[float, ...]]:
+def _steps(travel: ProgramMove, block: Block, cutter: Cutter, k: int) -> list[tuple[float, ...]]:
     """Return the rows of a move: nothing is taken off where it is a rapid upwards."""
     step_mm = max(block.cell_mm, cutter.diameter_mm / ACROSS)
     count = max(int(np.ceil(travel.length_mm / step_mm)), 1)

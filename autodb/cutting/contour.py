@@ -94,7 +94,9 @@ def engagement(
     if not any(isinstance(move, Linear | Arc) for move in moves):
         raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
     stock = stock.divided(piece_ends_mm(moves, step_mm=step_mm), cell_mm=step_mm)
-    rows, after = engaged(moves, stock, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean)
+    rows, after = engaged_moves(
+        moves, stock, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean
+    )
     return joined(rows), after
 
 
@@ -104,7 +106,7 @@ def piece_ends_mm(moves: Sequence[Move], *, step_mm: float) -> Array:
     return np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
 
 
-def engaged(
+def engaged_moves(
     moves: Sequence[Move],
     stock: Stock,
     *,
@@ -128,11 +130,12 @@ def engaged(
             before = None
             continue
         depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
-        if np.any(depth_mm > TOUCH_MM):
+        cuts = bool(np.any(depth_mm > TOUCH_MM))
+        if cuts:
             _refuse_inwards(piece, before, source)
-        before = piece
+        before = piece if cuts else None
         _refuse_deeper(piece, depth_mm, edge_mm, source)
-        rows.append(rows_of(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
+        rows.append(engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
     return rows, stock
 
 
@@ -221,7 +224,7 @@ def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -
         )
 
 
-def rows_of(
+def engagement_rows(
     piece: Piece,
     depth_mm: Array,
     outer_mm: Array,

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 from autodb.cutting.contour import (
     TOUCH_MM,
     ContourEngagement,
-    engaged,
+    engaged_moves,
+    engagement_rows,
     joined,
     piece_ends_mm,
-    rows_of,
 )
 from autodb.cutting.pieces import Piece, pieces
 from autodb.cutting.stock import Stock
@@ -182,7 +182,7 @@ _Made = tuple[list[ContourEngagement], list[Array], Work]
 def _outside(
     moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
 ) -> _Made:
-    rows, outer = engaged(
+    rows, outer = engaged_moves(
         moves, work.outer, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, lean=tool.lean
     )
     return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, outer=outer)
@@ -192,7 +192,7 @@ def _boring(
     moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
 ) -> _Made:
     seen = [_mirrored(move) for move in moves]
-    rows, bored = engaged(
+    rows, bored = engaged_moves(
         seen, work.bored, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, mirror_mm=MIRROR_MM
     )
     return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, bored=bored)
@@ -234,7 +234,7 @@ def _plunged(
     """Return what a blade does on a piece of its way: in, or along with its side."""
     width = tool.width_mm or 0.0
     if not piece.square:
-        (row,), after = engaged(
+        (row,), after = engaged_moves(
             [piece.move], stock, source=source, step_mm=float(piece.step_mm.max()),
             edge_mm=max(width, tool.edge_mm),
         )  # fmt: skip
@@ -252,7 +252,7 @@ def _plunged(
     to = np.full(2, abs(float(piece.x_mm[-1])))
     after = stock.turned(span, to) if inwards and span[1] > span[0] else stock
     outer = np.abs(piece.middle_x_mm)
-    return rows_of(piece, chip, outer, source), chip, after
+    return engagement_rows(piece, chip, outer, source), chip, after
 
 
 def _threading(
@@ -274,7 +274,9 @@ def _threading(
             reached = np.abs(x_mm - last) if again and last is not None else height
             depth = np.minimum(reached, height)
             rows.append(
-                rows_of(piece, depth, np.maximum(np.abs(x_mm), outer * (not inside)), source)
+                engagement_rows(
+                    piece, depth, np.maximum(np.abs(x_mm), outer * (not inside)), source
+                )
             )
             wide.append(height)
             work = replace(work, thread_mm=float(x_mm[-1]))
@@ -307,7 +309,7 @@ def _drilling(
             bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)
             there = work.outer.radius_mm(piece.middle_z_mm) > 0
             cuts = there & (bore < radius - TOUCH_MM) & (not piece.away)
-            row = rows_of(
+            row = engagement_rows(
                 piece, np.where(cuts, radius - bore, 0.0), np.full_like(bore, radius), source
             )
             rows.append(replace(row, x_mm=np.full_like(bore, radius)))

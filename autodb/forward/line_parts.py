@@ -70,6 +70,6 @@ def part_begins(columns: Array) -> NDArray[np.intp]:
     return np.unique(np.linspace(0, len(columns), MOST, endpoint=False).astype(np.intp))
 
 
-def conditions_of(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
+def step_conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     return tuple(dict(zip(columns, row, strict=True)) for row in rows)

@@ -15,9 +15,9 @@ from autodb.cutting.block import ACROSS, Block, Cutter, MilledSteps, milled
 from autodb.errors import UnusableInput
 from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
-from autodb.forward.line_parts import Followed, conditions_of, part_begins, program_of_job
+from autodb.forward.line_parts import Followed, part_begins, program_of_job, step_conditions
 from autodb.nc.reading import line_texts
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.travels import ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 from autodb.pairs.engaged import (
     BAND_HIGH,
@@ -77,7 +77,7 @@ def _names(done: ReadProgram, steps: MilledSteps) -> tuple[str, ...]:
     return tuple(dict.fromkeys(tool for k in moves if (tool := done.travels[k].tool)))
 
 
-def _tool_of(travel: Travel, asked: JobProgram, source: str) -> ProgramTool:
+def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool:
     """Return what a job states of a move's tool; raises UnusableInput where it states nothing."""
     name = travel.tool or OTHERS
     tool = asked.tools.get(name, asked.tools.get(name.lstrip("0"), asked.tools.get(OTHERS)))
@@ -104,7 +104,7 @@ def _block(asked: JobProgram, tools: Sequence[ProgramTool]) -> Block:
 
 
 def _refuse_beyond(
-    steps: MilledSteps, travels: Sequence[Travel], tools: Sequence[ProgramTool], source: str
+    steps: MilledSteps, travels: Sequence[ProgramMove], tools: Sequence[ProgramTool], source: str
 ) -> None:
     """Raise UnusableInput where a feed a tooth or a depth is a slip of the unit."""
     most = MOST_CUT["end_mill"]
@@ -122,7 +122,7 @@ def _refuse_beyond(
 
 def _lines(
     steps: MilledSteps,
-    travels: Sequence[Travel],
+    travels: Sequence[ProgramMove],
     tools: Sequence[ProgramTool],
     said: Mapping[int, str],
 ) -> tuple[tuple[ProgramLine, ...], list[int]]:
@@ -137,7 +137,12 @@ def _lines(
         elif drills or steps.depth_mm[row] > 0:
             rows_of.setdefault((travels[k].line, "drill" if drills else "mill"), []).append(row)
     lines = tuple(
-        _line(steps, np.array(rows), tools, (number, operation, f"line {number}: {said[number]}"))
+        _line(
+            steps,
+            np.array(rows),
+            tools,
+            (number, operation, f"line {number}: {said.get(number, '')}"),
+        )
         for (number, operation), rows in rows_of.items()
     )
     return lines, list(plunged)
@@ -168,8 +173,8 @@ def _line(
         number=number,
         operation=operation,
         time_s=time_s,
-        steps=conditions_of(means),
-        extremes=conditions_of({n: values[at] for n, values in columns.items()}),
+        steps=step_conditions(means),
+        extremes=step_conditions({n: values[at] for n, values in columns.items()}),
         ends=(first, last),
         widest=first,
         fastest_rpm=float(columns[RPM].max()),

@@ -19,7 +19,7 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
-from autodb.forward.line_parts import Followed, conditions_of, part_begins, program_of_job
+from autodb.forward.line_parts import Followed, part_begins, program_of_job, step_conditions
 from autodb.forward.mill_programs import follow_mill
 from autodb.nc.reading import (
     Arc,
@@ -171,7 +171,7 @@ def _lines(
     ):
         of_line.setdefault((number, operation), []).append(row)
     for (number, operation), rows in of_line.items():
-        called = f"line {number}: {said[number]}"
+        called = f"line {number}: {said.get(number, '')}"
         yield _line(found, np.array(rows), (number, operation, called))
 
 
@@ -224,8 +224,8 @@ def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -
         number=number,
         operation=operation,
         time_s=time_s,
-        steps=conditions_of(means),
-        extremes=conditions_of({name: values[at] for name, values in columns.items()}),
+        steps=step_conditions(means),
+        extremes=step_conditions({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),

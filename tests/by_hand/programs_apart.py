@@ -93,7 +93,8 @@ def one_line(seen: Seen, words: list[tuple[str, float]]) -> bool:
         return True
     if seen.lathe and "T" in said:
         seen.place = [None, 0.0, None]
-    if said.keys() & set("XYZUVW"):
+    turns = seen.motion in (2, 3) and said.keys() & set("IJK")
+    if said.keys() & set("XYZUVW") or turns:
         move(seen, said)
     return not any(pair in ((30.0), (2.0)) for a, pair in words if a == "M" and letters)
 
@@ -243,8 +244,10 @@ def turned_mm3(seen: Seen, diameter: float, face: float) -> float:
         if cuts and last is not None and face > min(at[2], last[2]):
             first, end = sorted((at[2], last[2]))
             span = slice(round((first - low) / cell), round((min(end, face) - low) / cell))
-            if at[0] < last[0] and abs(end - first) < 1e-6:  # a face: all in front of it
-                span = slice(round((first - low) / cell), radius.size)
+            ahead = slice(round((first - low) / cell), radius.size)
+            facing = at[0] < last[0] and abs(end - first) < 1e-6
+            if facing and np.all(radius[ahead] > at[0] - 0.1):  # all in front of it
+                span = ahead
             radius[span] = np.minimum(radius[span], (abs(at[0]) + abs(last[0])) / 2)
         last = at
     return pi * cell * (begun - float(np.sum(radius**2)))

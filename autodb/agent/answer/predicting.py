@@ -16,7 +16,7 @@ from autodb.forward.prediction import PredictedCut
 from autodb.store import Also, Store, models, nothing_else
 
 if TYPE_CHECKING:
-    from autodb.forward.programs import Followed
+    from autodb.forward.line_parts import Followed
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ class ProgramBlock:
 
 
 @dataclass(frozen=True)
-class ProgramLine:
+class WrittenLine:
     """One line as it is written: its words, and the variables that it sets."""
 
     source: str
@@ -121,7 +121,7 @@ class ProgramLine:
         return ProgramBlock(self.source, self.line, tuple(found), self.optional)
 
 
-def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[ProgramLine]:
+def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[WrittenLine]:
     """Yield the lines that are more than a comment, in capitals.
 
     ``brackets``: ( … ) is a comment, as well as what follows a semicolon.
@@ -134,7 +134,7 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Progra
         skip = _SKIP.match(plain)
         plain = plain[skip.end() :] if skip else plain
         if plain.strip():
-            yield ProgramLine(source, number, plain.strip(), skip is not None)
+            yield WrittenLine(source, number, plain.strip(), skip is not None)
 
 
 def _without_comments(raw: str, *, brackets: bool) -> str:
@@ -146,7 +146,7 @@ def _without_comments(raw: str, *, brackets: bool) -> str:
     return raw.split(";", 1)[0]
 
 
-def worded(line: ProgramLine, text: str | None = None) -> ProgramLine:
+def worded(line: WrittenLine, text: str | None = None) -> WrittenLine:
     """Return a line of Fanuc or LinuxCNC with its words; ``text``: what of it is words.
 
     Raises UnusableInput naming file, line and what is no word.
@@ -155,10 +155,10 @@ def worded(line: ProgramLine, text: str | None = None) -> ProgramLine:
     starts = [found.start() for found in _SETTING.finditer(plain)]
     settings = [_setting(line, plain[start:end]) for start, end in pairwise([*starts, len(plain)])]
     words = tuple(_words(line, plain[: starts[0]] if starts else plain))
-    return ProgramLine(line.source, line.line, line.text, line.optional, words, tuple(settings))
+    return WrittenLine(line.source, line.line, line.text, line.optional, words, tuple(settings))
 
 
-def _setting(line: ProgramLine, text: str) -> Setting:
+def _setting(line: WrittenLine, text: str) -> Setting:
     left, right = text.split("=", 1)
     try:
         value = expression(right, packed=True)
@@ -171,7 +171,7 @@ def _setting(line: ProgramLine, text: str) -> Setting:
         raise line.refusal(text[:40], str(error)) from None
 
 
-def _words(line: ProgramLine, plain: str) -> Iterator[Word | WrittenWord]:
+def _words(line: WrittenLine, plain: str) -> Iterator[Word | WrittenWord]:
     at = 0
     while at < len(plain):
         found = _LITERAL.match(plain, at)
@@ -190,7 +190,7 @@ def _words(line: ProgramLine, plain: str) -> Iterator[Word | WrittenWord]:
         at = end
 
 
-def plain_word(line: ProgramLine, name: str, written: str) -> Word:
+def plain_word(line: WrittenLine, name: str, written: str) -> Word:
     """Return a word with a plain number; raises UnusableInput where it is too large."""
     number = float(written)
     if not isfinite(number):
@@ -198,7 +198,7 @@ def plain_word(line: ProgramLine, name: str, written: str) -> Word:
     return Word(name, written, number)
 
 
-def _no_word(rest: str, line: ProgramLine) -> UnusableInput:
+def _no_word(rest: str, line: WrittenLine) -> UnusableInput:
     word = rest[:40]
     if word[0] in "()":
         return line.refusal(

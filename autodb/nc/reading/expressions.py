@@ -135,11 +135,13 @@ class _Parser:
         return found[0].strip()
 
     def expect(self, *some: str) -> None:
+        """Go past one of some tokens."""
         if self.next() not in some:
             raise ValueError(f"'{some[0]}' is missing; close every bracket")
         self.take()
 
     def binary(self, least: int) -> Expression:
+        """Read values and the operators between them that bind so strongly at least."""
         left = self.unary()
         while True:
             token = _SPELT.get(self.next(), self.next())
@@ -154,6 +156,7 @@ class _Parser:
             left = _both(left, self.binary(binds + 1), of)
 
     def unary(self) -> Expression:
+        """Read a value with its sign."""
         if self.next() in ("-", "+"):
             minus = self.take() == "-"
             inner = self.unary()
@@ -161,6 +164,7 @@ class _Parser:
         return self.primary()
 
     def primary(self) -> Expression:
+        """Read a number, a variable, a function or what stands in brackets."""
         token = self.take()
         if token in ("[", "("):
             inner = self.binary(0)
@@ -178,6 +182,7 @@ class _Parser:
         raise ValueError(f"'{token or 'its end'}' is no value; write a number or a variable")
 
     def word(self, name: str) -> Expression:
+        """Read what follows a name: of a function its argument."""
         if name in ("ATAN", "ATAN2", "ACOT"):
             return self.arc_tangent()
         if name == "EXISTS":
@@ -196,6 +201,7 @@ class _Parser:
         return _variable(name)
 
     def arc_tangent(self) -> Expression:
+        """Read the two sides of an arc tangent, or its one argument."""
         self.expect("[", "(")
         above = self.binary(0)
         below: Expression | None = None

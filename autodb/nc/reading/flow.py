@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramLine, numbered_lines, worded
+from autodb.nc.reading.blocks import WrittenLine, numbered_lines, worded
 from autodb.nc.reading.expressions import Expression, expression, expression_at
 from autodb.nc.reading.instructions import (
     Call,
@@ -13,7 +13,7 @@ from autodb.nc.reading.instructions import (
     Jump,
     JumpToLabel,
     Return,
-    Run,
+    RunLine,
 )
 
 _NUMBERED = re.compile(r"(?:N(\d+))?(.*)$", re.DOTALL)
@@ -63,7 +63,7 @@ def linuxcnc_instructions(text: str, *, source: str) -> Instructions:
 
 
 def _instructions(
-    reader: _Reader, text: str, read: Callable[[_Reader, ProgramLine, str], None]
+    reader: _Reader, text: str, read: Callable[[_Reader, WrittenLine, str], None]
 ) -> Instructions:
     for line in numbered_lines(text, source=reader.out.source, brackets=True):
         plain = re.sub(r"\s", "", line.text)
@@ -87,14 +87,14 @@ def _instructions(
     return out
 
 
-def _condition(line: ProgramLine, text: str) -> Expression:
+def _condition(line: WrittenLine, text: str) -> Expression:
     try:
         return expression(text, packed=True)
     except UnusableInput as error:
         raise line.refusal(text[:40], str(error)) from None
 
 
-def _fanuc_line(reader: _Reader, line: ProgramLine, plain: str) -> None:
+def _fanuc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
     steps = reader.out.steps
     program = _PROGRAM.match(plain)
     if program is not None and (plain[0] == "O" or not program[2]):
@@ -122,10 +122,10 @@ def _fanuc_line(reader: _Reader, line: ProgramLine, plain: str) -> None:
         steps.append(Jump(line, to=reader.starts[end[1]]))
         reader.open[end[1]].pop().to = reader.place()
     else:
-        steps.append(Run(worded(line, plain)))
+        steps.append(RunLine(worded(line, plain)))
 
 
-def _fanuc_if(reader: _Reader, line: ProgramLine, plain: str) -> None:
+def _fanuc_if(reader: _Reader, line: WrittenLine, plain: str) -> None:
     try:
         condition, at = expression_at(plain, 2, packed=True)
     except UnusableInput as error:
@@ -138,47 +138,47 @@ def _fanuc_if(reader: _Reader, line: ProgramLine, plain: str) -> None:
         reader.out.steps.append(jump)
         return
     over = Jump(line, when=condition, holds=False)
-    reader.out.steps += [over, Run(worded(line, rest.removeprefix("THEN")))]
+    reader.out.steps += [over, RunLine(worded(line, rest.removeprefix("THEN")))]
     over.to = reader.place()
 
 
-def _to_label(line: ProgramLine, text: str) -> JumpToLabel:
+def _to_label(line: WrittenLine, text: str) -> JumpToLabel:
     if text.isdigit():
         return JumpToLabel(line, f"N{int(text)}")
     return JumpToLabel(line, _condition(line, text))
 
 
-def _linuxcnc_line(reader: _Reader, line: ProgramLine, plain: str) -> None:
+def _linuxcnc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
     found = _O_WORD.match(plain)
     if found is None:
-        reader.out.steps.append(Run(worded(line, plain)))
+        reader.out.steps.append(RunLine(worded(line, plain)))
         return
     name = found[1].strip("<>").lower()
     name = f"{int(name)}" if name.isdigit() else name
     _O_WORDS[found[2]](reader, line, name, found[3])
 
 
-def _sub(reader: _Reader, line: ProgramLine, name: str, _rest: str) -> None:
+def _sub(reader: _Reader, line: WrittenLine, name: str, _rest: str) -> None:
     over = Jump(line)
     reader.out.steps.append(over)
     reader.open.setdefault(f"sub {name}", []).append(over)
     reader.starts[f"sub {name}"] = reader.place()
 
 
-def _end_sub(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _end_sub(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     jump = _opened(reader, line, f"sub {name}")
     reader.out.steps.append(Return(line, _condition(line, rest) if rest else None))
     reader.out.units[name] = (reader.starts[f"sub {name}"], reader.place())
     jump.to = reader.place()
 
 
-def _opened(reader: _Reader, line: ProgramLine, key: str) -> Jump:
+def _opened(reader: _Reader, line: WrittenLine, key: str) -> Jump:
     if not reader.open.get(key):
         raise line.refusal(line.text[:40], "what this ends is not open; open it before")
     return reader.open[key].pop()
 
 
-def _call(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _call(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     arguments = []
     while rest:
         value, at = expression_at(rest, 0, packed=True)
@@ -187,23 +187,23 @@ def _call(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
     reader.out.steps.append(Call(line, name, tuple(arguments)))
 
 
-def _return(reader: _Reader, line: ProgramLine, _name: str, rest: str) -> None:
+def _return(reader: _Reader, line: WrittenLine, _name: str, rest: str) -> None:
     reader.out.steps.append(Return(line, _condition(line, rest) if rest else None))
 
 
-def _if(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _if(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     jump = Jump(line, when=_condition(line, rest), holds=False)
     reader.out.steps.append(jump)
     reader.open.setdefault(f"if {name}", []).append(jump)
     reader.open.setdefault(f"end {name}", [])
 
 
-def _else_if(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _else_if(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     _else(reader, line, name, rest)
     _if(reader, line, name, rest)
 
 
-def _else(reader: _Reader, line: ProgramLine, name: str, _rest: str) -> None:
+def _else(reader: _Reader, line: WrittenLine, name: str, _rest: str) -> None:
     before = _opened(reader, line, f"if {name}")
     out = Jump(line)
     reader.out.steps.append(out)
@@ -211,14 +211,14 @@ def _else(reader: _Reader, line: ProgramLine, name: str, _rest: str) -> None:
     before.to = reader.place()
 
 
-def _end_if(reader: _Reader, _line: ProgramLine, name: str, _rest: str) -> None:
+def _end_if(reader: _Reader, _line: WrittenLine, name: str, _rest: str) -> None:
     if reader.open.get(f"if {name}"):
         reader.open[f"if {name}"].pop().to = reader.place()
     for jump in reader.open.pop(f"end {name}", []):
         jump.to = reader.place()
 
 
-def _while(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _while(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     if f"do {name}" in reader.starts:  # closes DO … WHILE
         start = reader.starts.pop(f"do {name}")
         again = reader.place()
@@ -231,11 +231,11 @@ def _while(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
     reader.open.setdefault(f"loop {name}", []).append(jump)
 
 
-def _do(reader: _Reader, _line: ProgramLine, name: str, _rest: str) -> None:
+def _do(reader: _Reader, _line: WrittenLine, name: str, _rest: str) -> None:
     reader.starts[f"do {name}"] = reader.place()
 
 
-def _repeat(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
+def _repeat(reader: _Reader, line: WrittenLine, name: str, rest: str) -> None:
     counter = f"repeat {name}"
     reader.out.steps.append(Count(line, counter, _condition(line, rest)))
     reader.starts[f"loop {name}"] = reader.place()
@@ -244,7 +244,7 @@ def _repeat(reader: _Reader, line: ProgramLine, name: str, rest: str) -> None:
     reader.open.setdefault(f"loop {name}", []).append(jump)
 
 
-def _end_loop(reader: _Reader, line: ProgramLine, name: str, _rest: str) -> None:
+def _end_loop(reader: _Reader, line: WrittenLine, name: str, _rest: str) -> None:
     _opened(reader, line, f"loop {name}").to = reader.place() + 1
     start = reader.starts[f"loop {name}"]
     reader.out.steps.append(Jump(line, to=start))
@@ -259,8 +259,8 @@ def _leave(reader: _Reader, name: str, again: int) -> None:
         jump.to = again
 
 
-def _skips(kind: str) -> Callable[[_Reader, ProgramLine, str, str], None]:
-    def skips(reader: _Reader, line: ProgramLine, name: str, _rest: str) -> None:
+def _skips(kind: str) -> Callable[[_Reader, WrittenLine, str, str], None]:
+    def skips(reader: _Reader, line: WrittenLine, name: str, _rest: str) -> None:
         jump = Jump(line)
         reader.out.steps.append(jump)
         reader.open.setdefault(f"{kind} {name}", []).append(jump)

@@ -4,26 +4,25 @@ Loops and branches of every control become jumps to places in one list. A progra
 a section is a unit: where it begins and ends in that list.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramLine
+from autodb.nc.reading.blocks import WrittenLine
 from autodb.nc.reading.expressions import Expression
 
 
 @dataclass
-class Run:
-    """Run the words of a line."""
+class RunLine:
+    """RunLine the words of a line."""
 
-    line: ProgramLine
+    line: WrittenLine
 
 
 @dataclass
 class Jump:
     """Go on elsewhere, always or where a condition holds, or does not hold."""
 
-    line: ProgramLine
+    line: WrittenLine
     to: int = -1
     when: Expression | None = None
     holds: bool = True
@@ -33,7 +32,7 @@ class Jump:
 class JumpToLabel:
     """Go on at a label, where a condition holds; ``label`` may have to be worked out."""
 
-    line: ProgramLine
+    line: WrittenLine
     label: str | Expression
     when: Expression | None = None
 
@@ -42,16 +41,16 @@ class JumpToLabel:
 class Count:
     """Set a hidden counter, or take one off it."""
 
-    line: ProgramLine
+    line: WrittenLine
     counter: str
     to: Expression | None
 
 
 @dataclass
 class Call:
-    """Run a unit with arguments, by number (#1 is the first) or by name, some times."""
+    """RunLine a unit with arguments, by number (#1 is the first) or by name, some times."""
 
-    line: ProgramLine
+    line: WrittenLine
     unit: str
     arguments: tuple[Expression, ...] = ()
     times: Expression | None = None
@@ -61,11 +60,11 @@ class Call:
 class Return:
     """Go back to where the unit was called from, with a value or none."""
 
-    line: ProgramLine
+    line: WrittenLine
     value: Expression | None = None
 
 
-Instruction = Run | Jump | JumpToLabel | Count | Call | Return
+Instruction = RunLine | Jump | JumpToLabel | Count | Call | Return
 
 
 @dataclass
@@ -91,8 +90,3 @@ class Instructions:
         """Return where a label stands in a unit: the next one after a place, else the first."""
         inside = [at for at in self.labels.get(name, ()) if unit[0] <= at < unit[1]]
         return next((at for at in inside if at > after), inside[0] if inside else None)
-
-
-def unread(line: ProgramLine, word: str, controls: Mapping[str, str]) -> UnusableInput:
-    """Return the refusal of a word of flow that is not read, with what to write instead."""
-    return line.refusal(word[:40], controls.get(word, "this is not read; write out its blocks"))

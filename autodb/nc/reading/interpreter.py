@@ -8,7 +8,6 @@ nothing.
 from collections.abc import Callable, Mapping
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading import box_cycles, calls, drilling, grooving, roughing, threading
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import (
     BOXES,
@@ -32,11 +31,12 @@ from autodb.nc.reading.controls import (
     SINUMERIK,
     Control,
 )
+from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
 from autodb.nc.reading.motions import LETTERS, carry_out_motion, nothing_left, without
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
-from autodb.nc.reading.state import AXES, State, positive_value, word_value
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
+from autodb.nc.reading.travels import ProgramMove
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
@@ -73,15 +73,15 @@ class Interpreter:
     ``stops``: lines of M0; ``rests``: line and seconds of every dwell.
     """
 
-    def __init__(self, state: State, runner: Runner) -> None:
+    def __init__(self, state: ProgramState, runner: Runner) -> None:
         self.state = state
         self.runner = runner
-        self.moves: list[Travel] = []
+        self.moves: list[ProgramMove] = []
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None
         self.in_contour = False
-        self.record: Callable[[Travel], None] = self.moves.append
+        self.record: Callable[[ProgramMove], None] = self.moves.append
         self.groups = groups_of(state.control, lathe=state.lathe)
         self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
         self._cycles = self._cycles_of()
@@ -89,21 +89,23 @@ class Interpreter:
     def _cycles_of(self) -> dict[str, Callable[..., None]]:
         """Return what carries out each cycle of the control."""
         control, lathe = self.state.control, self.state.lathe
-        drilled = dict.fromkeys(DRILLED - GROOVING, drilling.drill)
+        drilled = dict.fromkeys(DRILLED - GROOVING, drilling.drill_holes)
         if control is SINUMERIK:
             return {}
         if not lathe:
-            return {**drilled, "G74": drilling.drill}
+            return {**drilled, "G74": drilling.drill_holes}
         cycles: dict[str, Callable[..., None]] = {
             **dict.fromkeys(DRILLED - GROOVING - ROUGHING, drilling.drill_on_lathe),
-            **dict.fromkeys(ROUGHING, roughing.fanuc),
-            **dict.fromkeys(GROOVING, grooving.fanuc),
-            "G76": threading.fanuc,
-            "G32": threading.single,
+            **dict.fromkeys(ROUGHING, roughing.fanuc_roughing),
+            **dict.fromkeys(GROOVING, grooving.fanuc_grooves),
+            "G76": threading.fanuc_threads,
+            "G32": threading.thread_pass,
         }
         if control is LINUXCNC:
-            own = {"G76": threading.linuxcnc, "G73": drilling.drill_on_lathe}
-            own |= {f"G{n}{part}": roughing.linuxcnc for n in (70, 71, 72) for part in _PARTS}
+            own = {"G76": threading.linuxcnc_threads, "G73": drilling.drill_on_lathe}
+            own |= {
+                f"G{n}{part}": roughing.linuxcnc_roughing for n in (70, 71, 72) for part in _PARTS
+            }
             return {n: c for n, c in cycles.items() if n in DRILLED and n != "G74"} | own
         return {**cycles, **dict.fromkeys(_boxes(control), box_cycles.box)}
 
@@ -128,7 +130,7 @@ class Interpreter:
         if cycle is not None or (state.cycle and self._has_axes(rest)):
             self._cycles[cycle or state.cycle or ""](self, cycle or state.cycle, values, block)
             return
-        calls.carry_out(self, codes, block)
+        calls.call_cycles(self, codes, block)
         rest = without(rest, "L", "P") if not self._has_axes(rest) else rest
         carry_out_motion(state, rest, block, self.record)
         if self.modal_call is not None and self._has_axes(rest):
@@ -203,10 +205,21 @@ class Interpreter:
                 setattr(state, name, value)
                 state.feed_said |= name == "feed_word"
                 state.diameter_said |= name == "diameter"
+        if state.side is not None:
+            self._compensated(block)
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
             state.speed = None
+
+    def _compensated(self, block: ProgramBlock) -> None:
+        """Take a lathe's compensated path for the contour that it leaves; refuse a mill's."""
+        if not self.state.lathe:
+            word = next((one.text for one in block.words if one.code in _SIDES), "G41")
+            raise block.refusal(
+                word, "this leaves the mill's radius to the control; program the path of its centre"
+            )
+        self.state.note("between G41 or G42 and G40 the programmed contour is what is left")
 
     def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
         """Take speed, limits and whether the spindle turns."""
@@ -346,6 +359,7 @@ class Interpreter:
             state.place["y"] = 0.0
 
 
+_SIDES = frozenset({"G41", "G42", "G41.1", "G42.1"})
 _PARTS = ("", ".1", ".2", ".3", ".4")
 
 
@@ -356,7 +370,7 @@ def _boxes(control: Control) -> frozenset[str]:
     return BOXES if control is FANUC_A else frozenset()
 
 
-def _not_read(word: Word, block: ProgramBlock, state: State) -> UnusableInput:
+def _not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
     if word.code in REFUSED:
         return block.refusal(word.text, REFUSED[word.code])
     if word.code in ("G98", "G99") and state.control is not FANUC_A:

@@ -12,8 +12,15 @@ from math import atan2, cos, hypot, radians, sin, sqrt
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
-from autodb.nc.reading.state import AXES, Places, State, feed_in_force, speed_in_force, word_value
-from autodb.nc.reading.travels import PLANES, Circle, Place, Record, Travel
+from autodb.nc.reading.state import (
+    AXES,
+    Places,
+    ProgramState,
+    feed_in_force,
+    speed_in_force,
+    word_value,
+)
+from autodb.nc.reading.travels import PLANES, Circle, ProgramMove, Record, ToolPlace
 
 OFF_CIRCLE_MM = 0.01
 """How far rounding may put the end of an arc off its circle. Chosen: ten steps of a thousandth."""
@@ -41,14 +48,14 @@ def without(values: Mapping[str, Word], *letters: str) -> dict[str, Word]:
     return {letter: word for letter, word in values.items() if letter not in letters}
 
 
-def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: State) -> None:
+def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: ProgramState) -> None:
     """Raise UnusableInput naming the first value that nothing has taken; N and O number only."""
     for letter, word in without(values, *_NUMBERS).items():
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
         raise block.refusal(word.text, f"{why}; leave it out")
 
 
-def targets(state: State, values: Mapping[str, Word], block: ProgramBlock) -> Places:
+def targets(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
     """Return where each axis goes, mm; where it is if the block does not name it."""
     found: Places = {}
     for axis in AXES:
@@ -59,7 +66,7 @@ def targets(state: State, values: Mapping[str, Word], block: ProgramBlock) -> Pl
 
 
 def _target(
-    state: State, axis: str, values: Mapping[str, Word], block: ProgramBlock
+    state: ProgramState, axis: str, values: Mapping[str, Word], block: ProgramBlock
 ) -> float | None:
     place, step = (values.get(letter) for letter in LETTERS[axis])
     before = state.place[axis]
@@ -91,7 +98,7 @@ def _target(
 
 
 def carry_out_motion(
-    state: State, values: Mapping[str, Word], block: ProgramBlock, record: Record
+    state: ProgramState, values: Mapping[str, Word], block: ProgramBlock, record: Record
 ) -> None:
     """Carry out the motion in force where the block has coordinates, and keep its move."""
     rest = without(values, *_NUMBERS)
@@ -106,17 +113,17 @@ def carry_out_motion(
     match state.motion:
         case "G0":
             nothing_left(rest, block, state)
-            rapid(state, to, block, record)
+            go_rapid(state, to, block, record)
         case "G1":
             nothing_left(rest, block, state)
-            linear(state, to, block, record)
+            feed_straight(state, to, block, record)
         case "G33":
             _thread(state, to, rest, block, record)
         case _:
             _arc(state, to, rest, block, record)
 
 
-def _polar(state: State, values: Mapping[str, Word], block: ProgramBlock) -> Places:
+def _polar(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
     """Return X and Y of LinuxCNC's polar words: @ the radius, ^ the angle; the other as it is."""
     if state.place["x"] is None or state.place["y"] is None:
         raise block.refusal("@", "the start is not known; state X and Y in a G0 before it")
@@ -139,17 +146,17 @@ def _still_rotary(values: dict[str, Word]) -> dict[str, Word]:
     return {n: w for n, w in values.items() if not (n in ROTARY and w.number == 0.0)}
 
 
-def rapid(state: State, to: Places, block: ProgramBlock, record: Record) -> None:
+def go_rapid(state: ProgramState, to: Places, block: ProgramBlock, record: Record) -> None:
     """Go to a place fast; no move is kept until both its ends are known."""
     start = {**state.place}
     state.place.update(to)
     if None in start.values() or None in to.values() or start == to:
         return
-    record(Travel(_place(start), _place(to), None, None, block.line, state.tool))
+    record(ProgramMove(_place(start), _place(to), None, None, block.line, state.tool))
 
 
-def linear(
-    state: State,
+def feed_straight(
+    state: ProgramState,
     to: Places,
     block: ProgramBlock,
     record: Record,
@@ -166,19 +173,19 @@ def linear(
     rate = _feed(state, block, start, end) if feed is None else feed
     speed = speed_in_force(state, block)
     if start != end:
-        record(Travel(start, end, rate, speed, block.line, state.tool, thread=thread))
+        record(ProgramMove(start, end, rate, speed, block.line, state.tool, thread=thread))
 
 
-def _feed(state: State, block: ProgramBlock, start: Place, end: Place) -> Feed:
+def _feed(state: ProgramState, block: ProgramBlock, start: ToolPlace, end: ToolPlace) -> Feed:
     rate = feed_in_force(state, block)
     if state.feed_word != "G93":
         return rate
-    length_mm = Travel(start, end, None, None, block.line, None).length_mm
+    length_mm = ProgramMove(start, end, None, None, block.line, None).length_mm
     return FeedPerMinute(max(length_mm, 1e-9) * rate.mm / state.unit_mm)
 
 
 def _thread(
-    state: State, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
+    state: ProgramState, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
 ) -> None:
     """Cut a thread in one pass (G32, G33): F, or K and I, its pitch."""
     leads = [word_value(rest[name]) for name in ("K", "I", "J") if name in rest]
@@ -186,12 +193,16 @@ def _thread(
     pitch_mm = max(map(abs, leads)) * state.unit_mm if leads else state.feed or 0.0
     if pitch_mm <= 0:
         raise block.refusal(block.words[0].text, "a thread without a pitch; state F or K")
-    linear(state, to, block, record, feed=PerRev(pitch_mm), thread=True)
+    feed_straight(state, to, block, record, feed=PerRev(pitch_mm), thread=True)
 
 
-def ends(state: State, to: Places, block: ProgramBlock) -> tuple[Place, Place]:
+def ends(state: ProgramState, to: Places, block: ProgramBlock) -> tuple[ToolPlace, ToolPlace]:
     """Return start and end; raises UnusableInput naming the axis whose place is not known."""
     for axis in AXES:
+        if state.place[axis] is None and state.control is LINUXCNC:
+            state.note(f"nothing says where {axis.upper()} is before line {block.line}: taken as 0")
+            state.place[axis] = 0.0
+            to[axis] = 0.0 if to[axis] is None else to[axis]
         if state.place[axis] is None:
             state.place.update(to)
             raise block.refusal(
@@ -202,14 +213,14 @@ def ends(state: State, to: Places, block: ProgramBlock) -> tuple[Place, Place]:
     return _place(state.place), _place(to)
 
 
-def _place(places: Places) -> Place:
+def _place(places: Places) -> ToolPlace:
     x, y, z = (places[axis] for axis in AXES)
     assert x is not None and y is not None and z is not None
-    return Place(x, y, z)
+    return ToolPlace(x, y, z)
 
 
 def _arc(
-    state: State, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
+    state: ProgramState, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
 ) -> None:
     start, end = ends(state, to, block)
     state.place.update(to)
@@ -223,18 +234,18 @@ def _arc(
         turns = max(int(word_value(rest["P"])) - 1, 0)
     nothing_left(without(rest, *CENTRES, *RADIUS, "TURN", "P", "F"), block, state)
     feed, speed = feed_in_force(state, block), speed_in_force(state, block)
-    arc = Travel(
+    arc = ProgramMove(
         start, end, feed, speed, block.line, state.tool, Circle(plane, centre, left, turns)
     )
     if state.feed_word == "G93":
         feed = FeedPerMinute(arc.length_mm * feed.mm / state.unit_mm)
-        arc = Travel(start, end, feed, speed, block.line, state.tool, arc.circle)
+        arc = ProgramMove(start, end, feed, speed, block.line, state.tool, arc.circle)
     record(arc)
 
 
 def _centre(
-    state: State,
-    places: tuple[Place, Place],
+    state: ProgramState,
+    places: tuple[ToolPlace, ToolPlace],
     rest: Mapping[str, Word],
     block: ProgramBlock,
     *,
@@ -272,7 +283,7 @@ def _centre(
     return centre[0], centre[1]
 
 
-def _offset(state: State, word: Word | None, axis: str, start_mm: float) -> float:
+def _offset(state: ProgramState, word: Word | None, axis: str, start_mm: float) -> float:
     """Return where a centre lies along an axis; I of a lathe counts a radius from the start."""
     if word is None:
         return start_mm
@@ -300,7 +311,7 @@ def centre_by_radius(
 
 
 def _no_radius(
-    word: Word, places: tuple[Place, Place], plane: tuple[int, int], block: ProgramBlock
+    word: Word, places: tuple[ToolPlace, ToolPlace], plane: tuple[int, int], block: ProgramBlock
 ) -> tuple[float, float]:
     (start, end), (u, v) = places, plane
     if (start[u], start[v]) == (end[u], end[v]):

@@ -7,7 +7,7 @@ other lines (a contour between two N numbers, or a subprogram) is run apart.
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from autodb.nc.reading.blocks import ProgramBlock, ProgramLine, Word
+from autodb.nc.reading.blocks import ProgramBlock, Word, WrittenLine
 from autodb.nc.reading.expressions import Expression, Key, Number
 from autodb.nc.reading.instructions import (
     Call,
@@ -17,7 +17,7 @@ from autodb.nc.reading.instructions import (
     Jump,
     JumpToLabel,
     Return,
-    Run,
+    RunLine,
 )
 
 MOST_BLOCKS = 2_000_000
@@ -115,7 +115,7 @@ class Runner:
                 self._add(found, unit)
         return unit in self.instructions.units
 
-    def _find(self, unit: str, at: ProgramBlock | ProgramLine) -> None:
+    def _find(self, unit: str, at: ProgramBlock | WrittenLine) -> None:
         if not self.has(unit):
             raise at.refusal(unit, "there is no subprogram of this name; put it into this file")
 
@@ -166,7 +166,7 @@ class Runner:
             if isinstance(step, Return):
                 self._return(step)
                 return
-            if isinstance(step, Run):
+            if isinstance(step, RunLine):
                 returned, where = yield from self._line(step.line)
                 if returned:
                     return
@@ -198,14 +198,14 @@ class Runner:
             raise step.line.refusal(label, "there is no block of this label; use one that is there")
         return place
 
-    def _of(self, line: ProgramLine, value: Expression) -> Number:
+    def _of(self, line: WrittenLine, value: Expression) -> Number:
         try:
             return value(self.values)
         except (ValueError, OverflowError) as error:
             raise line.refusal(line.text[:40], str(error)) from None
 
-    def _line(self, line: ProgramLine) -> Generator[ProgramBlock, None, tuple[bool, int | None]]:
-        """Run a line: yield its block and set its variables.
+    def _line(self, line: WrittenLine) -> Generator[ProgramBlock, None, tuple[bool, int | None]]:
+        """RunLine a line: yield its block and set its variables.
 
         Returns whether it goes back to what called it, and where to go on: None is the next line.
         """
@@ -236,7 +236,7 @@ class Runner:
             raise block.refusal(words["P"].text, "this goes on elsewhere; use M99 alone")
         return False, place
 
-    def _set(self, line: ProgramLine, key: Expression | Key, value: Expression) -> None:
+    def _set(self, line: WrittenLine, key: Expression | Key, value: Expression) -> None:
         number = self._of(line, value)
         where = self._of(line, key) if callable(key) else key
         place: Key = int(where or 0) if isinstance(where, float) else where or 0
@@ -249,7 +249,7 @@ class Runner:
     def _subprogram(
         self, block: ProgramBlock, codes: Mapping[str, Word], words: Mapping[str, Word]
     ) -> Iterator[ProgramBlock]:
-        """Run what M98, M97 or G65 calls."""
+        """RunLine what M98, M97 or G65 calls."""
         if "P" not in words:
             raise block.refusal(block.words[0].text, "this calls nothing; state the number P")
         number, times = words["P"].number or 0.0, words["L"].number if "L" in words else None
@@ -276,9 +276,9 @@ class Runner:
         self.depth -= 1
 
     def _deeper(
-        self, unit: str, own: dict[Key, float] | None, at: ProgramBlock | ProgramLine
+        self, unit: str, own: dict[Key, float] | None, at: ProgramBlock | WrittenLine
     ) -> Iterator[ProgramBlock]:
-        """Run a unit, with variables of its own where some are given."""
+        """RunLine a unit, with variables of its own where some are given."""
         self._find(unit, at)
         self._go_deeper(at)
         outer = self.values
@@ -290,7 +290,7 @@ class Runner:
             self.values = outer
         self.depth -= 1
 
-    def _go_deeper(self, at: ProgramBlock | ProgramLine) -> None:
+    def _go_deeper(self, at: ProgramBlock | WrittenLine) -> None:
         self.depth += 1
         if self.depth > DEEPEST:
             raise at.refusal(

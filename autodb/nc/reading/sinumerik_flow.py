@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramLine, numbered_lines
+from autodb.nc.reading.blocks import WrittenLine, numbered_lines
 from autodb.nc.reading.expressions import Expression, expression, expression_at
 from autodb.nc.reading.instructions import (
     Call,
@@ -12,7 +12,7 @@ from autodb.nc.reading.instructions import (
     Jump,
     JumpToLabel,
     Return,
-    Run,
+    RunLine,
 )
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.sinumerik_lines import sinumerik_worded
@@ -45,14 +45,14 @@ class _Flow:
             self.out.units.setdefault(before, (start, self.place()))
         self.unit = (name, self.place())
 
-    def close(self, line: ProgramLine, kind: str) -> tuple[int, list[Jump]]:
+    def close(self, line: WrittenLine, kind: str) -> tuple[int, list[Jump]]:
         """Return where what ends here began, and what leaves it."""
         if not self.open or self.open[-1][0] != kind:
             raise line.refusal(line.text[:40], "what this ends is not open; open it before")
         _, start, jumps = self.open.pop()
         return start, jumps
 
-    def condition(self, line: ProgramLine, text: str) -> Expression:
+    def condition(self, line: WrittenLine, text: str) -> Expression:
         """Return a condition; raises UnusableInput naming the line."""
         try:
             return expression(text, packed=False)
@@ -83,7 +83,7 @@ def sinumerik_instructions(text: str, *, source: str) -> Instructions:
     return flow.out
 
 
-def _line(flow: _Flow, line: ProgramLine, text: str) -> None:
+def _line(flow: _Flow, line: WrittenLine, text: str) -> None:
     numbered = _NUMBERED.match(text)
     if numbered is not None:
         flow.out.label(f"N{int(numbered[1])}")
@@ -108,11 +108,11 @@ def _line(flow: _Flow, line: ProgramLine, text: str) -> None:
         _plain(flow, line, text)
 
 
-def _plain(flow: _Flow, line: ProgramLine, text: str) -> None:
+def _plain(flow: _Flow, line: WrittenLine, text: str) -> None:
     declared = _DECLARED.match(text)
     if declared is not None:
         if "=" in declared[1]:
-            flow.out.steps.append(Run(sinumerik_worded(line, declared[1])))
+            flow.out.steps.append(RunLine(sinumerik_worded(line, declared[1])))
         return
     called = _CALLED.match(text)
     if called is not None and called[1] not in NAMES and "=" not in text:
@@ -122,7 +122,7 @@ def _plain(flow: _Flow, line: ProgramLine, text: str) -> None:
         number = expression(times, packed=False) if times else None
         flow.out.steps.append(Call(line, called[1], times=number))
         return
-    flow.out.steps.append(Run(sinumerik_worded(line, text)))
+    flow.out.steps.append(RunLine(sinumerik_worded(line, text)))
 
 
 def _procedure(flow: _Flow, rest: str) -> None:
@@ -135,14 +135,14 @@ def _procedure(flow: _Flow, rest: str) -> None:
     flow.begin_unit(name[0])
 
 
-def _goto(text: str, line: ProgramLine) -> JumpToLabel:
+def _goto(text: str, line: WrittenLine) -> JumpToLabel:
     found = _GOTO.match(text)
     assert found is not None  # asked before
     label = found[1]
     return JumpToLabel(line, f"N{int(label[1:])}" if re.fullmatch(r"N\d+", label) else label)
 
 
-def _if(flow: _Flow, line: ProgramLine, rest: str) -> None:
+def _if(flow: _Flow, line: WrittenLine, rest: str) -> None:
     try:
         condition, at = expression_at(rest, 0, packed=False)
     except UnusableInput as error:
@@ -160,7 +160,7 @@ def _if(flow: _Flow, line: ProgramLine, rest: str) -> None:
     flow.open.append(("IF", flow.place(), [over]))
 
 
-def _else(flow: _Flow, line: ProgramLine, _rest: str) -> None:
+def _else(flow: _Flow, line: WrittenLine, _rest: str) -> None:
     start, jumps = flow.close(line, "IF")
     out = Jump(line)
     flow.out.steps.append(out)
@@ -168,47 +168,47 @@ def _else(flow: _Flow, line: ProgramLine, _rest: str) -> None:
     flow.open.append(("IF", start, [out]))
 
 
-def _end_if(flow: _Flow, line: ProgramLine, _rest: str) -> None:
+def _end_if(flow: _Flow, line: WrittenLine, _rest: str) -> None:
     for jump in flow.close(line, "IF")[1]:
         jump.to = flow.place()
 
 
-def _while(flow: _Flow, line: ProgramLine, rest: str) -> None:
+def _while(flow: _Flow, line: WrittenLine, rest: str) -> None:
     start = flow.place()
     over = Jump(line, when=flow.condition(line, rest), holds=False)
     flow.out.steps.append(over)
     flow.open.append(("WHILE", start, [over]))
 
 
-def _for(flow: _Flow, line: ProgramLine, rest: str) -> None:
+def _for(flow: _Flow, line: WrittenLine, rest: str) -> None:
     setting, _, last = rest.partition(" TO ")
     name = setting.split("=")[0].strip()
     if not last or "=" not in setting:
         raise line.refusal(rest[:40], "this is no loop; write FOR R1=1 TO 10")
-    flow.out.steps.append(Run(sinumerik_worded(line, setting)))
+    flow.out.steps.append(RunLine(sinumerik_worded(line, setting)))
     start = flow.place()
     over = Jump(line, when=flow.condition(line, f"{name} <= ({last})"), holds=False)
     flow.out.steps.append(over)
     flow.open.append((f"FOR {name}", start, [over]))
 
 
-def _end_for(flow: _Flow, line: ProgramLine, _rest: str) -> None:
+def _end_for(flow: _Flow, line: WrittenLine, _rest: str) -> None:
     kind = flow.open[-1][0] if flow.open else ""
     start, jumps = flow.close(line, kind if kind.startswith("FOR ") else "FOR")
     name = kind.removeprefix("FOR ")
-    flow.out.steps += [Run(sinumerik_worded(line, f"{name}={name}+1")), Jump(line, to=start)]
+    flow.out.steps += [RunLine(sinumerik_worded(line, f"{name}={name}+1")), Jump(line, to=start)]
     jumps[0].to = flow.place()
 
 
-def _loop(kind: str) -> Callable[[_Flow, ProgramLine, str], None]:
-    def begins(flow: _Flow, _line: ProgramLine, _rest: str) -> None:
+def _loop(kind: str) -> Callable[[_Flow, WrittenLine, str], None]:
+    def begins(flow: _Flow, _line: WrittenLine, _rest: str) -> None:
         flow.open.append((kind, flow.place(), []))
 
     return begins
 
 
-def _ends(kind: str) -> Callable[[_Flow, ProgramLine, str], None]:
-    def ends(flow: _Flow, line: ProgramLine, _rest: str) -> None:
+def _ends(kind: str) -> Callable[[_Flow, WrittenLine, str], None]:
+    def ends(flow: _Flow, line: WrittenLine, _rest: str) -> None:
         start, jumps = flow.close(line, kind)
         flow.out.steps.append(Jump(line, to=start))
         for jump in jumps:
@@ -217,12 +217,12 @@ def _ends(kind: str) -> Callable[[_Flow, ProgramLine, str], None]:
     return ends
 
 
-def _until(flow: _Flow, line: ProgramLine, rest: str) -> None:
+def _until(flow: _Flow, line: WrittenLine, rest: str) -> None:
     start, _ = flow.close(line, "REPEAT")
     flow.out.steps.append(Jump(line, to=start, when=flow.condition(line, rest), holds=False))
 
 
-def _return(flow: _Flow, line: ProgramLine, _rest: str) -> None:
+def _return(flow: _Flow, line: WrittenLine, _rest: str) -> None:
     flow.out.steps.append(Return(line))
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 from autodb.errors import UnusableInput
 from autodb.nc.reading.blocks import (
     NUMBER,
-    ProgramLine,
     Setting,
     Word,
+    WrittenLine,
     WrittenWord,
     plain_word,
 )
@@ -30,7 +30,7 @@ _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _TEXT = re.compile(r'"([^"]*)"')
 
 
-def sinumerik_worded(line: ProgramLine, text: str) -> ProgramLine:
+def sinumerik_worded(line: WrittenLine, text: str) -> WrittenLine:
     """Return a line with its words and settings; raises UnusableInput naming what is none."""
     words: list[Word | WrittenWord] = []
     settings: list[Setting] = []
@@ -54,7 +54,7 @@ def sinumerik_worded(line: ProgramLine, text: str) -> ProgramLine:
 
 
 def _one(
-    line: ProgramLine,
+    line: WrittenLine,
     text: str,
     at: int,
     words: list[Word | WrittenWord],
@@ -86,7 +86,7 @@ def _one(
 
 
 def _assigned(
-    line: ProgramLine,
+    line: WrittenLine,
     text: str,
     found: re.Match[str],
     words: list[Word | WrittenWord],

@@ -13,7 +13,7 @@ Places = dict[str, float | None]
 
 
 @dataclass
-class State:
+class ProgramState:
     """What is in force.
 
     ``place``: mm by axis, x of a lathe as a radius, None where the program has not said it;
@@ -80,7 +80,7 @@ class State:
         self.speed = said * (_FOOT_M if self.surface and self.unit_mm == INCH_MM else 1.0)
 
 
-def feed_in_force(state: State, block: ProgramBlock) -> Feed:
+def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
     """Return the feed of a cutting move; raises UnusableInput saying what is not stated."""
     word = state.motion or block.words[0].text
     if state.feed is None:
@@ -93,7 +93,7 @@ def feed_in_force(state: State, block: ProgramBlock) -> Feed:
     return PerRev(state.feed) if state.feed_word == "G95" else FeedPerMinute(state.feed)
 
 
-def speed_in_force(state: State, block: ProgramBlock) -> Speed:
+def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
     """Return the spindle speed of a cutting move; raises UnusableInput where there is none."""
     word = state.motion or block.words[0].text
     if state.stopped is not None:

@@ -17,7 +17,7 @@ PLANES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
 """Axes of each plane: the two in it, so that G3 turns from first to second, and the third."""
 
 
-class Place(NamedTuple):
+class ToolPlace(NamedTuple):
     """A place of the tool tip, mm; x of a lathe is the radius."""
 
     x_mm: float
@@ -36,14 +36,14 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class Travel:
+class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
     ``tool``: as the program calls it.
     """
 
-    start: Place
-    end: Place
+    start: ToolPlace
+    end: ToolPlace
     feed: Feed | None
     speed: Speed | None
     line: int
@@ -104,5 +104,5 @@ class Travel:
         return float(np.mean(60.0 * self.length_mm / (self.feed.mm * self.speed.at_rpm(x_mm))))
 
 
-Record = Callable[[Travel], None]
+Record = Callable[[ProgramMove], None]
 """What keeps a move."""

@@ -14,8 +14,8 @@ from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
 from autodb.nc.reading.runner import Runner, Values
-from autodb.nc.reading.state import State
-from autodb.nc.reading.travels import Place, Travel
+from autodb.nc.reading.state import ProgramState
+from autodb.nc.reading.travels import ProgramMove, ToolPlace
 
 MOST_SAID = 40
 """Refused words that one message names; of more it says how many. Chosen."""
@@ -38,7 +38,7 @@ class ReadProgram:
 
     source: str
     control: str
-    travels: tuple[Travel, ...]
+    travels: tuple[ProgramMove, ...]
     stops: tuple[int, ...]
     rests: tuple[tuple[int, float], ...]
     notes: tuple[str, ...]
@@ -148,9 +148,9 @@ def carried_out(
     )  # fmt: skip
 
 
-def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> State:
+def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> ProgramState:
     """Return what is in force before a program's first block."""
-    state = State(
+    state = ProgramState(
         lathe=lathe,
         diameter=diameter,
         unit_mm=INCH_MM if inch else 1.0,
@@ -160,12 +160,10 @@ def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> Stat
     )
     if lathe:
         state.place["y"] = 0.0
-    if control is LINUXCNC:
-        state.place = {"x": 0.0, "y": 0.0, "z": 0.0}
     return state
 
 
-def _of_control(control: Control, state: State) -> Callable[[Key], Number]:
+def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number]:
     """Return what the control itself knows: places of the axes, and what is in force."""
 
     def value(key: Key) -> Number:
@@ -190,7 +188,7 @@ _PLACES: dict[Key, str] = {
     5420: "x", 5421: "y", 5422: "z", "_x": "x", "_y": "y", "_z": "z",
     5001: "x", 5002: "y", 5003: "z", 5041: "x", 5042: "y", 5043: "z",
 }  # fmt: skip
-_SETTINGS: dict[Key, Callable[[State], Number]] = {
+_SETTINGS: dict[Key, Callable[[ProgramState], Number]] = {
     "_metric": lambda state: float(state.unit_mm == 1.0),
     "_imperial": lambda state: float(state.unit_mm != 1.0),
     "_absolute": lambda state: float(state.absolute),
@@ -228,7 +226,7 @@ def _refuse(source: str, problems: Sequence[UnusableInput]) -> None:
     raise UnusableInput("; ".join([said[0], *rest]) + more)
 
 
-def _turned(travel: Travel) -> Move:
+def _turned(travel: ProgramMove) -> Move:
     """Return a move in the plane of the spindle's axis."""
     start, end = _point(travel.start), _point(travel.end)
     if travel.feed is None or travel.speed is None:
@@ -244,5 +242,5 @@ def _turned(travel: Travel) -> Move:
     )  # fmt: skip
 
 
-def _point(place: Place) -> Point:
+def _point(place: ToolPlace) -> Point:
     return Point(place.x_mm, place.z_mm)

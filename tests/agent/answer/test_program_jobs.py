@@ -14,8 +14,9 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobCut, JobProgram, read_job
 from autodb.files.machine import AxisLimits
 from autodb.fitting import Gaussian
-from autodb.forward import along, job_cuts, programs
+from autodb.forward import along, job_cuts, line_parts, programs
 from autodb.forward.limits import exceeding
+from autodb.forward.line_parts import Followed
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected_means, forecast
@@ -38,7 +39,7 @@ JOB = 'name = "a"\nmaterial = "steel bar"\ntool = "insert"\n'
 SQUARE = {"other": {"kappa_deg": 90.0}}
 
 
-def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> programs.Followed:
+def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> Followed:
     """Return a program followed in a bar of Ø60, if nothing else is said."""
     (folder / "p.nc").write_text(head + body, encoding="utf-8")
     stock = {} if "stock" in said else {"stock_diameter_mm": 60.0}
@@ -46,7 +47,7 @@ def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> progra
     return programs.follow(asked, units=None, diameter=None)
 
 
-def _predict(found: programs.Followed, tool: ToolOf = INSERT) -> tuple[PredictedCut, ...]:
+def _predict(found: Followed, tool: ToolOf = INSERT) -> tuple[PredictedCut, ...]:
     return along.predict_lines(known(), tool, found.lines, source=found.source)
 
 
@@ -98,7 +99,7 @@ def test_steps_that_are_joined_give_the_means_of_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     joined = _follow(tmp_path, PROFILE)
-    monkeypatch.setattr(programs, "MOST", 10**6)
+    monkeypatch.setattr(line_parts, "MOST", 10**6)
     every = _follow(tmp_path, PROFILE)
     assert [line.operation for line in joined.lines] == ["turn", "taper", "contour", "turn"]
     assert max(len(line.steps) for line in joined.lines) == 32

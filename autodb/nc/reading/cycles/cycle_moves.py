@@ -5,18 +5,18 @@ from typing import Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
-from autodb.nc.reading.motions import linear, rapid
+from autodb.nc.reading.motions import feed_straight, go_rapid
 from autodb.nc.reading.paths import Feed
 from autodb.nc.reading.runner import Runner
-from autodb.nc.reading.state import AXES, State, word_value
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.state import AXES, ProgramState, word_value
+from autodb.nc.reading.travels import ProgramMove
 
 
 class Carrying(Protocol):
     """What carries out a program, as cycles see it."""
 
-    state: State
-    record: Callable[[Travel], None]
+    state: ProgramState
+    record: Callable[[ProgramMove], None]
     runner: Runner
     modal_call: tuple[str, Word] | None
     in_contour: bool
@@ -35,7 +35,7 @@ many millimetres deep, and none so few thousandths."""
 
 def rapid_to(m: Carrying, block: ProgramBlock, **to: float) -> None:
     """Go fast to a place, mm; an axis that is not named stays."""
-    rapid(m.state, {**m.state.place, **to}, block, m.record)
+    go_rapid(m.state, {**m.state.place, **to}, block, m.record)
 
 
 def feed_to(
@@ -47,7 +47,7 @@ def feed_to(
     thread: bool = False,
 ) -> None:
     """Go straight to a place at a feed, mm, that in force where none is given."""
-    linear(m.state, {**m.state.place, **to}, block, m.record, feed=feed, thread=thread)
+    feed_straight(m.state, {**m.state.place, **to}, block, m.record, feed=feed, thread=thread)
 
 
 def known_start(m: Carrying, block: ProgramBlock) -> dict[str, float]:
@@ -61,7 +61,7 @@ def known_start(m: Carrying, block: ProgramBlock) -> dict[str, float]:
     return {axis: m.state.known(axis) for axis in AXES}
 
 
-def thousandths(state: State, word: Word) -> float:
+def thousandths(state: ProgramState, word: Word) -> float:
     """Return a length in mm of a word that counts thousandths where it has no decimal point."""
     if "." in word.written:
         return word_value(word) * state.unit_mm
@@ -69,7 +69,7 @@ def thousandths(state: State, word: Word) -> float:
     return word_value(word) * least_mm
 
 
-def depth_of_cut(state: State, word: Word) -> float:
+def depth_of_cut(state: ProgramState, word: Word) -> float:
     """Return a depth D in mm: thousandths where it is a large number without a decimal point."""
     counted = "." not in word.written and word_value(word) >= _COUNTED
     return abs(thousandths(state, word) if counted else word_value(word) * state.unit_mm)

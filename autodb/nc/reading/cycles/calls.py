@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 from math import cos, radians, sin
 
-from autodb.nc.reading import drilling, roughing, threading
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.cycle_moves import Carrying, rapid_to
+from autodb.nc.reading.cycles import drilling, roughing, threading
+from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
 from autodb.nc.reading.names import CALLS
 
 _DRILLS = frozenset({"CYCLE840"} | {f"CYCLE8{n}" for n in range(1, 10)})
@@ -13,7 +13,7 @@ _REMEDY = "this cycle is not read; write out its moves as G0, G1, G2 and G3"
 Numbers = tuple[float | None, ...]
 
 
-def carry_out(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> None:
+def call_cycles(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> None:
     """Carry out the cycles that a block calls; after its place, where one is in force."""
     names = [name for name in codes if name in CALLS]
     if "MCALL" in names:

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.contours import Array, chain, moved, runs_beyond
-from autodb.nc.reading.cycle_moves import (
+from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
+from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
     depth_of_cut,
@@ -21,7 +21,7 @@ from autodb.nc.reading.cycle_moves import (
     rapid_to,
 )
 from autodb.nc.reading.state import word_value
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.travels import ProgramMove
 
 MOST_PASSES = 5000
 AXES_OF = {"G71": ("z", "x"), "G72": ("x", "z")}
@@ -44,7 +44,7 @@ class Passes:
     start: tuple[float, float]
 
 
-def fanuc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
     """Carry out G70 to G73, in two blocks or, as on Haas, in one with D."""
     if "P" not in values or "Q" not in values:
         _first_block(m, code, values, block)
@@ -79,7 +79,9 @@ def _first_block(m: Carrying, code: str, values: Mapping[str, Word], block: Prog
         state.taken["R"] = word_value(values["R"]) * (1.0 if code == "G73" else state.unit_mm)
 
 
-def contour_of(m: Carrying, blocks: Iterable[ProgramBlock], block: ProgramBlock) -> list[Travel]:
+def contour_of(
+    m: Carrying, blocks: Iterable[ProgramBlock], block: ProgramBlock
+) -> list[ProgramMove]:
     """Return the moves of a contour, run apart: nothing of it stays in force."""
     if m.in_contour:
         raise block.refusal(block.words[0].text, "a cycle inside a contour; write it behind it")
@@ -88,7 +90,7 @@ def contour_of(m: Carrying, blocks: Iterable[ProgramBlock], block: ProgramBlock)
     m.state.place, m.state.shift = dict(kept.place), dict(kept.shift)
     if m.state.feed is None:
         m.state.feed = 1.0  # a contour's feeds are those of its finishing
-    found: list[Travel] = []
+    found: list[ProgramMove] = []
     begins: int | None = None
     m.record = found.append
     try:
@@ -115,7 +117,7 @@ def _allowed(
     code: str,
     values: Mapping[str, Word],
     block: ProgramBlock,
-    moves: Sequence[Travel],
+    moves: Sequence[ProgramMove],
 ) -> None:
     state, taken = m.state, m.state.taken
     start = {axis: state.known(axis) for axis in ("x", "z")}
@@ -192,7 +194,7 @@ def _pattern(
     m: Carrying,
     values: Mapping[str, Word],
     block: ProgramBlock,
-    moves: Sequence[Travel],
+    moves: Sequence[ProgramMove],
     over: tuple[float, float],
 ) -> None:
     """Follow the contour some times, each time nearer to it (G73)."""
@@ -216,7 +218,9 @@ def _pattern(
         rapid_to(m, block, z=start["z"])
 
 
-def linuxcnc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def linuxcnc_roughing(
+    m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock
+) -> None:
     """Carry out LinuxCNC's G70, G71, G72: Q the subprogram of the contour, X Z the start, D I R."""
     state = m.state
     if "Q" not in values:

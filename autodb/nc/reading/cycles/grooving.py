@@ -7,7 +7,7 @@ The tool goes in by pecks, moves over by a step and goes in again until it has b
 from collections.abc import Mapping
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.cycle_moves import (
+from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
     feed_to,
@@ -21,7 +21,7 @@ from autodb.nc.reading.state import word_value
 MOST_PECKS = 20_000
 
 
-def fanuc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def fanuc_grooves(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
     """Carry out G74 or G75, in two blocks (R, then X Z P Q F) or in one (X Z I K F)."""
     state = m.state
     axes = {n: w for n, w in values.items() if n in "XZUW"}

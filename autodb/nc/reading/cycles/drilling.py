@@ -10,7 +10,13 @@ from collections.abc import Mapping, Sequence
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.controls import LINUXCNC
-from autodb.nc.reading.cycle_moves import Carrying, feed_to, known_start, rapid_to, thousandths
+from autodb.nc.reading.cycles.cycle_moves import (
+    Carrying,
+    feed_to,
+    known_start,
+    rapid_to,
+    thousandths,
+)
 from autodb.nc.reading.motions import nothing_left, targets, without
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value
@@ -30,12 +36,12 @@ def drill_on_lathe(m: Carrying, code: str, values: Mapping[str, Word], block: Pr
     """Drill along the axis of a lathe: the tool's place in X is where it drills."""
     kept, m.state.plane = m.state.plane, "G17"
     try:
-        drill(m, code, values, block)
+        drill_holes(m, code, values, block)
     finally:
         m.state.plane = kept
 
 
-def drill(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def drill_holes(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
     """Drill a hole, or as many as L or K say in steps of G91."""
     state = m.state
     if state.cycle != code:

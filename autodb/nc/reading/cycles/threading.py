@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import sqrt
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.cycle_moves import (
+from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
     depth_of_cut,
@@ -31,13 +31,13 @@ METRIC_PITCH_MM = {
 """Coarse pitch of a metric thread by its diameter, mm (ISO 261)."""
 
 
-def single(m: Carrying, _code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def thread_pass(m: Carrying, _code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
     """Cut a thread in one pass (G32); the word stays in force."""
     m.state.motion = "G33"
     carry_out_motion(m.state, without(values, "S", "T", "F"), block, m.record)
 
 
-def fanuc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def fanuc_threads(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
     """Cut a thread by G76, in two blocks (P Q R, then X Z R P Q F) or in one (X Z K D F)."""
     state = m.state
     if not any(letter in values for letter in "XZUW"):
@@ -61,7 +61,7 @@ def fanuc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBloc
     outside = start["x"] > (to["x"] or 0.0)
     crest = (to["x"] or 0.0) + (height if outside else -height)
     roots = [crest - d if outside else crest + d for d in depths]
-    passes(m, block, roots, (start["z"], to["z"] or 0.0), pitch_mm=state.feed, taper=taper)
+    thread_passes(m, block, roots, (start["z"], to["z"] or 0.0), pitch_mm=state.feed, taper=taper)
     rapid_to(m, block, x=start["x"])
 
 
@@ -102,7 +102,7 @@ def equal_sections(height: float, first: float, least: float, block: ProgramBloc
     return depths
 
 
-def passes(
+def thread_passes(
     m: Carrying,
     block: ProgramBlock,
     roots: Sequence[float],
@@ -121,7 +121,9 @@ def passes(
     rapid_to(m, block, z=along[0])
 
 
-def linuxcnc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+def linuxcnc_threads(
+    m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock
+) -> None:
     """Cut a thread by LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K depth, R, H."""
     missing = [letter for letter in "PZIJK" if letter not in values]
     if missing:
@@ -143,7 +145,7 @@ def linuxcnc(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramB
     sign = -1.0 if crest < 0 else 1.0
     roots = [start["x"] + crest + sign * d for d in depths]
     pitch_mm = number["P"] * m.state.unit_mm
-    passes(m, block, roots, (start["z"], to["z"] or 0.0), pitch_mm=pitch_mm)
+    thread_passes(m, block, roots, (start["z"], to["z"] or 0.0), pitch_mm=pitch_mm)
 
 
 def cycle97(m: Carrying, block: ProgramBlock, numbers: Sequence[float | None]) -> None:
@@ -167,4 +169,4 @@ def cycle97(m: Carrying, block: ProgramBlock, numbers: Sequence[float | None]) -
     roots = [crest + d if inside else crest - d for d in depths]
     rapid_to(m, block, z=spl + app)
     rapid_to(m, block, x=crest + (-1 if inside else 1) * (CLEAR_MM + abs(taper)))
-    passes(m, block, roots, (spl + app, fpl - rop), pitch_mm=pitch, taper=taper)
+    thread_passes(m, block, roots, (spl + app, fpl - rop), pitch_mm=pitch, taper=taper)

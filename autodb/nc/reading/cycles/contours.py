@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.nc.reading.travels import Travel
+from autodb.nc.reading.travels import ProgramMove
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ CHORD_MM = 0.05
 _SAME_MM = 1e-7
 
 
-def chain(moves: Sequence[Travel], *, along: int, across: int) -> Array:
+def chain(moves: Sequence[ProgramMove], *, along: int, across: int) -> Array:
     """Return the places (n, 2) of moves in order, by the axes of a place: 0 is x, 2 is z."""
     found: list[Array] = [np.array([[moves[0].start[along], moves[0].start[across]]])]
     for move in moves:
