@@ -71,5 +71,6 @@ def part_begins(columns: Array) -> NDArray[np.intp]:
 
 
 def step_conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
+    """Return columns by channel as conditions of each step."""
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     return tuple(dict(zip(columns, row, strict=True)) for row in rows)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from autodb.cutting.stock import bar
 from autodb.cutting.working import WorkTool, solid, worked
 from autodb.errors import UnusableInput
-from autodb.nc.reading import Linear, turning_program
+from autodb.nc.reading import Linear, Rapid, turning_program
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 
 FANUC = "O0001\nG21 G40 G99\nG97 S1000 M3\nT0101\n"
@@ -163,3 +163,19 @@ def test_helices_planes_and_polar_words_go_where_they_say() -> None:
         assert_allclose(done.places(np.array([0.5]))[0, 2], -10)
     polar = carried_out("S9 M3\nF9\nG0 X0 Y0 Z0\nG1 @10 ^90\n", source="p.ngc", lathe=False)
     assert_allclose(polar.travels[-1].end, (0, 10, 0), atol=1e-9)
+
+
+def test_corners_are_rounded_and_broken_between_their_moves() -> None:
+    body = "G0 X20 Z2\nG1 Z-10 {} F.1\nX40\nZ-30\n"
+    plain = turning_program(FANUC + body.format(""), source="p.nc").moves
+    whole = sum(m.length_mm for m in plain if not isinstance(m, Rapid))
+    for word, shorter in (("R3", 3 * (2 - pi / 2)), ("C3", 3 * (2 - np.sqrt(2))), (",R3", None)):
+        moves = turning_program(FANUC + body.format(word), source="p.nc").moves
+        way = sum(m.length_mm for m in moves if not isinstance(m, Rapid))
+        expected = shorter if shorter is not None else 3 * (2 - pi / 2)
+        assert_allclose(whole - way, expected)
+        assert all(a.end == b.start for a, b in pairwise(moves))
+    with pytest.raises(UnusableInput, match="line 6: a corner of 30 mm does not fit"):
+        turning_program(FANUC + body.format("R30"), source="p.nc")
+    angled = turning_program(FANUC + "G0 X20 Z2\nG1 Z-8 A170 F.1\n", source="p.nc").moves[-1]
+    assert_allclose(angled.end.x_mm, 10 - 10 * np.tan(np.radians(170)))

@@ -31,6 +31,7 @@ from autodb.nc.reading.controls import (
     SINUMERIK,
     Control,
 )
+from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
 from autodb.nc.reading.motions import LETTERS, carry_out_motion, nothing_left, without
 from autodb.nc.reading.names import NAMES
@@ -81,7 +82,7 @@ class Interpreter:
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None
         self.in_contour = False
-        self.record: Callable[[ProgramMove], None] = self.moves.append
+        self.record = CornerRecord(self.moves.append, source=runner.instructions.source)
         self.groups = groups_of(state.control, lathe=state.lathe)
         self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
         self._cycles = self._cycles_of()
@@ -144,6 +145,7 @@ class Interpreter:
             try:
                 self.step(next(blocks))
             except StopIteration:
+                self.record.finish()
                 return problems
             except UnusableInput as error:
                 problems.append(error)

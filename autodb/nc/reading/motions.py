@@ -7,10 +7,11 @@ clock, as on a lathe whose tool is behind the work; programs for one in front of
 """
 
 from collections.abc import Mapping
-from math import atan2, cos, hypot, radians, sin, sqrt
+from math import atan2, cos, hypot, radians, sin, sqrt, tan
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
+from autodb.nc.reading.corners import CORNERS
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
 from autodb.nc.reading.state import (
     AXES,
@@ -30,6 +31,7 @@ LETTERS = {"x": ("X", "U"), "y": ("Y", "V"), "z": ("Z", "W")}
 CENTRES = ("I", "J", "K")
 RADIUS = ("R", "CR")
 ROTARY = ("A", "B", "C")
+_FLAT = 1e-9
 _DECIMALS = 9
 """Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
 _NUMBERS = ("N", "O")
@@ -115,12 +117,46 @@ def carry_out_motion(
             nothing_left(rest, block, state)
             go_rapid(state, to, block, record)
         case "G1":
+            to, rest = _by_angle(state, to, rest, values)
+            corner, rest = _corner(state, rest)
             nothing_left(rest, block, state)
-            feed_straight(state, to, block, record)
+            feed_straight(state, to, block, record, corner=corner)
         case "G33":
             _thread(state, to, rest, block, record)
         case _:
             _arc(state, to, rest, block, record)
+
+
+def _corner(
+    state: ProgramState, rest: dict[str, Word]
+) -> tuple[tuple[str, float, str] | None, dict[str, Word]]:
+    """Return the corner that a straight move states, and the words that are left."""
+    name = next((one for one in CORNERS if one in rest), None)
+    plain = name in ("R", "C")
+    if name is None or (plain and not (state.lathe and state.control.system)):
+        return None, rest
+    size = abs(word_value(rest[name])) * state.unit_mm
+    return (CORNERS[name], size, state.plane), without(rest, name)
+
+
+def _by_angle(
+    state: ProgramState, to: Places, rest: dict[str, Word], values: Mapping[str, Word]
+) -> tuple[Places, dict[str, Word]]:
+    """Return where a lathe's line at an angle A goes, of which X or Z is stated."""
+    word = rest.get("A", rest.get(",A", rest.get("ANG")))
+    stated = [axis for axis in ("x", "z") if values.keys() & set(LETTERS[axis])]
+    here = state.place
+    known = here["x"] is not None and here["z"] is not None
+    if word is None or not state.lathe or not known or not stated:
+        return to, rest
+    slope = tan(radians(word_value(word)))
+    if stated == ["z"]:
+        across = ((to["z"] or 0.0) - (here["z"] or 0.0)) * slope
+        to = {**to, "x": round((here["x"] or 0.0) + across, _DECIMALS)}
+    elif stated == ["x"] and abs(slope) > _FLAT:
+        along = ((to["x"] or 0.0) - (here["x"] or 0.0)) / slope
+        to = {**to, "z": round((here["z"] or 0.0) + along, _DECIMALS)}
+    return to, without(rest, "A", ",A", "ANG")
 
 
 def _polar(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
@@ -163,6 +199,7 @@ def feed_straight(
     *,
     feed: Feed | None = None,
     thread: bool = False,
+    corner: tuple[str, float, str] | None = None,
 ) -> None:
     """Go straight to a place at a feed, that in force where none is given."""
     start, end = ends(state, to, block)
@@ -173,7 +210,7 @@ def feed_straight(
     rate = _feed(state, block, start, end) if feed is None else feed
     speed = speed_in_force(state, block)
     if start != end:
-        record(ProgramMove(start, end, rate, speed, block.line, state.tool, thread=thread))
+        record(ProgramMove(start, end, rate, speed, block.line, state.tool, None, thread, corner))
 
 
 def _feed(state: ProgramState, block: ProgramBlock, start: ToolPlace, end: ToolPlace) -> Feed:

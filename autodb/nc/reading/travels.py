@@ -39,7 +39,8 @@ class Circle:
 class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
-    ``tool``: as the program calls it.
+    ``tool``: as the program calls it; ``corner``: kind, size in mm and plane of what stands
+    between it and the next move, until that is known.
     """
 
     start: ToolPlace
@@ -50,6 +51,7 @@ class ProgramMove:
     tool: str | None
     circle: Circle | None = None
     thread: bool = False
+    corner: tuple[str, float, str] | None = None
 
     @cached_property
     def _round(self) -> tuple[float, float, float, float]:

@@ -185,7 +185,9 @@ REFUSED = {
     "word": ({}, "G0 X56 Z2\nG1 Z-30 F.2 Q9\n", r"p\.nc: line 3: 'Q9': "),
     "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: line 4: this rapid goes"),
     "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: the program cuts no stock; "),
-    "axis": ({"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: the tool's tip cuts on the spin"),
+    "axis": (
+        {"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"line 3: the tool's tip cuts on",
+    ),
     "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: is not the program of"),
 }  # fmt: skip
 
@@ -227,7 +229,9 @@ def test_a_line_that_the_edge_cannot_follow_is_named(tmp_path: Path) -> None:
 
 
 BOTH = "give either [[cut]] or [program], and only one of them"
-STOCKS = "program: give either stock_diameter_mm (a bar) or stock, and only one of them"
+STOCKS = (
+    "program: give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no other"
+)
 JOBS = {
     "neither": ("", BOTH),
     "both": (
@@ -305,3 +309,73 @@ def test_a_job_says_the_course_of_its_cuts_and_one_power(cli: Cli, tmp_path: Pat
         omega = 1000 * np.pi / 30
         assert_allclose(one["power_W"]["value"], one["torque_N_m"]["value"] * omega)
     assert_allclose(face["torque_N_m"]["value"], 0.02 * face["force_y_N"]["value"], rtol=1e-3)
+
+
+FAILURES = {
+    "17_boring.nc": "line 5: this cuts inwards from the surface that was just turned",
+    "18_partoff.nc": "line 4: 40.000 mm deep, more than the edge's 25 mm",
+    "19_groove.nc": "line 4: 40.000 mm deep",
+    "24_noM3.nc": "line 4: 'G1': nothing has started the spindle; use M3",
+    "30_feedhuge.nc": "line 4: a feed of 200 mm/rev is beyond what a tool cuts with",
+}
+PROGRAMS = {
+    "17_boring.nc": "G97 S800 M3\nG0 X22 Z2\nG1 Z-40 F0.15\nX20\nG0 Z2\nX24\nG1 Z-40\nX22\nG0 Z2\n",
+    "18_partoff.nc": "G97 S800 M3\nG0 X62 Z-40\nG1 X0 F0.08\nG0 X70\n",
+    "19_groove.nc": "G97 S800 M3\nG0 X62 Z-40\nG1 X54 F0.08\nG0 X70\nG0 Z-43\nG1 X54\nG0 X70\n",
+    "24_noM3.nc": "G97 S800\nG0 X56 Z2\nG1 Z-40 F0.2\n",
+    "30_feedhuge.nc": "G97 S1000 M3\nG0 X56 Z2\nG1 Z-40 F200\n",
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_what_no_tool_explains_or_no_machine_does_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(UnusableInput) as caught:
+        _follow(tmp_path, PROGRAMS[name], head="G18 G21 G90 G95\n")
+    assert FAILURES[name] in str(caught.value)
+    assert has_remedy(str(caught.value))
+
+
+def test_a_stated_tool_has_its_own_edge(tmp_path: Path) -> None:
+    """A blade of 3 mm takes 3 mm, a boring bar the ring, whichever is turned elsewhere."""
+    head = "G18 G21 G90 G95\n"
+    blade = {"other": {"kind": "grooving", "width_mm": 3.0}}
+    found = _follow(tmp_path, PROGRAMS["18_partoff.nc"], head=head, tools=blade)
+    (line,) = _predict(found)
+    assert line.operation == "groove"
+    cut = JobCut(operation="groove", diameter_mm=60, width_mm=3, feed_mm_rev=0.08, speed_rpm=800)
+    (same,) = job_cuts.predict(known(), INSERT, [cut])
+    assert_allclose(line.force_y_N.value, same.force_y_N.value, rtol=0.03)  # slower inside
+    bar = {"other": {"kind": "boring"}}
+    bored = _follow(tmp_path, PROGRAMS["17_boring.nc"], head=head, tools=bar, bore_diameter_mm=20.0)
+    assert [line.operation for line in bored.lines] == ["bore", "bore"]
+    assert_allclose(bored.removed_mm3, np.pi * (12**2 - 10**2) * 40, rtol=1e-3)
+
+
+def test_a_mill_s_program_meets_its_block(tmp_path: Path) -> None:
+    """A slot of 10 mm, then half of it beside: widths and volume as drawn."""
+    body = "S1000 M3\nG0 X-10 Y10 Z5\nG1 Z-2 F200\nX60\nG0 Z5\nX-10 Y15\nG1 Z-2\nX60\n"
+    mill = {"other": {"kind": "end_mill", "diameter_mm": 10.0, "teeth": 4}}
+    (tmp_path / "p.nc").write_text("G21 G90 G17\n" + body, encoding="utf-8")
+    said = {"file": str(tmp_path / "p.nc"), "block_mm": [0, 50, 0, 50, -10, 0], "tools": mill}
+    found = programs.follow(JobProgram.model_validate(said), units=None, diameter=None)
+    assert_allclose(found.removed_mm3, 50 * 10 * 2 + 50 * 5 * 2, rtol=0.005)
+    slot, side = _predict(found)
+    pairs: tuple[tuple[PredictedCut, str, dict[str, float]], ...] = (
+        (slot, "slot", {}),
+        (side, "side-up", {"width_mm": 5}),
+    )
+    for line, operation, more in pairs:
+        cut = JobCut.model_validate(
+            {
+                "operation": operation,
+                "depth_mm": 2,
+                "feed_mm_tooth": 0.05,
+                "speed_rpm": 1000,
+                **more,
+            }
+        )
+        (same,) = job_cuts.predict(known(), ToolOf("m", {"diameter_mm": 10, "teeth": 4}), [cut])
+        assert line.peaks is not None
+        assert same.peaks is not None
+        ours, theirs = line.peaks.torque_N_m.value, same.peaks.torque_N_m.value
+        assert_allclose(ours, theirs, rtol=0.01)

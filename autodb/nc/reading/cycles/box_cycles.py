@@ -21,8 +21,8 @@ def box(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock)
     state, kind = m.state, code.strip()
     if state.cycle != code:
         state.cycle, state.taken, state.motion = code, {}, None
-    start = known_start(m, block)
     axes = {letter: word for letter, word in values.items() if _is_axis(letter)}
+    start = known_start(m, block) if axes else {}
     nothing_left(without(values, *axes, *_TAKEN), block, state)
     to = targets(state, axes, block)
     for axis in ("x", "z"):
@@ -31,6 +31,8 @@ def box(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock)
     for letter in ("R", "I", "K"):
         if letter in values:
             state.taken["taper"] = state.unit_mm * word_value(values[letter])
+    if not axes:
+        return
     if not {"x", "z"} <= state.taken.keys():
         raise block.refusal(block.words[0].text, "this cycle needs X and Z; state both")
     x, z, taper = state.taken["x"], state.taken["z"], state.taken.get("taper", 0.0)

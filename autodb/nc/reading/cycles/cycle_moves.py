@@ -1,22 +1,22 @@
 """What cycles have in common: moves to places in mm, and numbers that count thousandths."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.motions import feed_straight, go_rapid
 from autodb.nc.reading.paths import Feed
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, word_value
-from autodb.nc.reading.travels import ProgramMove
 
 
 class Carrying(Protocol):
     """What carries out a program, as cycles see it."""
 
     state: ProgramState
-    record: Callable[[ProgramMove], None]
+    record: CornerRecord
     runner: Runner
     modal_call: tuple[str, Word] | None
     in_contour: bool

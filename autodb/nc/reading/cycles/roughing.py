@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
@@ -92,13 +93,14 @@ def contour_of(
         m.state.feed = 1.0  # a contour's feeds are those of its finishing
     found: list[ProgramMove] = []
     begins: int | None = None
-    m.record = found.append
+    m.record = CornerRecord(found.append, source=block.source)
     try:
         for one in blocks:
             m.step(one)
             # The first block with a place goes to where the contour begins
             if begins is None and any(word.name in "XZUW" for word in one.words):
                 begins = len(found)
+        m.record.finish()
     finally:
         m.state, m.record, m.in_contour = kept, record, False
     if not found[begins:]:
