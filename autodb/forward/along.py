@@ -150,6 +150,6 @@ def peaked(cuts: Sequence[PredictedCut]) -> Iterator[str]:
         if times > PEAKED:
             yield (
                 f"cut {number} '{cut.name}': its largest torque is {times:.1f} times its mean; "
-                "the model takes the edge as square to the axis, so it meets the allowance of a "
-                "shoulder all at once"
+                "a shoulder or a step is met within a short "
+                "part of its way"
             )

@@ -101,7 +101,7 @@ def _fanuc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
         reader.close_unit(f"{int(program[1])}")
         reader.programs.append(reader.unit[0])
         plain = program[2]
-    if not plain:
+    if plain in ("", ":"):
         return
     if plain.startswith("IF"):
         _fanuc_if(reader, line, plain)

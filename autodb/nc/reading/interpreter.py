@@ -217,7 +217,9 @@ class Interpreter:
     def _compensated(self, block: ProgramBlock) -> None:
         """Take a lathe's compensated path for the contour that it leaves; refuse a mill's."""
         if not self.state.lathe:
-            word = next((one.text for one in block.words if one.code in _SIDES), "G41")
+            word = next((one.text for one in block.words if one.code in _SIDES), None)
+            if word is None:
+                return
             raise block.refusal(
                 word, "this leaves the mill's radius to the control; program the path of its centre"
             )

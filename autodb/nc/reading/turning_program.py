@@ -221,9 +221,22 @@ def _refuse(source: str, problems: Sequence[UnusableInput]) -> None:
     said = first or said[:1]
     if not said:
         return
-    rest = [one.removeprefix(f"{source}: ") for one in said[1:MOST_SAID]]
-    more = f" and {len(said) - MOST_SAID} more" if len(said) > MOST_SAID else ""
-    raise UnusableInput("; ".join([said[0], *rest]) + more)
+    alike: dict[str, list[str]] = {}
+    for one in said:
+        alike.setdefault(re.sub(r": line \d+: ", ": ", one, count=1), []).append(one)
+    told = [some[0] + _also(some[1:]) for some in alike.values()]
+    rest = [one.removeprefix(f"{source}: ") for one in told[1:MOST_SAID]]
+    more = f" and {len(told) - MOST_SAID} more" if len(told) > MOST_SAID else ""
+    raise UnusableInput("; ".join([told[0], *rest]) + more)
+
+
+def _also(others: Sequence[str]) -> str:
+    """Return the lines that are refused for the same word and reason."""
+    if not others:
+        return ""
+    lines = [found[1] for one in others[:6] if (found := re.search(r": line (\d+): ", one))]
+    more = " and more" if len(others) > len(lines) else ""
+    return f" (so in line {', '.join(lines)}{more})"
 
 
 def _turned(travel: ProgramMove) -> Move:
