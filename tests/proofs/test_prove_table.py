@@ -43,6 +43,23 @@ def test_the_reference_table_is_the_papers(table: TrueTable, cut: RecordedTable)
     assert_allclose(again.reading_N, cut.reading_N, atol=0.0)
 
 
+def test_what_it_carries_moves_through_space() -> None:
+    """A point fixed to the table, by differences of where it is in the machine."""
+    t = np.arange(0.0, 2.0, 1e-4)
+    angle = np.array([0.8 * np.sin(2.0 * t), 0.6 * np.cos(3.0 * t) - 0.4 * t**2])
+    rate = np.gradient(angle, t, axis=1)
+    motion = np.array([angle, rate, np.gradient(rate, t, axis=1)])
+    lever_m = np.array([0.011, -0.007, 0.092])
+    turned = reference_table.machine_to_table(angle)
+    place = np.einsum("jin,j->in", turned, lever_m)
+    fast = np.gradient(np.gradient(place, t, axis=1), t, axis=1)
+    expected = np.einsum("ijn,jn->in", turned, fast)[:, 10:-10]
+    found = reference_table.carried_m_s2(motion, lever_m)[:, 10:-10]
+    assert_allclose(found, expected, atol=1e-3 * np.max(np.abs(expected)))
+    still = np.where(np.arange(3)[:, None, None] == 0, motion, 0.0)
+    assert not reference_table.carried_m_s2(still, lever_m).any()
+
+
 def test_its_rests_weigh_what_lies_on_it(table: TrueTable) -> None:
     """P4 equation 5 at rest in −60°, 0°: y reads −m g sin θ_x, z m g (cos θ_x − 1)."""
     seen = reference_table.record_tilted(SEED, table, added_kg=3.0, stops_deg=((-60.0, 0.0),))

@@ -47,27 +47,26 @@ def _moved(t: Array, stops: list[tuple[float, float, float]], ramp_s: float) -> 
     return angles[0], angles[1]
 
 
-def _read(t: Array, a_deg: Array, c_deg: Array, process_N: Array, order: str = "ac") -> Array:
-    """Return what the sensor reads (3, n): P4 equations 3 to 7 row by row, rates by differences."""
+def _read(
+    t: Array,
+    a_deg: Array,
+    c_deg: Array,
+    process_N: Array,
+    *,
+    order: str = "ac",
+    lever_m: Array = LEVER_M,
+) -> Array:
+    """Return what the sensor reads (3, n): the mass is moved through space, and that is turned."""
     angles = {order[0]: np.radians(a_deg), order[1]: np.radians(c_deg)}
     rotation = np.array(
         [_turns(order[1], angles[order[1]][k]) @ _turns(order[0], angles[order[0]][k])
          for k in range(len(t))]
     )  # fmt: skip
-    rates = {axis: np.gradient(one, t) for axis, one in angles.items()}
-    unit = {"a": [1.0, 0.0, 0.0], "b": [0.0, 1.0, 0.0], "c": [0.0, 0.0, 1.0]}
-    first, second = order[0], order[1]
-    omega = np.array(
-        [rates[first][k] * (_turns(second, angles[second][k]) @ unit[first])
-         + rates[second][k] * np.array(unit[second]) for k in range(len(t))]
-    )  # fmt: skip
-    faster = np.gradient(omega, t, axis=0)
-    pull = MASS_KG * (
-        np.cross(omega, np.cross(omega, LEVER_M)) + np.cross(faster, np.tile(LEVER_M, (len(t), 1)))
-    )
+    place = np.einsum("nji,j->ni", rotation, lever_m)
+    pull = MASS_KG * np.gradient(np.gradient(place, t, axis=0), t, axis=0)
     weight = MASS_KG * G * (rotation[:, :, 2] - np.array([0.0, 0.0, 1.0]))
-    turned = np.einsum("nij,jn->ni", rotation, process_N)
-    return np.asarray((turned + weight + pull + ZERO_N).T)
+    turned = np.einsum("nij,nj->ni", rotation, process_N.T + pull)
+    return np.asarray((turned + weight + ZERO_N).T)
 
 
 def _recording(t: Array, a: Array, c: Array, forces: Array, order: str = "ac") -> Recording:
@@ -139,7 +138,7 @@ def test_mass_zero_and_lever_arm_come_back(model: TableModel) -> None:
 
 def test_another_order_of_axes_is_another_machine() -> None:
     a, c = _moved(T, STOPS, 1.0)
-    recording = _recording(T, a, c, _read(T, a, c, NOTHING, "bc"), "bc")
+    recording = _recording(T, a, c, _read(T, a, c, NOTHING, order="bc"), "bc")
     found = identify_table([recording], Kinematics(("b", "c")))
     assert_allclose(found.mass_kg, MASS_KG, rtol=0.005)
     assert_allclose(found.lever_m, LEVER_M, atol=0.002)
@@ -151,12 +150,75 @@ def test_another_order_of_axes_is_another_machine() -> None:
         Kinematics(("a", "a"))
 
 
+@pytest.mark.parametrize("lever_mm", [(11.0, -7.0, 92.0), (-40.0, 25.0, 60.0)])
+@pytest.mark.parametrize("senses", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_angles_may_count_either_way(
+    senses: tuple[int, int], lever_mm: tuple[float, float, float]
+) -> None:
+    """Rests tell which, and the lever arm follows from the table's motion alone."""
+    a, c = _moved(T, STOPS, 1.0)
+    read = _read(T, a, c, NOTHING, lever_m=np.array(lever_mm) / 1000.0)
+    seen = _recording(T, senses[0] * a, senses[1] * c, read)
+    found = identify_table([seen], Kinematics())
+    assert found.kinematics.senses == senses
+    assert found.not_excited == ()
+    assert_allclose(1000.0 * found.lever_m, lever_mm, atol=2.0)
+    assert np.all(air_left_N(found, [seen]) < 1.0)
+
+
+def test_a_sense_that_no_rest_tells_is_said_by_name() -> None:
+    """Tilted about a alone, then turned about c upright: c may count either way."""
+    a, c = _moved(T, [(2.0, -60.0, 0.0), (8.0, 0.0, 0.0), (14.0, 0.0, 90.0), (24.0, 0.0, 0.0)], 1.0)
+    found = identify_table([_recording(T, a, c, _read(T, a, c, NOTHING))], Kinematics())
+    assert found.kinematics.senses == (1, 1)
+    (said,) = [one for one in found.not_excited if "sense" in one]
+    assert said.startswith("the sense of c.angle is not determined, taken as +1; rest in tilts")
+
+
+def test_the_angular_velocity_is_that_of_the_turned_frame() -> None:
+    """[ω]× = T dTᵀ/dt and its derivative, by differences, in every order and sense."""
+    t = np.arange(0.0, 1.0, 1e-4)
+    angles = {"a": 0.7 * np.sin(3.0 * t), "b": 0.4 * np.cos(2.0 * t), "c": 1.1 * t**2}
+    for order, senses in (("ac", (1, -1)), ("bc", (1, 1)), ("acb", (-1, 1, -1))):
+        table = Kinematics(tuple(order), senses)
+        rates = {axis: np.gradient(angles[axis], t) for axis in order}
+        faster = {axis: np.gradient(rates[axis], t) for axis in order}
+        turned = np.moveaxis(table.rotation(angles), -1, 0)
+        spin = turned @ np.gradient(turned, t, axis=0).transpose(0, 2, 1)
+        omega = np.array([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])
+        inner = slice(5, -5)
+        assert_allclose(table.omega(angles, rates)[:, inner], omega[:, inner], atol=1e-6)
+        found = table.omega_dot(angles, rates, faster)[:, inner]
+        assert_allclose(found, np.gradient(omega, t, axis=1)[:, inner], atol=1e-4)
+
+
+def test_a_rate_of_another_sense_or_unit_is_refused() -> None:
+    a, c = _moved(T, STOPS, 1.0)
+    read = _read(T, a, c, NOTHING)
+    for factor in (-1.0, np.pi / 180.0):
+        seen = _recording(T, a, c, read)
+        rate = factor * np.gradient(c, T)
+        turned = Recording(seen.path, {**seen.channels, "c.velocity": rate})
+        with pytest.raises(UnusableInput, match=r"c\.velocity is .* times the rate at which c"):
+            identify_table([turned], Kinematics())
+
+
+def test_a_table_of_an_older_version_has_no_lever_arm(model: TableModel) -> None:
+    kept = {key: value for key, value in model.to_json().items() if key != "senses"}
+    found = TableModel.of_json(kept)
+    assert not found.moment_kg_m.any()
+    assert found.mass_kg == model.mass_kg
+    assert "calibrate again" in found.not_excited[0]
+
+
 def test_what_no_turn_tells_is_said_by_name() -> None:
     """About a alone: the arm's x, along it, shows nowhere."""
     a, _ = _moved(T, [(at, goal, 0.0) for at, goal, _ in STOPS], 1.0)
     still = np.zeros_like(a)
     found = identify_table([_recording(T, a, still, _read(T, a, still, NOTHING))], Kinematics())
-    assert [said.split(" is")[0] for said in found.not_excited] == ["the lever arm's x"]
+    assert [said.split(" is")[0] for said in found.not_excited] == [
+        "the sense of c.angle", "the lever arm's x"
+    ]  # fmt: skip
     assert found.moment_kg_m[0] == 0.0
     assert_allclose(found.lever_m[1:], LEVER_M[1:], atol=0.002)
 

@@ -189,3 +189,12 @@ def test_rooms_are_small() -> None:
     assert max(rooms.values()) <= 20
     loose = {path.stem for path in modules if path.parent == ROOT / "autodb"}
     assert loose == {"__main__", "assets", "errors"}
+
+
+def test_test_modules_are_short() -> None:
+    long = {
+        str(path.relative_to(ROOT))
+        for path in (ROOT / "tests").rglob("*.py")
+        if len(path.read_text("utf-8").splitlines()) > 400
+    }
+    assert long == set()

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.rows.owner import owner_of
 from autodb.errors import UnusableInput
-from autodb.explain.waves.teeth import Mill, table_angles, tilted_table
+from autodb.explain.waves.teeth import TABLE, Mill, table_angles
 from autodb.explain.waves.waves import heard, mill_of
 from autodb.files.channels import FORCES
 from autodb.forward.prediction import ToolOf
@@ -208,7 +208,7 @@ class _Wave:
         """Return the forces at angles (n,) in the recording's frame."""
         forces = waves_N(self.posterior, self.tool, self.operation, self.conditions, angle_rad).T
         if "a.angle" in recording or "c.angle" in recording:
-            turned = tilted_table(*table_angles(recording))
+            turned = TABLE.rotation(table_angles(recording))
             forces = np.einsum("ijn,jn->in", turned, forces)
         return {name: forces[FORCES.index(name)] for name in _forces(recording)}
 

@@ -85,7 +85,12 @@ def _say_mass(model: "TableModel") -> None:
     from autodb.fitting import NORMAL_95
 
     half_kg = NORMAL_95 * model.mass_sd_kg
+    table = model.kinematics
+    axes = [
+        axis if sense > 0 else f"{axis} (its angle counts the other way)"
+        for axis, sense in zip(table.order, table.senses, strict=True)
+    ]
     say(
         f"mass on the sensor: {model.mass_kg:.2f} ± {half_kg:.2f} kg (95 %); rotary axes from bed "
-        f"to table: {', '.join(model.kinematics.order)}"
+        f"to table: {', '.join(axes)}"
     )

@@ -23,7 +23,7 @@ from autodb.explain.waves.plain_rows import account_of_waves, static_laws
 from autodb.explain.waves.refined import seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.simulation import waves_of
-from autodb.explain.waves.teeth import table_angles, tilted_table
+from autodb.explain.waves.teeth import TABLE, is_tilted, table_angles
 from autodb.explain.waves.waves import Waves
 from autodb.explain.waves.world import (
     SimulatedWaves,
@@ -138,8 +138,8 @@ def _has_edge(waves: Waves, includes: list[str] | None) -> bool:
 
 def _tilted(recording: Recording) -> Tilted | None:
     """Return how a table is tilted, and its rates, smoothed over SMOOTH_S; None: still."""
-    tilt, turn = table_angles(recording)
-    if np.ptp(tilt) == 0.0 and np.ptp(turn) == 0.0:
+    angles = table_angles(recording)
+    if not is_tilted(angles):
         return None
     step = 1.0 / recording.timing.rate_hz
     window = max(3, round(SMOOTH_S / step))
@@ -153,10 +153,8 @@ def _tilted(recording: Recording) -> Tilted | None:
     def rate(values: Array) -> Array:
         return by_piece(slope, values, recording.pieces)
 
-    about_x = np.array([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
-    omega = rate(tilt) * about_x + rate(turn) * np.array([[0.0], [0.0], [1.0]])
-    faster = np.array([rate(one) for one in omega])
-    return Tilted(tilted_table(tilt, turn), omega, faster)
+    omega = TABLE.omega(angles, {axis: rate(angle) for axis, angle in angles.items()})
+    return Tilted(TABLE.rotation(angles), omega, np.array([rate(one) for one in omega]))
 
 
 def _looked(world: SimulatedWaves, measured: Array) -> FoundInWaves:

@@ -4,10 +4,9 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import constants
 
 from autodb.explain.engine.candidates import Candidate, spline
-from autodb.explain.waves.world import SimulatedWaves, Tilted, form, keep_shape
+from autodb.explain.waves.world import SimulatedWaves, form, keep_shape
 
 Array = NDArray[np.float64]
 
@@ -109,31 +108,22 @@ def _crosstalk(world: SimulatedWaves) -> Iterator[Candidate]:
 
 def _weight(world: SimulatedWaves) -> Iterator[Candidate]:
     """A mass on the tilted table weighs. Physics reference 5."""
-    tilted, kept = world.tilted, world.kept
-    if tilted is None:
+    if world.tilted is None:
         return
-    weight = constants.g * (tilted.rotation[:, 2] - np.array([[0.0], [0.0], [1.0]]))
+    weight = world.tilted.columns()[world.kept][..., :1]
     if np.ptp(weight) > 0.0:
-        shape = form(weight[kept][:, :, None], names=("mass",))
+        shape = form(weight, names=("mass",))
         yield Candidate("table_gravity", "table_gravity", (shape,), TILTS, sure=True)
 
 
 def _pull(world: SimulatedWaves) -> Iterator[Candidate]:
     """A mass on the table pulls where it is swung. Physics reference 5."""
-    tilted, kept = world.tilted, world.kept
-    if tilted is None:
+    if world.tilted is None:
         return
-    swung = np.stack([_swung(tilted, at)[kept] for at in np.eye(3)], axis=-1)
+    swung = world.tilted.columns()[world.kept][..., 1:]
     if np.ptp(swung) > 0.0:
         shape = form(swung, names=("mass_x", "mass_y", "mass_z"))
         yield Candidate("table_inertia", "table_inertia", (shape,), TILTS, sure=True)
-
-
-def _swung(tilted: Tilted, at: Array) -> Array:
-    """Return the force (3, n) of 1 kg at 1 m of the table."""
-    place = np.broadcast_to(at[:, None], tilted.omega.shape)
-    central = np.cross(tilted.omega, np.cross(tilted.omega, place, axis=0), axis=0)
-    return np.asarray(central + np.cross(tilted.faster, place, axis=0))
 
 
 SENSING: dict[str, Callable[[SimulatedWaves], Iterable[Candidate]]] = {

@@ -4,7 +4,7 @@ A law is three functions of the uncut chip: tangential, radial and axial force a
 What it makes is sensed in frames: the machine's, and a tilted table's.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import FORCES
 from autodb.records import Recording
+from autodb.sensing.table.kinematics import Kinematics
 
 Array = NDArray[np.float64]
 Law = Callable[[Array], tuple[Array, Array, Array]]
 """Force a mm of edge, tangential, radial, axial (m,) of chips (m,) mm."""
 
 TURN = 2.0 * np.pi
+TABLE = Kinematics(("a", "c"))
+"""How the table turns that recordings with a.angle and c.angle are of."""
 
 
 @dataclass(frozen=True)
@@ -226,26 +229,19 @@ def machine_and_table(recording: Recording, mill: Mill, names: tuple[str, ...]) 
     kept = [FORCES.index(name) for name in names]
     n = len(recording)
     found = [np.broadcast_to(machine[kept][:, :, None], (len(kept), 3, n))]
-    tilt, turn = table_angles(recording)
-    if np.ptp(tilt) > 0.0 or np.ptp(turn) > 0.0:
-        found.append(np.einsum("ijn,jk->ikn", tilted_table(tilt, turn), machine)[kept])
+    angles = table_angles(recording)
+    if is_tilted(angles):
+        found.append(np.einsum("ijn,jk->ikn", TABLE.rotation(angles), machine)[kept])
     return found
 
 
-def table_angles(recording: Recording) -> tuple[Array, Array]:
-    """Return by how much a table is tilted and turned (n,) rad, 0 where that is not recorded."""
+def table_angles(recording: Recording) -> dict[str, Array]:
+    """Return by which angles a table is tilted and turned (n,) rad, 0 where it is not recorded."""
     still = np.zeros(len(recording))
-    a, c = (recording.get(name) for name in ("a.angle", "c.angle"))
-    return np.radians(still if a is None else a), np.radians(still if c is None else c)
+    found = {axis: recording.get(f"{axis}.angle") for axis in TABLE.order}
+    return {axis: still if one is None else np.radians(one) for axis, one in found.items()}
 
 
-def tilted_table(tilt_rad: Array, turn_rad: Array) -> Array:
-    """Return T_z(θ_z) T_x(θ_x), from the machine to a tilted table's frame, (3, 3, n).
-
-    Source: rotations about x, then about z.
-    """
-    one, zero = np.ones_like(tilt_rad), np.zeros_like(tilt_rad)
-    sx, cx, sz, cz = np.sin(tilt_rad), np.cos(tilt_rad), np.sin(turn_rad), np.cos(turn_rad)
-    about_x = np.array([[one, zero, zero], [zero, cx, -sx], [zero, sx, cx]])
-    about_z = np.array([[cz, -sz, zero], [sz, cz, zero], [zero, zero, one]])
-    return np.asarray(np.einsum("ijn,jkn->ikn", about_z, about_x))
+def is_tilted(angles_rad: Mapping[str, Array]) -> bool:
+    """Return whether a table moves."""
+    return any(np.ptp(one) > 0.0 for one in angles_rad.values())

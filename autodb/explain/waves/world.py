@@ -13,6 +13,7 @@ from autodb.explain.waves.law import in_ways, rubbing
 from autodb.explain.waves.teeth import Law, StandsOut
 from autodb.explain.waves.waves import Waves
 from autodb.files.channels import FORCES
+from autodb.sensing.table.model import carried_columns
 from autodb.timing import Timing
 
 Array = NDArray[np.float64]
@@ -36,6 +37,10 @@ class Tilted:
     rotation: Array
     omega: Array
     faster: Array
+
+    def columns(self) -> Array:
+        """Return what a kilogram on it, and its moments, add (3, n, 4), N a kg and a kg·m."""
+        return carried_columns(self.rotation, self.omega, self.faster)
 
     def at(self, rows: NDArray[np.intp]) -> "Tilted":
         """Return the same at some rows."""
@@ -203,8 +208,11 @@ def form(columns: Array, shape: Mapping[str, float] | None = None, **options: An
 
 
 def keep_shape(columns: Array) -> Callable[..., Array]:
-    """Return a function that gives columns, whatever their shape is called."""
-    return partial(_as_is, columns)
+    """Return a function that gives columns (C, n, p), whatever their shape is called.
+
+    Each lies in one piece of memory: they are filtered one by one.
+    """
+    return partial(_as_is, np.moveaxis(np.ascontiguousarray(np.moveaxis(columns, -1, 1)), 1, -1))
 
 
 def _as_is(columns: Array, **shape: float) -> Array:
@@ -215,10 +223,10 @@ def _as_is(columns: Array, **shape: float) -> Array:
 def on_each(world: SimulatedWaves, course: Array) -> Array:
     """Return columns (C, n, C · p) of courses (n, p), free in each component."""
     count, n = world.components, len(course)
-    made = np.zeros((count, n, count, course.shape[1]))
+    made = np.zeros((count, count, course.shape[1], n))
     for i in range(count):
-        made[i, :, i] = course
-    return made.reshape(count, n, -1)
+        made[i, i] = course.T
+    return np.moveaxis(made.reshape(count, -1, n), 1, -1)
 
 
 def shape_columns(shape: CandidateForm) -> Array:

@@ -258,7 +258,10 @@ def _of_group(kinds: ErrorKinds, whole: float) -> float:
 def _medians(sensed: MeasuredCuts, current: float) -> MeasuredCuts:
     known = (sensed.speed_rpm, sensed.feed_mm, sensed.depth_mm, sensed.temperature_C)
     speed, feed, depth, temperature = (np.array([np.median(one)]) for one in known)
-    return MeasuredCuts(np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature)
+    air = None if sensed.air is None else np.array([np.median(sensed.air)])
+    return MeasuredCuts(
+        np.array([current]), feed * speed / 60.0, speed, feed, depth, temperature, air=air
+    )
 
 
 def rules(calibration: Calibration) -> tuple[str, ...]:

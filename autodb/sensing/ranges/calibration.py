@@ -345,8 +345,16 @@ def measured_cuts(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
         np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
     )
     feed_mm_s = feed_mm * speed_rpm / 60.0
+    rises = f"{axis}.current.range" in table
     return MeasuredCuts(
-        current, feed_mm_s, speed_rpm, feed_mm, depth_mm, temperature_C, current_sd(table, axis)
+        current,
+        feed_mm_s,
+        speed_rpm,
+        feed_mm,
+        depth_mm,
+        temperature_C,
+        current_sd(table, axis),
+        air=table.get(f"{axis}.current.air") if rises else None,
     )
 
 

@@ -3,12 +3,14 @@
 The zero from rest upright; mass and the sensor's matrix from what rest in other tilts adds, least
 squares over the rests (P4 section 4, with the mass alone): what a component reads of a weight that
 does not lie along it is crosstalk. How sensitive the sensor is as a whole cannot be determined from
-the mass and stays as calibrated. Moments m r from what turning adds. A moment that no move excited
-is said by name: a component along the axis that turns shows only while another axis speeds up.
+the mass and stays as calibrated. In which sense an angle counts is told by rests too, with both
+angles off zero: the weight turns with the table. Moments m r from what turning adds. What no move
+excited is said by name: a moment along the axis that turns shows only while another axis speeds up.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from autodb.records import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.sensing.table.model import (
     G_M_S2,
+    UP,
     TableModel,
     TableMotion,
     readings,
@@ -42,6 +45,9 @@ SHARE_SD, GAIN_SD = 0.03, 0.005
 and of its own sensitivity, before any move. Chosen."""
 DETERMINED_M = 0.01
 """Standard deviation of a lever arm above which it is not determined. Chosen."""
+OTHER_SENSE, SENSE_N = 4.0, 0.5
+"""By how many times a sense of an angle leaves more squares of rests than the other, and more than
+this many N each, where rests determine it. Chosen."""
 STEPS = 6
 """Of Gauss and Newton to mass and matrix, whose product is what rests determine."""
 BLOCK_S = 0.5
@@ -50,16 +56,20 @@ BLOCK_S = 0.5
 
 @dataclass(frozen=True)
 class Rest:
-    """A rest: mean reading and its scatter (3,), N, and what a kilogram adds there (3,)."""
+    """A rest: mean reading and its scatter (3,), N, and the angles (k,), rad, of the table."""
 
     mean_N: Array
     sd_N: Array
-    per_kg: Array
+    angles_rad: Array
 
-    @property
-    def lean(self) -> float:
-        """1 − cos of how far the sensor's z leans from upright."""
-        return float(-self.per_kg[2] / G_M_S2)
+    def per_kg(self, kinematics: Kinematics) -> Array:
+        """Return what a kilogram adds there (3,)."""
+        angles = dict(zip(kinematics.order, self.angles_rad[:, None], strict=True))
+        return np.asarray(G_M_S2 * (kinematics.rotation(angles)[:, 2, 0] - UP))
+
+    def lean(self, kinematics: Kinematics) -> float:
+        """Return 1 − cos of how far the sensor's z leans from upright."""
+        return float(-self.per_kg(kinematics)[2] / G_M_S2)
 
 
 @dataclass(frozen=True)
@@ -75,12 +85,12 @@ class TableMoves:
         """Give every rest that is long enough, without its beginning."""
         still = np.all(np.abs(self.motion.rates) < STILL_RAD_S, axis=0)
         timing = self.recording.timing
-        columns = self.motion.columns()
         for rest in signals.flagged_runs(still, timing.pieces):
             rows = slice(rest.start + round(SETTLING_S * timing.rate_hz), rest.stop)
             if rest.stop - rest.start >= (SHORTEST_S + SETTLING_S) * timing.rate_hz:
                 read = self.read_N[:, rows]
-                yield Rest(read.mean(axis=1), read.std(axis=1), columns[:, rows, 0].mean(axis=1))
+                angles = self.motion.angles[:, rows].mean(axis=1)
+                yield Rest(read.mean(axis=1), read.std(axis=1), angles)
 
     def blocks(self) -> Iterator[slice]:
         """Give blocks of rows of BLOCK_S, none next to a gap, where filters see one side only."""
@@ -96,28 +106,60 @@ def identify_table(
 ) -> TableModel:
     """Return what recordings of moves without a cut determine of a table dynamometer.
 
+    The senses of its angles too, where rests tell them; else they are those of ``kinematics``.
+
     Raises UnusableInput where no rest upright or no tilted one is among them, or a channel is
     missing.
     """
-    seen = [
-        TableMoves(
-            one,
-            readings(one, cutoff_hz=cutoff_hz),
-            table_motion(one, kinematics, cutoff_hz=cutoff_hz),
-            cutoff_hz,
-        )
-        for one in recordings
-    ]
+    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
     rests = [rest for one in seen for rest in one.rests()]
-    _refuse_few(recordings[0], rests)
-    zero_N = np.mean([rest.mean_N for rest in rests if rest.lean < UPRIGHT], axis=0)
+    leans = np.array([rest.lean(kinematics) for rest in rests])
+    _refuse_few(recordings[0], leans)
+    read_N = np.array([rest.mean_N for rest in rests])
+    zero_N = read_N[leans < UPRIGHT].mean(axis=0)
     noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
-    mass_kg, matrix, weighed = _weighed(rests, zero_N)
+    kinematics, open_senses = _sensed_ways(kinematics, rests, read_N - zero_N)
+    per_kg = np.array([rest.per_kg(kinematics) for rest in rests])
+    tilted = int(np.sum(leans > TILTED))
+    mass_kg, matrix, weighed = _weighed(per_kg, read_N - zero_N, tilted)
+    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
     moments, swung, lacking = _moments(seen, zero_N, mass_kg, matrix)
     return TableModel(
         kinematics, zero_N, mass_kg, matrix, weighed, moments, swung, noise_N, cutoff_hz,
-        tuple(lacking),
+        (*open_senses, *lacking),
     )  # fmt: skip
+
+
+def _moved(recording: Recording, kinematics: Kinematics, cutoff_hz: float) -> TableMoves:
+    read_N = readings(recording, cutoff_hz=cutoff_hz)
+    motion = table_motion(recording, kinematics, cutoff_hz=cutoff_hz)
+    return TableMoves(recording, read_N, motion, cutoff_hz)
+
+
+def _sensed_ways(
+    kinematics: Kinematics, rests: Sequence[Rest], added_N: Array
+) -> tuple[Kinematics, list[str]]:
+    """Return the axes with the senses in which the weight turns at rests, and what these leave
+    open, in words: there the sense stays as it was.
+
+    ``added_N`` (rests, 3): what each reads beyond the zero.
+    """
+    left: dict[tuple[int, ...], float] = {}
+    for senses in product((1, -1), repeat=len(kinematics.order)):
+        per_kg = np.array([one.per_kg(replace(kinematics, senses=senses)) for one in rests])
+        mass = max(0.0, float(np.sum(per_kg * added_N) / np.sum(per_kg**2)))
+        left[senses] = float(np.sum((added_N - mass * per_kg) ** 2))
+    best = min(left, key=lambda senses: left[senses])
+    found, words = list(best), []
+    for k, axis in enumerate(kinematics.order):
+        other = min(squares for senses, squares in left.items() if senses[k] != best[k])
+        if other < OTHER_SENSE * left[best] + len(rests) * SENSE_N**2:
+            found[k] = kinematics.senses[k]
+            words.append(
+                f"the sense of {axis}.angle is not determined, taken as {found[k]:+d}; rest in "
+                "tilts with all angles of the table away from 0 and 180°"
+            )
+    return replace(kinematics, senses=tuple(found)), words
 
 
 def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
@@ -132,30 +174,30 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
     return np.asarray(np.sqrt(squares / rows))
 
 
-def _refuse_few(recording: Recording, rests: Sequence[Rest]) -> None:
-    if not any(rest.lean < UPRIGHT for rest in rests):
+def _refuse_few(recording: Recording, leans: Array) -> None:
+    if not np.any(leans < UPRIGHT):
         raise UnusableInput(
             f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} "
             "s; let it rest upright, which determines the sensor's zero"
         )
-    if not any(rest.lean > TILTED for rest in rests):
+    if not np.any(leans > TILTED):
         raise UnusableInput(
             f"{recording.path}: the table never rests tilted by 12° or more; let it rest in "
             "several tilts, which determine the mass"
         )
 
 
-def _weighed(rests: Sequence[Rest], zero_N: Array) -> tuple[float, Array, Array]:
-    """Return mass, matrix (3, 3) and the covariance (10, 10) of both, each rest one reading."""
-    per_kg = np.array([rest.per_kg for rest in rests])
-    added = np.array([rest.mean_N for rest in rests]) - zero_N
-    tilted = int(np.sum(np.array([rest.lean for rest in rests]) > TILTED))
+def _weighed(per_kg: Array, added: Array, tilted: int) -> tuple[float, Array, Array]:
+    """Return mass, matrix (3, 3) and the covariance (10, 10) of both, each rest one reading.
+
+    ``per_kg`` (rests, 3) what a kilogram adds, ``added`` what was read beyond the zero, N.
+    """
     mass = float(np.sum(per_kg * added) / np.sum(per_kg**2))
     matrix, scatter = np.eye(3), np.var(added - mass * per_kg, axis=0)
     prior_sd = np.where(np.eye(3) > 0.0, GAIN_SD, SHARE_SD).ravel()
     prior = np.diag(np.concatenate([[0.0], prior_sd**-2]))
     for _ in range(STEPS):
-        slopes = np.zeros((len(rests), 3, 10))
+        slopes = np.zeros((len(added), 3, 10))
         slopes[:, :, 0] = per_kg @ matrix.T
         for i in range(3):
             slopes[:, i, 1 + 3 * i : 4 + 3 * i] = mass * per_kg

@@ -2,8 +2,10 @@
 
 A force F in machine axes is T F for the dynamometer, T = R_k … R_1 with the rotations of the rotary
 axes from the machine's bed to the table, R_i about the axis' own direction by its angle, in the
-sense of P4 equation 2: for axes a, c T = T_z(θ_z) T_x(θ_x), equation 1. The angular velocity that
-goes with it in the dynamometer's frame is ω = Σ θ'_i R_k … R_{i+1} e_i.
+sense of P4 equation 2: for axes a, c T = T_z(θ_z) T_x(θ_x), equation 1. What turns a force's
+components by +θ belongs to a table that turns by -θ: the angular velocity in the dynamometer's
+frame follows from T alone, [ω]× = T dTᵀ/dt, which is ω = -Σ θ'_i R_k … R_{i+1} e_i. Machines count
+an angle one way or the other: its sense, 1 as above or -1, is the machine's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,11 +24,16 @@ DIRECTIONS = {"a": 0, "b": 1, "c": 2}
 
 @dataclass(frozen=True)
 class Kinematics:
-    """The rotary axes that carry the work, in order from the bed to the table."""
+    """The rotary axes that carry the work, in order from the bed to the table.
+
+    ``senses``: 1 or -1 of each, by which its angle counts; none: 1.
+    """
 
     order: tuple[str, ...] = ("a", "c")
+    senses: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "senses", self.senses or (1,) * len(self.order))
         if (
             not self.order
             or set(self.order) - set(DIRECTIONS)
@@ -40,18 +47,38 @@ class Kinematics:
     def rotation(self, angles_rad: Mapping[str, Array]) -> Array:
         """Return T (3, 3, n) of angles (n,) by axis."""
         turned = self._identity(angles_rad)
-        for axis in self.order:
-            turned = np.einsum("ijn,jkn->ikn", about(axis, angles_rad[axis]), turned)
+        for axis, sense in zip(self.order, self.senses, strict=True):
+            turned = np.einsum("ijn,jkn->ikn", about(axis, sense * angles_rad[axis]), turned)
         return np.asarray(turned)
 
     def omega(self, angles_rad: Mapping[str, Array], rates_rad_s: Mapping[str, Array]) -> Array:
         """Return ω (3, n), rad/s, of angles and their rates (n,)."""
-        after = self._identity(angles_rad)
-        found = np.zeros(after.shape[1:])
-        for axis in reversed(self.order):
-            found = found + after[:, DIRECTIONS[axis]] * rates_rad_s[axis]
-            after = np.einsum("ijn,jkn->ikn", after, about(axis, angles_rad[axis]))
-        return np.asarray(found)
+        return np.asarray(sum(self._each(angles_rad, rates_rad_s)))
+
+    def omega_dot(
+        self,
+        angles_rad: Mapping[str, Array],
+        rates_rad_s: Mapping[str, Array],
+        accelerations_rad_s2: Mapping[str, Array],
+    ) -> Array:
+        """Return dω/dt (3, n), rad/s², of angles, their rates and accelerations (n,)."""
+        found = self.omega(angles_rad, accelerations_rad_s2)
+        nearer = np.zeros_like(found)
+        for alone in reversed(self._each(angles_rad, rates_rad_s)):
+            # Axes nearer the table turn it, and with it what it sees of this one's direction
+            found = found - np.cross(nearer, alone, axis=0)
+            nearer = nearer + alone
+        return found
+
+    def _each(
+        self, angles_rad: Mapping[str, Array], rates_rad_s: Mapping[str, Array]
+    ) -> list[Array]:
+        """Return what each axis adds to ω (3, n), in their order."""
+        after, found = self._identity(angles_rad), []
+        for axis, sense in zip(reversed(self.order), reversed(self.senses), strict=True):
+            found.append(-sense * after[:, DIRECTIONS[axis]] * rates_rad_s[axis])
+            after = np.einsum("ijn,jkn->ikn", after, about(axis, sense * angles_rad[axis]))
+        return found[::-1]
 
     def _identity(self, angles_rad: Mapping[str, Array]) -> Array:
         count = len(angles_rad[self.order[0]])

@@ -27,6 +27,10 @@ Array = NDArray[np.float64]
 G_M_S2 = constants.g
 FORCES = ("force.x", "force.y", "force.z")
 UP = np.array([0.0, 0.0, 1.0])
+LEVER_LOST = "the lever arm was found by an older version, turned the wrong way; calibrate again"
+MOVES_DEG_S, RATE_OFF = 0.5, 1.5
+"""Rate, rms, from which on an axis moves, and the factor by which a recorded rate may be off that
+of the angle. Chosen."""
 AT_GAP = 2.0
 """Periods of a low-pass' cutoff that its rows at a gap are uncertain over. Chosen."""
 
@@ -98,6 +102,7 @@ class TableModel:
         """Return it as JSON keeps it."""
         return {
             "order": list(self.kinematics.order),
+            "senses": list(self.kinematics.senses),
             "zero_N": self.zero_N.tolist(),
             "mass_kg": self.mass_kg,
             "matrix": self.matrix.tolist(),
@@ -111,46 +116,60 @@ class TableModel:
 
     @classmethod
     def of_json(cls, kept: Mapping[str, Any]) -> "TableModel":
-        """Return what ``to_json`` made."""
+        """Return what ``to_json`` made.
+
+        Without ``senses`` its lever arm was found with a table that turned the other way: of that
+        there is none.
+        """
+        turned = "senses" in kept
         return cls(
-            kinematics=Kinematics(tuple(kept["order"])),
+            kinematics=Kinematics(tuple(kept["order"]), tuple(kept.get("senses", ()))),
             zero_N=np.array(kept["zero_N"]),
             mass_kg=kept["mass_kg"],
             matrix=np.array(kept["matrix"]),
             weighed=np.array(kept["weighed"]),
-            moment_kg_m=np.array(kept["moment_kg_m"]),
-            swung=np.array(kept["swung"]),
+            moment_kg_m=np.array(kept["moment_kg_m"]) * turned,
+            swung=np.array(kept["swung"]) * turned,
             noise_N=np.array(kept["noise_N"]),
             cutoff_hz=kept["cutoff_hz"],
-            not_excited=tuple(kept["not_excited"]),
+            not_excited=tuple(kept["not_excited"] if turned else [LEVER_LOST]),
         )
 
 
 @dataclass(frozen=True)
 class TableMotion:
-    """How a table moved: T (3, 3, n), ω and ω' (3, n), and rates (k, n) of its axes, rad/s."""
+    """How a table moved: T (3, 3, n), ω and ω' (3, n), angles and rates (k, n) of its axes, rad."""
 
     rotation: Array
     omega: Array
     faster: Array
+    angles: Array
     rates: Array
 
     def columns(self) -> Array:
         """Return what a kilogram and the moments add (3, n, 4), N a kg and a kg·m."""
-        weight = G_M_S2 * (self.rotation[:, 2] - UP[:, None])
-        o, f = self.omega, self.faster
-        swung = np.zeros((*o.shape, 3))
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            # The columns are of the moments i, j, k in turn
-            swung[i][:, [i, j, k]] = table_inertia(o[i], o[j], o[k], f[j], f[k])
-        return np.concatenate([weight[:, :, None], swung], axis=2)
+        return carried_columns(self.rotation, self.omega, self.faster)
+
+
+def carried_columns(rotation: Array, omega: Array, faster: Array) -> Array:
+    """Return what a kilogram on a table, and its moments, add (3, n, 4), N a kg and a kg·m.
+
+    Of T (3, 3, n), ω [rad/s] and dω/dt [rad/s²] (3, n) in the table's frame; tared upright.
+    """
+    weight = G_M_S2 * (rotation[:, 2] - UP[:, None])
+    swung = np.zeros((*omega.shape, 3))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        # The columns are of the moments i, j, k in turn
+        pulled = table_inertia(omega[i], omega[j], omega[k], faster[j], faster[k])
+        swung[i][:, [i, j, k]] = pulled
+    return np.concatenate([weight[:, :, None], swung], axis=2)
 
 
 def table_motion(recording: Recording, kinematics: Kinematics, *, cutoff_hz: float) -> TableMotion:
     """Return how the table moved; rates that were not recorded are derived from angles.
 
-    Raises UnusableInput for an angle that was not recorded.
+    Raises UnusableInput for an angle that was not recorded, or a rate that is not its angle's.
     """
     angles, rates, accelerations = {}, {}, {}
     for axis in kinematics.order:
@@ -159,36 +178,29 @@ def table_motion(recording: Recording, kinematics: Kinematics, *, cutoff_hz: flo
             recording.t_s, angle, cutoff_hz=cutoff_hz, timing=recording.timing
         )
         own = recording.get(f"{axis}.velocity"), recording.get(f"{axis}.acceleration")
+        _refuse_other_rate(recording, axis, own[0], rate)
         angles[axis] = np.radians(angle)
         rates[axis] = np.radians(rate if own[0] is None else own[0])
         accelerations[axis] = np.radians(acceleration if own[1] is None else own[1])
-    omega = kinematics.omega(angles, rates)
     return TableMotion(
         rotation=kinematics.rotation(angles),
-        omega=omega,
-        faster=_faster(kinematics, angles, rates, accelerations),
+        omega=kinematics.omega(angles, rates),
+        faster=kinematics.omega_dot(angles, rates, accelerations),
+        angles=np.array([angles[axis] for axis in kinematics.order]),
         rates=np.array([rates[axis] for axis in kinematics.order]),
     )
 
 
-def _faster(
-    kinematics: Kinematics,
-    angles: Mapping[str, Array],
-    rates: Mapping[str, Array],
-    accelerations: Mapping[str, Array],
-) -> Array:
-    """Return ω' (3, n): of the axes' accelerations, and of axes that are turned by others."""
-    found = kinematics.omega(angles, accelerations)
-    # d/dt of each direction in the turning frame: those nearer the table turn it
-    order = kinematics.order
-    for number, axis in enumerate(order):
-        alone = {a: rates[a] if a == axis else np.zeros_like(rates[a]) for a in order}
-        nearer = {
-            a: rates[a] if a in order[number + 1 :] else np.zeros_like(rates[a]) for a in order
-        }
-        turned = kinematics.omega(angles, alone)
-        found = found + np.cross(kinematics.omega(angles, nearer), turned, axis=0)
-    return found
+def _refuse_other_rate(recording: Recording, axis: str, own: Array | None, derived: Array) -> None:
+    """Refuse a recorded rate that is not that of its angle, of another sense or unit."""
+    if own is None or np.sqrt(np.mean(derived**2)) < MOVES_DEG_S:
+        return
+    share = float(own @ derived / (derived @ derived))
+    if not 1.0 / RATE_OFF < share < RATE_OFF:
+        raise UnusableInput(
+            f"{recording.path}: {axis}.velocity is {share:.3g} times the rate at which "
+            f"{axis}.angle changes; give it in deg/s, in the angle's sense, or leave it out"
+        )
 
 
 def readings(recording: Recording, *, cutoff_hz: float) -> Array:

@@ -10,7 +10,7 @@ from autodb.store.models.recording import Cut, StoredRecording
 
 CALIBRATION_KINDS = (
     "line", "line-of-speed", "power", "power-of-speed", "line-warmed", "power-warmed",
-    "power-of-speed-warmed", "anfis",
+    "power-of-speed-warmed", "anfis", "magnetised", "magnetised-of-speed",
 )  # fmt: skip
 ESTIMATOR_KINDS = ("range", "drive", "lstm", "table", "inspection", "fusion")
 SCALE_KINDS = ("added-mass", "force", "standard-cut")

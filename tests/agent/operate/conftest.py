@@ -1,4 +1,4 @@
-"""A machine that has learnt from recordings in a folder of its own."""
+"""A machine that has learnt from recordings in its folder, and one with a symmetric axis."""
 
 import shutil
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Cli, Once
+from tests.helpers.uneven_axis import write_uneven
 
 
 @pytest.fixture
@@ -28,3 +29,18 @@ def recordings(cli: Cli, sample_jobs: Path, once: Once) -> Path:
         assert cli("predict", job, "--machine", "lathe-1").code == 0
 
     return once(learn) / "recordings"
+
+
+@pytest.fixture
+def machine(cli: Cli, once: Once) -> Cli:
+    """Return the command line beside a machine whose first model is symmetric."""
+
+    def identify() -> None:
+        Path("m.toml").write_text("[axes.x]\n")
+        cli("init")
+        cli("machine", "add", "mill", "--file", "m.toml")
+        done = cli("identify", write_uneven("a.csv", 1), "--machine", "mill")
+        assert "x.current: version 1 of machine 'mill'" in done.out
+
+    once(identify)
+    return cli

@@ -75,4 +75,4 @@ def test_what_is_plain_is_found_in_part_of_the_rows(
         assert sizes[0] == pytest.approx(sizes[1], rel=0.1)
         corrected = part.traces[name].corrected
         assert len(corrected) == len(whole.traces[name].corrected)
-        assert answer.fit.heldout_after == pytest.approx(known.fit.heldout_after, rel=0.02)
+        assert answer.fit.heldout_after == pytest.approx(known.fit.heldout_after, rel=0.03)

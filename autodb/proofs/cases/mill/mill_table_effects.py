@@ -56,13 +56,14 @@ class Swings(MillEffect):
 def swung(world: MillWorld, at_m: Array) -> Array:
     """Return the force (3, n) of 1 kg at a place fixed to the table, in the table's frame.
 
-    ω = a' about the machine's x seen by the table, c' about its own z.
+    ω = -a' about the machine's x seen by the table, -c' about its own z: ``table_rotations`` turn
+    components by +a and +c.
     """
     cut = world.cut
     step = float(cut.t_s[1] - cut.t_s[0])
     tilting, turning = np.gradient(cut.a_rad, step), np.gradient(cut.c_rad, step)
     about_x = np.array([np.cos(cut.c_rad), np.sin(cut.c_rad), np.zeros_like(cut.c_rad)])
-    omega = tilting * about_x + turning * np.array([[0.0], [0.0], [1.0]])
+    omega = -tilting * about_x - turning * np.array([[0.0], [0.0], [1.0]])
     faster = np.gradient(omega, step, axis=1)
     place = np.broadcast_to(at_m[:, None], omega.shape)
     central = np.cross(omega, np.cross(omega, place, axis=0), axis=0)

@@ -222,18 +222,33 @@ def _truth(
         b, a = signal.bilinear([w**2], [1.0, 2.0 * FOLLOWS_DAMPING * w, w**2], fs=AXIS_HZ)
         at_rest = motion[:, :, :1]
         motion = at_rest + signal.lfilter(b, a, motion - at_rest, axis=2)
-    (ax, cz), (da, dc), (dda, ddc) = motion
-    sx, cx, sz, cc = np.sin(ax), np.cos(ax), np.sin(cz), np.cos(cz)
-    zero = np.zeros_like(ax)
-    turned = np.array([[cc, -sz * cx, sz * sx], [sz, cc * cx, -cc * sx], [zero, sx, cx]])  # T_z T_x
-    # The table turns about x by da, carried about z by dc; both as its own frame sees them
-    omega = np.array([da * cc, da * sz, dc])
-    faster = np.array([dda * cc - da * dc * sz, dda * sz + da * dc * cc, ddc])
-    arm = np.repeat(lever[:, None], len(ax), axis=1)
-    pull = np.cross(omega, np.cross(omega, arm, axis=0), axis=0) + np.cross(faster, arm, axis=0)
+    turned = machine_to_table(motion[0])
     weight = constants.g * (turned[:, 2] - np.array([0.0, 0.0, 1.0])[:, None])
     process = np.einsum("ijn,jn->in", turned, process_N)
-    return np.asarray(table.matrix @ (process + mass * (weight + pull)))
+    return np.asarray(table.matrix @ (process + mass * (weight + carried_m_s2(motion, lever))))
+
+
+def machine_to_table(angle_rad: Array) -> Array:
+    """Return T_z T_x (3, 3, n) of angles (2, n) of axes a and c, P4 equation 1."""
+    ax, cz = angle_rad
+    sx, cx, sz, cc = np.sin(ax), np.cos(ax), np.sin(cz), np.cos(cz)
+    zero = np.zeros_like(ax)
+    return np.array([[cc, -sz * cx, sz * sx], [sz, cc * cx, -cc * sx], [zero, sx, cx]])
+
+
+def carried_m_s2(motion: Array, lever_m: Array) -> Array:
+    """Return the acceleration (3, n), in the table's frame, of a point (3,) that it carries.
+
+    ``motion`` (3, 2, n): angles of axes a and c, their rates and accelerations, rad and s. T turns
+    components by +angle: the table turns by -angle, about x and, carried, about z.
+    """
+    (_, cz), (da, dc), (dda, ddc) = motion
+    sz, cc = np.sin(cz), np.cos(cz)
+    omega = -np.array([da * cc, da * sz, dc])
+    faster = -np.array([dda * cc - da * dc * sz, dda * sz + da * dc * cc, ddc])
+    arm = np.repeat(lever_m[:, None], len(cz), axis=1)
+    central = np.cross(omega, np.cross(omega, arm, axis=0), axis=0)
+    return np.asarray(central + np.cross(faster, arm, axis=0))
 
 
 def _noisy(rng: np.random.Generator, exact_N: Array, rate_hz: float) -> Array:

@@ -51,8 +51,8 @@ class Model:
         """Return what weight and turning add (3, n), equations 5 to 7."""
         turned = _turned(log)
         (a, c), (da, dc), (dda, ddc) = np.radians([log.angle, log.rate, log.acceleration])
-        omega = np.array([da * np.cos(c), da * np.sin(c), dc])
-        faster = np.array([
+        omega = -np.array([da * np.cos(c), da * np.sin(c), dc])  # of equation 1's T
+        faster = -np.array([
             dda * np.cos(c) - da * dc * np.sin(c), dda * np.sin(c) + da * dc * np.cos(c), ddc
         ])  # fmt: skip
         arm = np.repeat(self.lever_m[:, None], len(a), axis=1)

@@ -13,6 +13,7 @@ from autodb.sensing.ranges.forms.fuzzy import (
     Fuzzy,
 )
 from autodb.sensing.ranges.forms.line import LineOfSpeed, StraightLine
+from autodb.sensing.ranges.forms.magnetised import Magnetised, MagnetisedOfSpeed
 from autodb.sensing.ranges.forms.power import Power, PowerOfSpeed
 from autodb.sensing.ranges.forms.warmed import Warmed
 
@@ -23,6 +24,8 @@ __all__ = [
     "LAWS",
     "LINE",
     "LINE_OF_SPEED",
+    "MAGNETISED",
+    "MAGNETISED_OF_SPEED",
     "OF_CURRENT",
     "OF_CURRENT_FEED",
     "OF_CURRENT_SPEED",
@@ -45,6 +48,7 @@ __all__ = [
 
 LINE, LINE_OF_SPEED = StraightLine(), LineOfSpeed()
 POWER, POWER_OF_SPEED = Power(), PowerOfSpeed()
+MAGNETISED, MAGNETISED_OF_SPEED = Magnetised(), MagnetisedOfSpeed()
 WARMED_LINE = Warmed(LINE)
 WARMED_POWER = Warmed(POWER)
 WARMED_POWER_OF_SPEED = Warmed(POWER_OF_SPEED)
@@ -54,13 +58,15 @@ BOTH_WAYS_FORMS: tuple[CurrentForm, ...] = (
 )  # fmt: skip
 """Forms of a feed axis that was calibrated in both directions."""
 SPINDLE_FORMS: tuple[CurrentForm, ...] = (
-    LINE, WARMED_LINE, POWER, WARMED_POWER, POWER_OF_SPEED, WARMED_POWER_OF_SPEED, OF_CURRENT_SPEED,
+    LINE, MAGNETISED, WARMED_LINE, POWER, MAGNETISED_OF_SPEED, WARMED_POWER, POWER_OF_SPEED,
+    WARMED_POWER_OF_SPEED, OF_CURRENT_SPEED,
 )  # fmt: skip
 """Forms of the torque."""
 TANGENTIAL_FORMS: tuple[CurrentForm, ...] = (LINE, WARMED_LINE)
 """Forms of a tangential force whose arm is not known."""
 LAWS: tuple[CurrentForm, ...] = (
-    LINE, LINE_OF_SPEED, POWER, POWER_OF_SPEED, WARMED_LINE, WARMED_POWER, WARMED_POWER_OF_SPEED,
+    LINE, LINE_OF_SPEED, MAGNETISED, MAGNETISED_OF_SPEED, POWER, POWER_OF_SPEED, WARMED_LINE,
+    WARMED_POWER, WARMED_POWER_OF_SPEED,
 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ class MeasuredCuts:
     """What an axis sensed in cuts (n,): current, A; feed speed, mm/s, spindle speed, rpm, feed,
     mm a revolution, depth of cut, mm, the spindle's temperature, °C (NaN: not known).
     ``stated_sd``: standard error of the current, A (NaN: not known of that cut; None: of none).
+    ``air``: range in air, A, of which ``current`` is the rise; None: it is no rise.
     ``other_way``: 1 in cuts of the feed axis' other direction, mirrored, else 0; None: there are
     none.
     """
@@ -29,6 +30,7 @@ class MeasuredCuts:
     temperature_C: Array
     stated_sd: Array | None = None
     other_way: Array | None = None
+    air: Array | None = None
 
     @property
     def current_sd(self) -> Array:
