@@ -26,6 +26,8 @@ from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
+TOGETHER = 40
+"""Lines that are worked out at once. Chosen: their steps then take some 100 MB."""
 PEAKED = 3.0
 """Largest over mean of a line from which it is spoken of. Chosen."""
 
@@ -71,16 +73,17 @@ def predict_lines(
     """
     found: dict[int, PredictedCut] = {}
     for name, numbers in dict.fromkeys((one.operation, _key(one)) for one in lines):
-        some = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
+        alike = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
+        for at in range(0, len(alike), TOGETHER):
+            some = alike[at : at + TOGETHER]
 
-        def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
-            return _cuts(tool, some, rows, source)
+            def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
+                return _cuts(tool, some, rows, source)
 
-        for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-            whole = _predicted(posterior, line, its)
-            found[id(line)] = (
-                whole if name not in BANDS else _in_turns(whole, posterior, tool, line)
-            )
+            for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
+                whole = _predicted(posterior, line, its)
+                mills = name in BANDS
+                found[id(line)] = _in_turns(whole, posterior, tool, line) if mills else whole
     return tuple(found[id(line)] for line in lines)
 
 

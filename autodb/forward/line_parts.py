@@ -3,8 +3,9 @@
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 MOST = 32
 """Steps of a line beyond which they are joined. Chosen: means of cones and arcs are off by less
 than 0.1 % of what all steps give (a test)."""
+MOST_LINES = 300
+"""Lines of a program beyond which neighbours are joined. Chosen: an answer that can be read, and
+some seconds to predict."""
 ALIKE = 1e-6
 """Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
 
@@ -59,6 +63,32 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
             f"{asked.sha256}"
         )
     return text, found
+
+
+LineRows = Mapping[tuple[int, str], list[int]]
+"""Steps that cut, by line and operation."""
+
+
+def lines_joined(
+    rows: LineRows, said: Mapping[int, str], tools: Sequence[object]
+) -> Iterator[tuple[int, str, str, list[int]]]:
+    """Yield number, operation, name and steps of every line; of very many, runs of lines as one.
+
+    ``tools``: of every step; a run has one.
+    """
+    many = -(-len(rows) // MOST_LINES)
+    keys = list(rows)
+    for (operation, _), run in groupby(keys, key=lambda key: (key[1], id(tools[rows[key][0]]))):
+        some = list(run)
+        for at in range(0, len(some), many):
+            part = some[at : at + many]
+            first, last = part[0][0], part[-1][0]
+            name = (
+                f"line {first}: {said.get(first, '')}"
+                if last == first
+                else (f"lines {first} to {last}")
+            )
+            yield first, operation, name, [row for key in part for row in rows[key]]
 
 
 def part_begins(columns: Array) -> NDArray[np.intp]:

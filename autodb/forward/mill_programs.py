@@ -15,7 +15,13 @@ from autodb.cutting.block import ACROSS, Block, Cutter, MilledSteps, milled
 from autodb.errors import UnusableInput
 from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
-from autodb.forward.line_parts import Followed, part_begins, program_of_job, step_conditions
+from autodb.forward.line_parts import (
+    Followed,
+    lines_joined,
+    part_begins,
+    program_of_job,
+    step_conditions,
+)
 from autodb.nc.reading import line_texts
 from autodb.nc.reading.travels import ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
@@ -137,13 +143,10 @@ def _lines(
         elif drills or steps.depth_mm[row] > 0:
             rows_of.setdefault((travels[k].line, "drill" if drills else "mill"), []).append(row)
     lines = tuple(
-        _line(
-            steps,
-            np.array(rows),
-            tools,
-            (number, operation, f"line {number}: {said.get(number, '')}"),
+        _line(steps, np.array(rows), tools, (number, operation, name))
+        for number, operation, name, rows in lines_joined(
+            rows_of, said, [tools[k] for k in steps.move.tolist()]
         )
-        for (number, operation), rows in rows_of.items()
     )
     return lines, list(plunged)
 

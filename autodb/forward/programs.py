@@ -19,7 +19,13 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
-from autodb.forward.line_parts import Followed, part_begins, program_of_job, step_conditions
+from autodb.forward.line_parts import (
+    Followed,
+    lines_joined,
+    part_begins,
+    program_of_job,
+    step_conditions,
+)
 from autodb.forward.mill_programs import follow_mill
 from autodb.nc.reading import (
     Arc,
@@ -170,9 +176,8 @@ def _lines(
         cutting.tolist(), done.line[cutting].tolist(), operations, strict=True
     ):
         of_line.setdefault((number, operation), []).append(row)
-    for (number, operation), rows in of_line.items():
-        called = f"line {number}: {said.get(number, '')}"
-        yield _line(found, np.array(rows), (number, operation, called))
+    for number, operation, name, some in lines_joined(of_line, said, [None] * done.line.size):
+        yield _line(found, np.array(some), (number, operation, name))
 
 
 def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
