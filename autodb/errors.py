@@ -1,6 +1,6 @@
 """What went wrong, in words that say what to do."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 
@@ -17,6 +17,18 @@ class NotThere(UnusableInput):
 
 class SetAside(UnusableInput):
     """A recording of one cut from which nothing can be learned; others beside it go on."""
+
+
+def together(where: object, problems: Sequence[str]) -> UnusableInput:
+    """Return one line for all the problems of a file, so that none is found only in the next run.
+
+    >>> print(together("a.csv", ["no time", "no channel"]))
+    a.csv: 2 problems: (1) no time; (2) no channel
+    """
+    if len(problems) == 1:
+        return UnusableInput(f"{where}: {problems[0]}")
+    listed = "; ".join(f"({number}) {said}" for number, said in enumerate(problems, start=1))
+    return UnusableInput(f"{where}: {len(problems)} problems: {listed}")
 
 
 def near(name: str, known: Iterable[str]) -> str:

@@ -18,6 +18,7 @@ INTERRUPTED = 130
 COMMANDS = {
     "init": "setup.database:init",
     "machine": "setup.database:machine",
+    "look": "learn.looking:look_command",
     "import": "learn.import_and_calibrate:import_",
     "calibrate": "learn.import_and_calibrate:calibrate_command",
     "standard": "setup.standard:standard",

@@ -33,6 +33,8 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (r"tool\.cutting_time", "s"),
     (r"(cut|tool\.edge|job\.block)", "1"),
 )
+OUR_UNITS = tuple(dict.fromkeys(unit for _, unit in _UNITS if unit != "1"))
+"""Every unit that a channel's name carries."""
 _LARGEST: tuple[tuple[str, float], ...] = (
     (r"spindle\.speed", 5e5),
     (r".\.position", 2e5),

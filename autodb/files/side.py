@@ -1,5 +1,6 @@
 """Side files (TOML): foreign column names and units, and what was on the machine."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,6 +9,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import is_channel
 from autodb.files.dynamometer import DynamometerSection, PublicationSection
+from autodb.files.text import TextSection
 from autodb.files.toml import Finite, Positive, Section, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
 
@@ -100,13 +102,33 @@ class CutSection(Section):
     work_diameter_mm: Positive | None = None
 
 
+class ValuesSection(Section):
+    """What texts of the file mean: operations, materials and tools by the file's own words."""
+
+    operation: dict[str, Operation] = Field(default_factory=dict)
+    material: dict[str, str] = Field(default_factory=dict)
+    tool: dict[str, str] = Field(default_factory=dict)
+
+    def of(self, channel: str) -> Mapping[str, str]:
+        """Return what texts of a channel mean, by what the file says."""
+        means: dict[str, Mapping[str, str]] = {
+            "operation": self.operation,
+            "work.material": self.material,
+            "tool": self.tool,
+        }
+        return means.get(channel, {})
+
+
 class SideFile(Section):
     """A whole side file; every part is optional.
 
-    ``source``: where forces were taken from that nobody measured here.
+    ``csv``: how a text table is written, where that is not to be detected. ``source``: where forces
+    were taken from that nobody measured here.
     """
 
+    csv: TextSection = TextSection()
     channels: dict[str, Named] = Field(default_factory=dict)
+    values: ValuesSection = ValuesSection()
     recording: RecordingSection = RecordingSection()
     tool: ToolSection = ToolSection()
     cut: CutSection = CutSection()

@@ -39,6 +39,22 @@ def _plain(unit: str) -> str:
     return unit.replace("·", "*").replace("²", "**2").replace("°C", "degC").replace("°", "deg")
 
 
+@cache
+def is_any_unit(text: str) -> bool:
+    """Say whether a text is a unit of anything, ours or not.
+
+    >>> is_any_unit("mV"), is_any_unit("U/min"), is_any_unit("Kraft")
+    (True, True, False)
+    """
+    if any(text in own for own in _OWN.values()):
+        return bool(text)
+    try:
+        _registry().Unit(_plain(text))
+    except Exception:  # pint's parser fails on nonsense in any way, assertions included
+        return False
+    return True
+
+
 def conversion(unit: str, *, to: str, where: str) -> tuple[float, float]:
     """Return scale and offset: a value v in ``unit`` is scale · v + offset in ``to``.
 

@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput, near
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
 from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard
-from autodb.readers import Columns, csv
+from autodb.readers import Columns, open_bases
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
@@ -61,7 +61,7 @@ def is_card(path: Path) -> bool:
 
     Raises UnusableInput where a CSV file has no header that can be read.
     """
-    return path.suffix == ".csv" and path.is_file() and MARK in csv.open_file(path)[0].columns
+    return path.suffix == ".csv" and path.is_file() and MARK in open_bases(path)[0].columns
 
 
 def read_cards(path: Path) -> tuple[KienzleCard, ...]:
@@ -73,7 +73,7 @@ def read_cards(path: Path) -> tuple[KienzleCard, ...]:
     """
     if not path.is_file():
         raise UnusableInput(f"{path}: no such file")
-    base = csv.open_file(path)[0]
+    base = open_bases(path)[0]
     _check_header(path, base.columns)
     stated = [name for name in OPTIONAL if name in base.columns]
     table = base.read((*NEEDED, *stated), LABELS)

@@ -8,29 +8,32 @@ from importlib import import_module
 from pathlib import Path
 
 from autodb.errors import UnusableInput
+from autodb.files.text import TextSection
 from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, Labels
 
 __all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "ColumnSet", "Columns", "Labels", "open_bases"]
 
 MOST_COLUMNS = 10_000
 """Columns of a file, of all its time bases. Chosen: controls record some hundreds."""
+_TEXTS = (".csv", ".txt", ".tsv", ".lvm", ".dat", ".asc", ".log", ".gz", ".zip")
 READERS = {
-    ".csv": "csv",
+    **dict.fromkeys(_TEXTS, "text.reading"),
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".xlsb", ".ods"), "workbook"),
     ".parquet": "parquet",
     ".mat": "mat",
     ".h5": "hdf5",
     ".hdf5": "hdf5",
     ".tdms": "tdms",
     ".mf4": "mf4",
+    ".mdf": "mf4",
 }
 """The module that reads a kind of file; it is imported when a file needs it."""
 
 
-def open_bases(path: Path) -> tuple[ColumnSet, ...]:
-    """Return the time bases of the file ``path``; their columns are read later, block by block.
+def reader_of(path: Path) -> str:
+    """Return the module that reads the file ``path``.
 
-    Raises UnusableInput for a missing, empty, unreadable or unknown kind of file, or one of more
-    than MOST_COLUMNS columns.
+    Raises UnusableInput for what is missing, or no kind of file that is read.
     """
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give one recording file")
@@ -39,6 +42,18 @@ def open_bases(path: Path) -> tuple[ColumnSet, ...]:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise UnusableInput(f"{path}: unknown kind of file; use {', '.join(READERS)}")
+    return reader
+
+
+def open_bases(path: Path, stated: TextSection | None = None) -> tuple[ColumnSet, ...]:
+    """Return the time bases of the file ``path``; their columns are read later, block by block.
+
+    ``stated``: how a text table is written, as far as a side file says so.
+
+    Raises UnusableInput for a missing, empty, unreadable or unknown kind of file, or one of more
+    than MOST_COLUMNS columns.
+    """
+    reader = reader_of(path)
     try:
         with path.open("rb") as file:
             if not file.read(1):
@@ -46,7 +61,7 @@ def open_bases(path: Path) -> tuple[ColumnSet, ...]:
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
     open_file = import_module(f"autodb.readers.{reader}").open_file
-    bases: tuple[ColumnSet, ...] = open_file(path)
+    bases: tuple[ColumnSet, ...] = open_file(path, stated or TextSection())
     columns = sum(len(base.columns) for base in bases)
     if columns > MOST_COLUMNS:
         raise UnusableInput(

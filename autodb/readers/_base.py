@@ -37,13 +37,14 @@ class ColumnSet:
 
     ``blocks(numbers, labels)`` reads the columns ``numbers`` as float64 (missing: NaN) and
     ``labels`` as text, block by block, rows in the order of the file. ``units``: what the file
-    itself states, by column.
+    itself states, by column. ``layout``: how the file is written, where that had to be found out.
     """
 
     name: str
     columns: tuple[str, ...]
     blocks: Blocks
     units: dict[str, str] = field(default_factory=dict)
+    layout: str = ""
 
     def read(self, numbers: Sequence[str], labels: Sequence[str] = ()) -> Columns:
         """Read whole columns: float64, and text of those in ``labels``."""
@@ -99,6 +100,11 @@ def as_label(values: NDArray[np.generic]) -> Labels:
 def not_a_number(where: str, column: str, row: int, value: object) -> str:
     """Return the line that says which cell is no number, with the remedy."""
     shown = str(value)[:40]
+    if isinstance(value, list | tuple | dict | np.ndarray):
+        return (
+            f"{where}: column '{column}', row {row}: several values in a cell ({shown}); give each "
+            "a column of its own"
+        )
     works = (
         "use points in numbers"
         if _has_decimal_comma(shown)

@@ -1,4 +1,4 @@
-"""MF4 (ASAM MDF 4): each channel group is a time base; its master channel is the column `t`."""
+"""MDF (ASAM MDF 3 and 4): each channel group is a time base; its master is the column `t`."""
 
 from collections import Counter
 from collections.abc import Container, Iterator
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from autodb.files.text import TextSection
 from autodb.readers._base import ColumnSet, library
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._sliced import Cells, sliced
@@ -27,7 +28,7 @@ class _Group:
     units: dict[str, str]
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open an MF4 file by its channel groups."""
     asammdf = library(path, "asammdf")
     found = isolated_value(path, "MF4", lambda: _read_groups(asammdf, path))
@@ -78,7 +79,8 @@ def _unused(name: str, taken: Container[str], alike: Counter[str]) -> str:
 
 def _name(group: Any) -> str:
     """Return the acquisition's name, or the first line of its comment."""
-    text = str(group.acq_name or group.comment or "").strip()
+    named = getattr(group, "acq_name", "")  # MDF 4 alone has it
+    text = str(named or group.comment or "").strip()
     return "" if text.startswith("<") else (text.splitlines() or [""])[0]
 
 

@@ -2,18 +2,20 @@
 
 A waveform's increment gives the column `t` where none is recorded, counted from the start of the
 file's earliest waveform, so that the bases of one file stay aligned. A group that was written in
-several runs has a start for each.
+several runs has a start for each. Where the last segment was not finished, the rows count that all
+channels of a time base have.
 """
 
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from autodb.files.text import TextSection
 from autodb.readers._base import ColumnSet, Numbers, damaged, library, undamaged
 from autodb.readers._sliced import Cells, sliced
 
@@ -47,12 +49,12 @@ class _Clock:
         return f"{self.group}, {rate}, {self.rows} rows from {self.start_s:g} s"
 
 
-def open_file(path: Path) -> tuple[ColumnSet, ...]:
+def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
     """Open a TDMS file by its metadata."""
     nptdms = library(path, "nptdms")
-    grouped, units = undamaged(path, "TDMS", lambda: _read_groups(nptdms, path))
+    grouped, units, cut_off = undamaged(path, "TDMS", lambda: _read_groups(nptdms, path))
     groups = Counter(clock.group for clock in grouped)
-    return tuple(
+    bases = (
         _base(
             nptdms,
             path,
@@ -62,6 +64,8 @@ def open_file(path: Path) -> tuple[ColumnSet, ...]:
         )
         for clock, names in grouped.items()
     )
+    said = "cut off, rows that not all channels have are left out" if cut_off else ""
+    return tuple(replace(base, layout=said) for base in bases)
 
 
 @contextmanager
@@ -72,11 +76,11 @@ def _opened(nptdms: Any, path: Path) -> Iterator[Any]:
 
 def _read_groups(
     nptdms: Any, path: Path
-) -> tuple[dict[_Clock, list[str]], dict[tuple[str, str], str]]:
-    """Return the channels' names by clock, and their units by group and name."""
+) -> tuple[dict[_Clock, list[str]], dict[tuple[str, str], str], bool]:
+    """Return the channels' names by clock, their units by group and name, and whether the file ends
+    within a segment.
+    """
     with _opened(nptdms, path) as file:
-        if file.file_status.incomplete_final_segment:
-            raise damaged(path, "TDMS", "it is cut off: its last segment ends early")
         units = {
             (str(channel.group_name), str(channel.name)): str(
                 channel.properties.get("unit_string", "")
@@ -84,7 +88,11 @@ def _read_groups(
             for group in file.groups()
             for channel in group.channels()
         }
-        return _grouped(file, _starts(nptdms, path)), units
+        grouped = _grouped(file, _starts(nptdms, path))
+        cut_off = bool(file.file_status.incomplete_final_segment)
+        if cut_off and not any(clock.rows for clock in grouped):
+            raise damaged(path, "TDMS", "it is cut off: no row is whole")
+        return {clock: names for clock, names in grouped.items() if clock.rows}, units, cut_off
 
 
 _Starts = dict[str, list[tuple[int, Any]]]
@@ -120,11 +128,29 @@ def _grouped(file: Any, starts: _Starts) -> dict[_Clock, list[str]]:
     channels = [channel for group in file.groups() for channel in group.channels()]
     first = min((start for some in starts.values() for _, start in some), default=None)
     grouped: dict[_Clock, list[str]] = {}
+    whole: dict[_Clock, int] = {}
     for channel in channels:
-        if len(channel):
-            clock = _clock(channel, starts.get(channel.path, []), first)
+        rows = len(channel) + _lacking(file, channel.path)
+        if rows:
+            clock = _clock(channel, rows, starts.get(channel.path, []), first)
             grouped.setdefault(clock, []).append(str(channel.name))
-    return _joined(grouped)
+            whole[clock] = min(whole.get(clock, rows), len(channel))
+    return {
+        replace(clock, rows=min(whole[one] for one in whole if _alike(one, clock))): names
+        for clock, names in _joined(grouped).items()
+    }
+
+
+def _lacking(file: Any, path: str) -> int:
+    """Return how many values of a channel the last segment should have had and has not."""
+    found = (file.file_status.channel_statuses or {}).get(path)
+    if found is None or not file.file_status.incomplete_final_segment:
+        return 0
+    return int(found.expected_length - found.read_length)
+
+
+def _alike(one: _Clock, other: _Clock) -> bool:
+    return (one.group, one.rows) == (other.group, other.rows)
 
 
 def _joined(grouped: dict[_Clock, list[str]]) -> dict[_Clock, list[str]]:
@@ -142,11 +168,11 @@ def _joined(grouped: dict[_Clock, list[str]]) -> dict[_Clock, list[str]]:
     return joined
 
 
-def _clock(channel: Any, starts: list[tuple[int, Any]], first: Any) -> _Clock:
+def _clock(channel: Any, rows: int, starts: list[tuple[int, Any]], first: Any) -> _Clock:
     properties = channel.properties
     step_s = float(properties.get("wf_increment", 0.0))
     if not step_s > 0:
-        return _Clock(channel.group_name, len(channel), 0.0, 0.0)
+        return _Clock(channel.group_name, rows, 0.0, 0.0)
     offset_s = float(properties.get("wf_start_offset", 0.0))
     begins = [
         (row, offset_s + float((start - first) / np.timedelta64(1, "s"))) for row, start in starts
@@ -158,7 +184,7 @@ def _clock(channel: Any, starts: list[tuple[int, Any]], first: Any) -> _Clock:
         goes_on = abs(since_s + step_s * (row - begun) - start_s) < step_s
         if not restated and not goes_on:
             runs.append((row, start_s))
-    return _Clock(channel.group_name, len(channel), step_s, runs[0][1], tuple(runs[1:]))
+    return _Clock(channel.group_name, rows, step_s, runs[0][1], tuple(runs[1:]))
 
 
 def _label(clock: _Clock, groups: Counter[str]) -> str:

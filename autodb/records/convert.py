@@ -78,11 +78,25 @@ class Conversion:
 
     def texts(self, block: Columns) -> dict[str, list[str]]:
         """Return the text columns of a block; the edge's label is one."""
-        return {
-            name: [str(v) for v in block[str(spec.column)].tolist()]
-            for name, spec in self.specs.items()
-            if name in TEXT_COLUMNS or (name == EDGE and spec.column)
-        }
+        found = {}
+        for name, spec in self.specs.items():
+            if name in TEXT_COLUMNS or (name == EDGE and spec.column):
+                means = self.side.values.of(name)
+                texts = [str(v) for v in block[str(spec.column)].tolist()]
+                found[name] = [means.get(text, text) for text in texts]
+        return found
+
+    @property
+    def problems(self) -> list[str]:
+        """What is wrong with the units of its channels, a line each without the file's name."""
+        found = []
+        for name, spec in self.specs.items():
+            if name not in TEXT_COLUMNS and name != EDGE:
+                try:
+                    self._scale(name, spec)
+                except UnusableInput as fault:
+                    found.append(str(fault).removeprefix(f"{self.path}: "))
+        return found
 
     def channels(self, block: Columns, rows: "RowsBefore") -> dict[str, Array]:
         """Return the numeric channels of a block, in our units; ``rows`` counts on.
@@ -131,9 +145,13 @@ class Conversion:
             )
 
     def stated_unit(self, name: str) -> str | None:
-        """Return the unit that the side file states for a channel, else the file itself."""
+        """Return the unit that the side file states for a channel, else the file itself.
+
+        A scale without a unit goes from the numbers as they are to our unit.
+        """
         spec = self.specs[name]
-        return spec.unit or self.file_units.get(spec.column or "") or None
+        said = self.file_units.get(spec.column or "") if spec.scale == 1.0 else None
+        return spec.unit or said or None
 
     def is_stated(self, name: str) -> bool:
         """Say whether a channel's unit was stated, by name or as a scale; else it is assumed."""

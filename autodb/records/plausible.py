@@ -7,17 +7,20 @@ assumed from the channel's name is doubted sooner.
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
-from autodb.errors import UnusableInput
+from autodb.errors import together
 from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
-from autodb.files.side import SideFile
+from autodb.files.operation_words import suggested_operation
+from autodb.files.side import Operation, SideFile
 from autodb.files.units import RAW
+from autodb.records.channel_summary import LEVELS, ChannelSummary
 from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
 from autodb.records.stamps import doubt_of_rate
-from autodb.records.summary import LEVELS, BaseSummary, ChannelSummary
+from autodb.records.summary import BaseSummary
 
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""
@@ -36,19 +39,24 @@ CLIPPED_SAMPLES = 20
 ROUGH = 1e-4
 """A channel is clipped where 20 samples lie in plateaus at its limit that it has run into, more
 than in plateaus elsewhere, and where else it is rough as a measurement is, not smooth."""
+FAR = 0.5
+"""A limit lies far from zero: at this share of the largest number at least. A plateau nearer to it
+is a floor, such as the current of an idle spindle. Chosen."""
 _MAY_CLIP = re.compile(r".*\.current(\.[uvw])?|force\..|torque\.spindle|.\.drive_(force|torque)")
 
 
 def refuse_implausible(source: RecordingSource, bases: Iterable[BaseSummary]) -> None:
-    """Raise UnusableInput for the first thing in a file that cannot be what it says it is."""
-    for base in bases:
-        refuse_doubtful(source.path, base, source.side)
+    """Raise UnusableInput for all things in a file that cannot be what they say they are."""
+    found = [doubt for base in bases for doubt in doubts(base, source.side)]
+    if found:
+        raise together(source.path, found)
 
 
 def refuse_doubtful(path: Path, base: BaseSummary, side: SideFile) -> None:
-    """Raise UnusableInput for the first thing in a table that cannot be what it says it is."""
-    for doubt in doubts(base, side):
-        raise UnusableInput(f"{path}: {doubt}")
+    """Raise UnusableInput for all things in a table that cannot be what they say they are."""
+    found = list(doubts(base, side))
+    if found:
+        raise together(path, found)
 
 
 def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
@@ -58,6 +66,7 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
         yield from _too_cold(channel, side)
     yield from _speeds_apart(base)
     if base.holds_cuts:
+        yield from _operations(base, side)
         yield from _cuts_apart(base)
     else:
         yield from _rate(base, side)
@@ -125,6 +134,32 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
         )
 
 
+def _unknown(base: BaseSummary) -> list[str]:
+    return [text for text in base.operations if text and text not in get_args(Operation)]
+
+
+def left_out_operations(base: BaseSummary) -> tuple[str, ...]:
+    """Return a sentence on operations that are none of ours and mean none; or nothing."""
+    odd = _unknown(base)
+    if not odd:
+        return ()
+    listed = ", ".join(f"'{text}'" for text in odd)
+    return (f"no operation of ours: {listed}; nothing is learnt of these cuts",)
+
+
+def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
+    """Yield one line for all texts that are no operation, where one of them may mean one."""
+    known, odd = get_args(Operation), _unknown(base)
+    if not any(map(suggested_operation, odd)):
+        return
+    row, column = base.operations[odd[0]], _column("operation", side)
+    means = ", ".join(f'"{text}" = "{suggested_operation(text) or "…"}"' for text in odd)
+    yield (
+        f"column '{column}', row {row}: '{odd[0]}' is no operation; say what it means under "
+        f"[values] in the side file: operation = {{{means}}} (of {', '.join(known)})"
+    )
+
+
 def _cuts_apart(base: BaseSummary) -> Iterator[str]:
     ratios = np.concatenate([np.zeros(0), *base.speed_ratios])
     odd = (ratios > WIDEST_FACTOR) | (ratios < 1 / WIDEST_FACTOR)
@@ -151,8 +186,10 @@ def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
         return
     if channel.roughness <= ROUGH or channel.levels < LEVELS:
         return
+    largest = max(abs(channel.minimum), abs(channel.maximum))
     for plateau in (channel.low, channel.high):
-        if plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
+        far = abs(plateau.value) >= FAR * largest
+        if far and plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
             yield (
                 f"column '{_column(channel.name, side)}': {channel.name} is clipped at "
                 f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); use a wider "

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb import readers
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near, together
 from autodb.files.side import SideFile, read_sidefile
 from autodb.records.convert import Conversion, specs
 from autodb.records.tables import (
@@ -24,6 +24,8 @@ from autodb.records.timed import on_even_rows
 from autodb.timing.dates import is_date
 
 FEWEST_ROWS = 3
+SHOWN = 12
+"""Columns that are listed before the rest is only counted."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,15 @@ class RecordingSource:
     side: SideFile
     bases: tuple[ChannelSet, ...]
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """How the file is written, where that was found out, and which columns are not read."""
+        layouts = dict.fromkeys(base.base.layout for base in self.bases if base.base.layout)
+        ignored = [column for base in self.bases for column in base.ignored]
+        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
+        unread = f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}"
+        return (*(f"read as: {layout}" for layout in layouts), *([unread] if ignored else []))
+
     def choose(self, group: str | None = None) -> ChannelSet:
         """Return the time base called ``group``, or the only one that can be read.
 
@@ -208,10 +219,11 @@ def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
     """
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give a file in it")
+    readers.reader_of(path)
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
-    opened = readers.open_bases(path)
-    return _opened(path, opened, read_sidefile(side_path) if side_path else SideFile())
+    side = read_sidefile(side_path) if side_path else SideFile()
+    return _opened(path, readers.open_bases(path, side.csv), side)
 
 
 def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
@@ -219,19 +231,24 @@ def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
 
     Raises UnusableInput for a file that cannot be used.
     """
-    return _opened(path, readers.open_bases(path), side)
+    return _opened(path, readers.open_bases(path, side.csv), side)
 
 
 def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:
     everywhere = [column for base in opened for column in base.columns]
-    for spec in side.channels.values():
-        wanted = spec.column or spec.row_in
-        if wanted not in (*everywhere, "*"):
-            raise UnusableInput(f"{path}: no column '{wanted}'{near(str(wanted), everywhere)}")
+    wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())
+    there = {*everywhere, "*"}
+    problems = [f"no column '{w}'{near(w, everywhere)}" for w in wanted if w not in there]
+    layouts = dict.fromkeys(base.layout for base in opened if base.layout)
+    if problems and layouts:
+        problems[-1] += f"; the file is read as: {'; '.join(layouts)}"
     bases = tuple(
         ChannelSet(base, Conversion(path, specs(base.columns, side), side, base.units))
         for base in opened
     )
+    problems += [problem for base in bases for problem in base.conversion.problems]
+    if problems:
+        raise together(path, problems)
     return RecordingSource(path, side, bases)
 
 

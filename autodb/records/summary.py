@@ -4,131 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autodb.files.channels import LINEAR_AXES, axis_of, unit_of
+from autodb.records.channel_summary import ChannelSummary
 from autodb.records.convert import Conversion
 from autodb.records.source import ChannelSet, RecordingSource
 from autodb.records.stamps import StampsSoFar
 from autodb.records.tables import Array, CutTable, Recording, check_cuts
 from autodb.timing import Timing
-
-Index = NDArray[np.intp]
-RUN = 5
-"""Samples in a row that are exactly equal: a plateau."""
-STEPS = 6.0
-"""A plateau is run into where the sample before or after it is no further than this many typical
-steps of the channel; a step into a standstill is further."""
-SAMPLE = 1 << 13
-"""Samples of a block that typical steps and roughness are taken from."""
-LEVELS = 20
-"""Fewer different values than this are a counter or a switch, not a measured quantity."""
-
-
-@dataclass
-class Plateau:
-    """What lies at one extreme of a channel: samples in runs of RUN or more that are run into."""
-
-    value: float
-    held: int = 0
-
-
-@dataclass
-class ChannelSummary:
-    """One channel: rows, extremes, mean and spread over its finite numbers, and its gaps.
-
-    ``stated``: whether side file or file say its unit. ``low`` and ``high`` are the plateaus at its
-    extremes, ``elsewhere`` counts samples in runs of equal numbers that are neither zero nor at an
-    extreme. ``roughness`` is the median over blocks of the median |second difference| that is not
-    zero, over the block's range; ``levels`` the most different values seen in a block.
-    """
-
-    name: str
-    unit: str
-    stated: bool = False
-    rows: int = 0
-    finite: int = 0
-    mean: float = 0.0
-    first_gap: int | None = None
-    low: Plateau = field(default_factory=lambda: Plateau(np.inf))
-    high: Plateau = field(default_factory=lambda: Plateau(-np.inf))
-    elsewhere: int = 0
-    levels: int = 0
-    _squares: float = 0.0
-    _rough: list[float] = field(default_factory=list)
-
-    @property
-    def minimum(self) -> float:
-        """Lowest finite number."""
-        return self.low.value
-
-    @property
-    def maximum(self) -> float:
-        """Highest finite number."""
-        return self.high.value
-
-    @property
-    def sd(self) -> float:
-        """Standard deviation over the finite numbers."""
-        return float(np.sqrt(self._squares / self.finite)) if self.finite else np.nan
-
-    @property
-    def roughness(self) -> float:
-        """See the class."""
-        return float(np.median(self._rough)) if self._rough else 0.0
-
-    def add(self, values: Array) -> None:
-        """Take in the next block (n,)."""
-        good = np.isfinite(values)
-        if self.first_gap is None and not good.all():
-            self.first_gap = self.rows + int(np.argmin(good)) + 1
-        self.rows += len(values)
-        finite = values[good]
-        if finite.size:
-            self._moments(finite)
-            self._plateaus(finite)
-
-    def _moments(self, values: Array) -> None:
-        """Join mean and sum of squares (Chan, Golub, LeVeque 1983)."""
-        n, mean = len(values), float(values.mean())
-        shift, total = mean - self.mean, self.finite + n
-        self._squares += float(((values - mean) ** 2).sum()) + shift**2 * self.finite * n / total
-        self.mean += shift * n / total
-        self.finite = total
-
-    def _plateaus(self, values: Array) -> None:
-        low, high = float(values.min()), float(values.max())
-        steps = np.abs(np.diff(values))
-        starts = np.flatnonzero(np.append(True, steps > 0))
-        ends = np.append(starts[1:], len(values))
-        long = ends - starts >= RUN
-        level, held = values[starts[long]], (ends - starts)[long]
-        some = steps[:SAMPLE][steps[:SAMPLE] > 0]
-        typical = float(np.median(some)) if some.size else 0.0
-        run_into = _run_into(values, starts[long], ends[long], STEPS * typical)
-        self.low = _further(self.low, low, int(held[(level == low) & run_into].sum()), sign=-1)
-        self.high = _further(self.high, high, int(held[(level == high) & run_into].sum()), sign=1)
-        self.elsewhere += int(held[(level != low) & (level != high) & (level != 0)].sum())
-        if self.levels < LEVELS:
-            self.levels = max(self.levels, min(LEVELS, len(np.unique(values))))
-        bends = np.abs(np.diff(values[:SAMPLE], 2))
-        bends = bends[bends > 0]
-        if bends.size:
-            self._rough.append(float(np.median(bends)) / (high - low))
-
-
-def _run_into(values: Array, starts: Index, ends: Index, reach: float) -> NDArray[np.bool_]:
-    """Return which runs [start, end) have a neighbour on both sides that is within reach."""
-    before, after = values[np.maximum(starts - 1, 0)], values[np.minimum(ends, len(values) - 1)]
-    level = values[starts]
-    return (np.abs(before - level) <= reach) & (np.abs(after - level) <= reach)
-
-
-def _further(plateau: Plateau, value: float, held: int, *, sign: int) -> Plateau:
-    """Return the plateau at the further extreme of two blocks; of both where they are equal."""
-    if value == plateau.value:
-        return Plateau(value, plateau.held + held)
-    return Plateau(value, held) if sign * (value - plateau.value) > 0 else plateau
 
 
 @dataclass
@@ -136,8 +19,8 @@ class BaseSummary:
     """One time base or table of cuts of a file.
 
     ``timing``: what its time is; None of a table of cuts. ``rates``: see `Rates`.
-    ``speed_ratios``: π D n over the cutting speed, of the cuts that state diameter, spindle speed
-    and cutting speed.
+    ``operations``: the first row of each. ``speed_ratios``: π D n over the cutting speed, of the
+    cuts that state diameter, spindle speed and cutting speed.
     """
 
     name: str
@@ -149,6 +32,7 @@ class BaseSummary:
     timing: Timing | None = None
     stamps: StampsSoFar = field(default_factory=StampsSoFar)
     rates: "dict[str, Rates]" = field(default_factory=dict)
+    operations: dict[str, int] = field(default_factory=dict)
     speed_ratios: list[Array] = field(default_factory=list)
 
     @property
@@ -213,6 +97,8 @@ def summary_of(table: Recording | CutTable, *, axis: str | None = None) -> BaseS
         if axis is None or name == "t" or axis_of(name) == axis
     }
     made = _empty("", isinstance(table, CutTable), list(channels), conversion)
+    for row, operation in enumerate(table.texts.get("operation", ()), start=1):
+        made.operations.setdefault(operation, row)
     _take(made, channels)
     if isinstance(table, Recording):
         _timed_by(made, table)
@@ -223,9 +109,11 @@ def _summarise_base(base: ChannelSet, progress: Callable[[str], None] | None) ->
     conversion = base.conversion
     made: BaseSummary | None = None
     numbers: list[Array] = []
-    for channels, _ in base.blocks():
+    for channels, texts in base.blocks():
         if made is None:
             made = _empty(base.name, base.holds_cuts, list(channels), conversion)
+        for row, operation in enumerate(texts.get("operation", ()), start=made.rows + 1):
+            made.operations.setdefault(operation, row)
         _take(made, channels)
         if base.holds_cuts:
             numbers.append(channels["cut"])

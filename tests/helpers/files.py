@@ -1,6 +1,8 @@
 """Writes small recordings in every format that is read, for the tests and the page of refusals."""
 
-from collections.abc import Mapping
+import gzip
+import zipfile
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 from asammdf import MDF, Signal
 from nptdms import ChannelObject, TdmsWriter
+from openpyxl import Workbook
 from pyarrow import csv, parquet
 from scipy.io import savemat
 
@@ -20,12 +23,33 @@ def write(path: Path, columns: Mapping[str, Any]) -> Path:
     """Write one time base in the format of the file's name; return the path."""
     if path.suffix == ".csv":
         csv.write_csv(pa.table(dict(columns)), path)
+    elif path.suffix in (".gz", ".zip"):
+        text = write(path.with_suffix(".csv"), columns).read_bytes()
+        if path.suffix == ".gz":
+            path.write_bytes(gzip.compress(text))
+        else:
+            with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+                archive.writestr("a.csv", text)
+    elif path.suffix == ".xlsx":
+        write_workbook(path, {"only": [list(columns), *zip(*columns.values(), strict=True)]})
     elif path.suffix == ".parquet":
         parquet.write_table(pa.table(dict(columns)), path)
     elif path.suffix == ".mat":
         savemat(path, {k: np.asarray(v)[:, None] for k, v in columns.items()} | {"gain": 3.0})
     else:
         write_groups(path, {"only": columns})
+    return path
+
+
+def write_workbook(path: Path, sheets: Mapping[str, Sequence[Sequence[Any]]]) -> Path:
+    """Write rows of cells as sheets of a workbook; return the path."""
+    book = Workbook()
+    book.remove(book.worksheets[0])
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append([cell.item() if isinstance(cell, np.generic) else cell for cell in row])
+    book.save(path)
     return path
 
 

@@ -225,7 +225,7 @@ def test_blocks_join_to_the_whole(tmp_path: Path, suffix: str) -> None:
 def test_a_csv_of_many_blocks_names_the_row_at_fault(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("autodb.readers.csv.BLOCK_BYTES", 1 << 12)
+    monkeypatch.setattr("autodb.readers.text.source.BLOCK_BYTES", 1 << 12)
     lines = [f"{i},{i}" for i in range(5000)]
     path = tmp_path / "a.csv"
     path.write_text("\n".join(["t,x.position", *lines]))

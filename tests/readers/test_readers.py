@@ -18,7 +18,9 @@ T = np.arange(20) * 0.01
 X = np.linspace(0.0, 3.0, 20)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat", ".h5", ".tdms", ".mf4"])
+@pytest.mark.parametrize(
+    "suffix", [".csv", ".gz", ".zip", ".xlsx", ".parquet", ".mat", ".h5", ".tdms", ".mf4"]
+)
 def test_one_table_reads_alike_in_every_format(tmp_path: Path, suffix: str) -> None:
     path = write(tmp_path / f"a{suffix}", {"t": T, "x.position": X, "note": X})
     table = records.read(path)
@@ -172,13 +174,6 @@ def test_what_one_cut_lacks_is_not_known_of_it(tmp_path: Path) -> None:
     assert_allclose(table["tool.flank_wear"], [0.1, np.nan])
 
 
-def test_a_header_that_is_not_utf8_says_so(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_bytes("t,länge\n0,1\n1,2\n".encode("latin-1"))
-    with pytest.raises(UnusableInput, match="UTF-8"):
-        records.read(path)
-
-
 def test_a_table_goes_to_pandas(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", {"cut": [1, 2], "force.x": [3.0, 4.0], "tool": ["a", "b"]})
     frame = records.read(path).to_pandas()
@@ -198,7 +193,6 @@ def _text(name: str, text: str) -> Callable[[Path], Path]:
 BAD_FILES = [
     (_text("a.csv", ""), "the file is empty"),
     (_text("a.csv", "t,x.position\n"), "no rows of data"),
-    (_text("a.csv", "t;x.position\n0;1\n1;2\n"), "not separated by commas"),
     (
         _text("a.csv", "t,x.position\n0,1\n0,2\n1,3\n"),
         "column 't', row 2: 0 s after the row before; record",
@@ -206,13 +200,13 @@ BAD_FILES = [
     (_text("a.csv", "t,x.position\n0,1\n,2\n2,3\n"), "t, row 2: no finite number"),
     (_text("a.csv", "cut,force.x\n1,1\n,2\n"), "cut, row 2: no finite number"),
     (_text("a.csv", "t,x.position\n0,1\n1,1e300\n2,3\n"), "row 2: 1e+300 is no measurement"),
-    (_text("a.csv", "t;x.position\n0,5;1\n1,5;2\n"), "points in numbers"),
+    (_text("a.csv", "t;x.position\n0.5;1\n1,5;2\n2.5;3\n"), "row 2: '1,5' is not a number"),
     (_text("a.csv", "t,x.position\n0,1\n1,two\n2,3\n"), "row 2: 'two' is not a number"),
     (_text("a.csv", "time,x.position\n0,1\n1,2\n2,3\n"), "neither a column 't'"),
     (_text("a.csv", "t,t\n0,1\n1,2\n"), "stands in the header twice"),
     (_text("a.csv", "cut,force.x\n1,1\n2,2\n2,3\n"), "row 3: cut 2 stands twice"),
     (_text("a.csv", "t,x.position\n0,1\n1,2\n"), "2 rows are too few"),
-    (_text("a.xls", "t"), "unknown kind of file; use .csv"),
+    (_text("a.doc", "t"), "unknown kind of file; use .csv"),
     (_text("a.parquet", "PAR1 not really"), "not a whole Parquet file"),
     (_text("a.mat", "MATLAB not really"), "not a whole MAT file"),
     (lambda folder: folder, "is a folder"),

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from autodb import records
 from autodb.records.plausible import doubts
@@ -180,3 +181,29 @@ def test_explain_says_what_it_doubts_and_goes_on(tmp_path: Path, cli: Cli) -> No
     assert done.code == 0
     assert "doubtful: " in done.err
     assert "x.velocity is 60 times the slope" in done.err
+
+
+def _clipped(path: Path, current: NDArray[np.float64]) -> list[str]:
+    t = np.arange(len(current)) * 0.002
+    return _doubts(write(path, {"t": t, "spindle.current": current}))
+
+
+def test_an_idle_floor_is_no_limit(tmp_path: Path) -> None:
+    rng = np.random.default_rng(391)
+    load = 30.0 + 3.0 * rng.normal(size=1000)
+    ramp = np.linspace(1.0, 30.0, 200) + 0.05 * rng.normal(size=200).clip(0)
+    idle = np.full(800, 1.0)
+    current = np.concatenate([idle, ramp, load, ramp[::-1], idle])
+    assert _clipped(tmp_path / "a.csv", current) == []
+    assert _clipped(tmp_path / "b.csv", -current) == []
+    assert len(_clipped(tmp_path / "c.csv", np.minimum(current, 28.0))) == 1
+
+
+@pytest.mark.parametrize("step", [0.02, 0.1, 0.5])
+def test_the_top_of_a_signal_in_few_digits_is_no_limit(tmp_path: Path, step: float) -> None:
+    t = np.arange(4000) * 0.002
+    smooth = 10.0 * np.sin(2.0 * np.pi * 0.7 * t) + 2.0 * np.sin(2.0 * np.pi * 13.0 * t)
+    coarse = step * np.round(smooth / step)
+    assert _clipped(tmp_path / "a.csv", coarse) == []
+    limited = np.clip(0.02 * np.round(smooth / 0.02), -9.0, 9.0)
+    assert len(_clipped(tmp_path / "b.csv", limited)) == 1

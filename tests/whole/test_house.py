@@ -21,7 +21,8 @@ from tests.conftest import ROOT, Cli
 
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
 COMMANDS = {
-    "init", "machine", "import", "calibrate", "identify", "refresh", "predict", "plan", "lookup",
+    "init", "machine", "look", "import", "calibrate", "identify", "refresh", "predict", "plan",
+    "lookup",
     "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard",
     "sweep", "reconstruct", "scale", "mismatch", "schedule", "sensors", "inspect",
     "agent", "fleet", "serve", "token",

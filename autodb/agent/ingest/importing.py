@@ -27,7 +27,7 @@ from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
 from autodb.records import EDGE, CutTable, RecordingSource, edge_codes
-from autodb.records.plausible import refuse_implausible
+from autodb.records.plausible import left_out_operations, refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
 from autodb.sensing.ranges.validity import STATED
 from autodb.store import Store, models
@@ -44,8 +44,8 @@ class Imported:
     ``timing``: what its stamps are, a sentence for each time base.
 
     ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
-    same content, and ``replaced`` had another content then. ``notes``: what was left out of the
-    averages of a raw recording's cut.
+    same content, and ``replaced`` had another content then. ``notes``: how the file is written,
+    what of it is not read, and what was left out of the averages of a raw recording's cut.
     """
 
     recording_id: int
@@ -110,6 +110,8 @@ def import_file(
     summary = summarise(source, progress=progress)
     refuse_implausible(source, summary)
     cuts, notes = cuts_in(source, progress)
+    unknown = [sentence for base in summary for sentence in left_out_operations(base)]
+    notes = (*source.remarks, *unknown, *notes)
     row = _row(source, summary, sha256)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)

@@ -172,12 +172,21 @@ def _keep(store: Store, machine: str, recording: int, path: Path, sha256: str) -
 def _write(path: Path, side: SideFile, target: Path) -> None:
     """Write all columns of a file with one time base as Parquet: numbers as float64, else text."""
     source = open_as_stored(path, side)
-    (base,) = readers.open_bases(path)
+    base, *others = readers.open_bases(path, side.csv)
+    if others:
+        raise UnusableInput("it has several time bases")
     labels = set(source.bases[0].conversion.labels)
     labels |= {name for name in base.columns if name not in labels and not _is_number(base, name)}
     numbers = [name for name in base.columns if name not in labels]
     schema = pa.schema(
-        [(name, pa.string() if name in labels else pa.float64()) for name in base.columns]
+        [
+            pa.field(
+                name,
+                pa.string() if name in labels else pa.float64(),
+                metadata={"unit": base.units[name]} if name in base.units else None,
+            )
+            for name in base.columns
+        ]
     )
     options: dict[str, Any] = {"compression": "zstd", "write_page_checksum": True}
     with parquet.ParquetWriter(target, schema, **options) as writer:

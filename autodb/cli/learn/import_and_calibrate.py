@@ -67,9 +67,6 @@ OfTable = Annotated[
     ),
 ]
 
-SHOWN = 12
-"""Columns that are listed before the rest is only counted."""
-
 
 def import_(
     files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
@@ -139,10 +136,8 @@ def _look(file: Path, columns: Path | None) -> None:
         bases = summarise(source, progress=progress)
     for base in bases:
         _show_summary(f"{file.name} {base.name}".rstrip(), base)
-    ignored = [column for base in source.bases for column in base.ignored]
-    if ignored:
-        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
-        say(f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}")
+    for remark in source.remarks:
+        say(remark)
     refuse_implausible(source, bases)
 
 

@@ -108,7 +108,7 @@ class _Trap:
 
 
 WRONG: tuple[tuple[str, bytes | Callable[[Path], None], str, str], ...] = (
-    ("a.csv", b"\x89PNG\x1a\x00\xff\n\x00", "", "a.csv: the header is not UTF-8 text"),
+    ("a.csv", b"\x89PNG\x1a\x00\xff\n\x00", "", "a.csv: not text"),
     ("zip.csv", _zip, "", "zip.csv: "),
     ("b.csv", b"t,x\n0,1\n1,2\n2,3\n", "", "b.csv: no channel beside its time or cut number"),
     ("c.csv", b"a,b\n1,2\n", "", "c.csv: neither a column 't'"),
@@ -163,7 +163,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
 @pytest.mark.parametrize(
     ("files", "line"),
     [
-        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; use .csv, .parquet"),
+        ({"recording": ("a.png", b"\x89PNG")}, "a.png: unknown kind of file; use .csv, .txt"),
         ({"recording": ("a.pkl", b"\x80\x04.")}, "a.pkl: unknown kind of file"),
         ({"recording": ("a.npz", b"PK")}, "a.npz: unknown kind of file"),
         ({"recording": ("..", b"t")}, "recording: unknown kind of file"),

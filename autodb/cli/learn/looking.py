@@ -1,0 +1,73 @@
+"""`look`: what an unknown file is, and which of its columns may be which channel."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from autodb.cli._common import say, show, table, working
+
+if TYPE_CHECKING:
+    from autodb.readers import ColumnSet
+    from autodb.records.proposed.columns import ProposedBase
+
+AnyFile = Annotated[Path, typer.Argument(readable=False, help="Any file that a logger wrote.")]
+Write = Annotated[
+    bool, typer.Option("--write", help="Write the side file beside it; never over one.")
+]
+SHOWN = 6
+"""Columns of the first rows, and unused ones, that are shown."""
+
+
+def look_command(file: AnyFile, write: Write = False) -> None:
+    """Show what a file is: its rows, and which column may be which channel, with the reason.
+
+    A velocity is known by its position, an effort by the motion that it follows. Nothing is stored.
+    """
+    from autodb.errors import UnusableInput
+    from autodb.files.side import SideFile, read_sidefile
+    from autodb.readers import open_bases
+    from autodb.records.proposed.columns import propose_channels
+    from autodb.records.proposed.written import side_file_of
+
+    target = file.with_suffix(".toml")
+    if write and target.exists():
+        raise UnusableInput(f"{target}: is there already; move it away to have it written")
+    side = read_sidefile(target) if target.is_file() else SideFile()
+    with working(f"reading {file.name}"):
+        found = [propose_channels(base) for base in open_bases(file, side.csv)]
+    for base in found:
+        _show(file, base)
+    if write:
+        target.write_text(side_file_of(found, file.name), encoding="utf-8")
+        say(f"written: {target.name}; check it, then: autodb import {file.name}")
+
+
+def _show(file: Path, found: "ProposedBase") -> None:
+    base = found.base
+    title = f"{file.name} {base.name}".rstrip()
+    what = "cuts" if found.holds_cuts else "rows"
+    say(f"{title}: {found.rows} {what}, {len(base.columns)} columns"
+        + (f"; read as: {base.layout}" if base.layout else ""))  # fmt: skip
+    _show_rows(base, found.first)
+    if found.proposals:
+        rows = table("Proposed channels", "column", "channel", "unit", "because")
+        for one in found.proposals:
+            column = "(rows counted)" if one.column == "*" else one.column
+            rows.add_row(column, one.channel, one.unit, one.because)
+        show(rows)
+    used = {one.column for one in found.proposals}
+    rest = [name for name in base.columns if name not in used]
+    if rest:
+        more = f" and {len(rest) - SHOWN} more" if len(rest) > SHOWN else ""
+        say(f"no channel: {', '.join(rest[:SHOWN])}{more}")
+    for sentence in found.missing:
+        say(f"missing for {sentence}")
+
+
+def _show_rows(base: "ColumnSet", first: tuple[tuple[str, ...], ...]) -> None:
+    more = f" (of {len(base.columns)} columns)" if len(base.columns) > SHOWN else ""
+    rows = table(f"First rows{more}", *base.columns[:SHOWN])
+    for row in first:
+        rows.add_row(*row[:SHOWN])
+    show(rows)

@@ -1,0 +1,207 @@
+"""The layout of a text table, detected from its first lines; what the side file states holds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from autodb.errors import UnusableInput
+from autodb.files.text import TextSection
+from autodb.readers.text import source
+from autodb.readers.text.cells import SPACE, is_number, split, thousands_marks
+from autodb.readers.text.known import by_preset
+from autodb.readers.text.layout import TextLayout, column_names, stated_units
+from autodb.readers.text.presets import NO_ROWS
+from autodb.readers.text.rows import (
+    ALIKE,
+    TablePlace,
+    are_units,
+    find_table,
+    is_row,
+    numeric_columns,
+    stated_table,
+)
+
+SEPARATORS = ("\t", ";", ",", "|", SPACE)
+COMMENTS = ("#", "//", "%")
+STATED = {"tab": "\t", "space": SPACE}
+MOST_CELLS = 20_000
+"""Cells of a file that its layout is detected from; of at least FEWEST_LINES lines. Chosen."""
+FEWEST_LINES = 60
+FITTING = 0.25
+"""Share of cells that are numbers or empty below which a text is no table. Chosen: a table of cuts
+has some columns of text."""
+PLAIN_LINES = 20
+"""Lines by which a plain table is known. Chosen."""
+
+
+def detected(path: Path, stated: TextSection) -> TextLayout:
+    """Return the layout of a text file.
+
+    Raises UnusableInput where it is no text, names no column, or is not as stated.
+    """
+    beginning = source.beginning_of(path)
+    encoding, mark = source.encoding_of(beginning)
+    encoding = stated.encoding or encoding
+    text = source.decoded(path, beginning[mark:], encoding)
+    if "\x00" in text:
+        raise UnusableInput(f"{path}: not text, there are zeros in it; save it as UTF-8")
+    lines = [line.rstrip("\r") for line in text.split("\n")]
+    found = None
+    if stated.model_dump(exclude={"encoding"}, exclude_none=True):
+        found = _best(lines, stated)
+        if found is None:
+            raise UnusableInput(f"{path}: no table as [csv] in the side file states; leave it out")
+    elif not is_plain(lines):
+        said = _said_separator(lines)
+        found = by_preset(lines) or _best(
+            ["", *lines[1:]] if said else lines, TextSection(separator=said)
+        )
+    return replace(found or _plain(path, lines), encoding=encoding)
+
+
+def _said_separator(lines: Sequence[str]) -> str | None:
+    """Return what a first line `sep=;` says, as spreadsheets write it."""
+    first = lines[0].strip().strip('"')
+    return first[4:5] or None if first.lower().startswith("sep=") else None
+
+
+def is_plain(lines: Sequence[str]) -> bool:
+    """Say whether lines are a header and rows with commas between cells and points in numbers."""
+    header = split(lines[0], ",")
+    rows = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
+    if len(header) < 2 or any(map(is_number, header)) or any(m in lines[0] for m in ";\t|"):
+        return False
+    if any(line.lstrip().startswith(COMMENTS) for line in lines[: PLAIN_LINES + 1]):
+        return False
+    alike = [row for row in rows if len(row) == len(header)]
+    if len(alike) < ALIKE * len(rows) or not alike:
+        return not rows
+    if any("," in cell and is_number(cell, ",") for row in rows for cell in row):
+        return False
+    of_numbers = numeric_columns(alike, len(header), is_number)
+    if of_numbers:
+        return is_row(alike[0], len(header), of_numbers, is_number)
+    return not are_units(alike[0])
+
+
+def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
+    names = split(lines[0], ",")
+    if not any(names):
+        raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
+    if len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:]):
+        raise UnusableInput(
+            f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
+            "the side file where one begins and what separates its columns"
+        )
+    return TextLayout(column_names(names), units=stated_units(names, ()))
+
+
+@dataclass(frozen=True)
+class _Attempt:
+    """A separator and marks in numbers, and where they find a table."""
+
+    separator: str
+    decimal: str
+    thousands: str
+    rows: list[list[str]]
+    place: TablePlace
+
+
+def _best(lines: Sequence[str], stated: TextSection) -> TextLayout | None:
+    """Return the layout that makes the most cells numbers; None where none makes a table."""
+    comment = stated.comment or _comment(lines)
+    kept = ["" if _is_no_row(line, comment) else line for line in lines]
+    attempts = list(_attempts(kept, stated))
+    best = max(attempts, key=lambda one: one.place.fit, default=None)
+    if best is None or best.place.fit < FITTING:
+        return None
+    return _layout(lines, best, comment, stated)
+
+
+def _attempts(lines: Sequence[str], stated: TextSection) -> Iterator[_Attempt]:
+    said = stated.separator
+    for separator in [STATED.get(said, said)] if said else SEPARATORS:
+        rows = _split(lines, separator)
+        for decimal, thousands in _marks(rows, stated):
+            number = partial(is_number, decimal=decimal, thousands=thousands)
+            place = stated_table(rows, find_table(rows, number), number, stated)
+            if place is not None and (place.width > 1 or said):
+                yield _Attempt(separator, decimal, thousands, rows, place)
+
+
+def _split(lines: Sequence[str], separator: str) -> list[list[str]]:
+    """Return lines as cells, as many lines as have MOST_CELLS; empty lines have none."""
+    rows: list[list[str]] = []
+    cells = 0
+    for line in lines:
+        rows.append(split(line, separator) if line.strip() else [])
+        cells += len(rows[-1])
+        if cells > MOST_CELLS and len(rows) >= FEWEST_LINES:
+            break
+    return rows
+
+
+def _marks(rows: list[list[str]], stated: TextSection) -> Iterator[tuple[str, str]]:
+    """Yield decimal marks and thousands separators that numbers may have, plain points first."""
+    for decimal in (stated.decimal,) if stated.decimal else (".", ","):
+        yield decimal, stated.thousands or ""
+    if stated.thousands is None:
+        for between, mark in sorted(
+            {found for row in rows for c in row if (found := thousands_marks(c))}
+        ):
+            other = mark or ("," if between == "." else ".")
+            if other == (stated.decimal or other):
+                yield other, between
+
+
+def _comment(lines: Sequence[str]) -> str:
+    """Return what some lines begin with that are no rows; empty where none does."""
+    for mark in COMMENTS:
+        marked = [line.lstrip().startswith(mark) for line in lines]
+        if any(marked) and not all(marked):
+            return mark
+    return ""
+
+
+def _is_no_row(line: str, comment: str) -> bool:
+    begins = line.lstrip()
+    return begins.startswith(NO_ROWS) or bool(comment and begins.startswith(comment))
+
+
+def _layout(lines: Sequence[str], best: _Attempt, comment: str, stated: TextSection) -> TextLayout:
+    place, rows = best.place, best.rows
+    header, names = place.header, [] if place.header is None else rows[place.header]
+    if header is None and comment and stated.header_line is None:
+        header, names = _commented_names(lines, best, comment)
+    if stated.names is not None:
+        names = list(stated.names)
+    names = [*names[: place.width], *[""] * (place.width - len(names))]
+    units = [] if place.units is None else rows[place.units]
+    later = any(_is_no_row(line, comment) for line in lines[place.first : len(rows)] if line)
+    return TextLayout(
+        column_names(names),
+        first=place.first,
+        header=header,
+        units_line=place.units,
+        separator=best.separator,
+        decimal=best.decimal,
+        thousands=best.thousands,
+        comment=(comment or NO_ROWS[0]) if later else "",
+        short_rows=bool(stated.short_rows),
+        units=stated_units(names, units),
+    )
+
+
+def _commented_names(
+    lines: Sequence[str], best: _Attempt, comment: str
+) -> tuple[int | None, list[str]]:
+    """Return the line and the names of a header that is written as a comment above the rows."""
+    above = [n for n in range(best.place.first) if lines[n].strip()]
+    if not above or not lines[above[-1]].lstrip().startswith(comment):
+        return None, []
+    bare = lines[above[-1]].lstrip().lstrip(comment).strip()
+    names = split(bare, best.separator)
+    if len(names) == best.place.width and not any(map(is_number, names)):
+        return above[-1], names
+    return None, []

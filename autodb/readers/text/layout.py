@@ -1,0 +1,81 @@
+"""How a text table is written, as it was detected or stated, and in words."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from autodb.files.channels import is_channel
+from autodb.readers.text.cells import SPACE, bare_unit, is_unit, unit_within
+
+WORDS = {
+    ",": "commas",
+    ";": "semicolons",
+    "\t": "tabs",
+    "|": "bars",
+    ":": "colons",
+    SPACE: "spaces",
+}
+
+
+@dataclass(frozen=True)
+class TextLayout:
+    """What is needed to read a text table, and what is shown of it.
+
+    Lines are counted from 0: ``first`` is that of the first row, ``header`` and ``units_line`` are
+    None where there is no such line. ``names``: of all columns of the file; ``units`` and
+    ``steps_s`` (of columns without stamps) by place. ``times``: the places of columns of time,
+    each of which those behind it belong to.
+    """
+
+    names: tuple[str, ...]
+    first: int = 1
+    header: int | None = 0
+    units_line: int | None = None
+    encoding: str = "utf-8"
+    separator: str = ","
+    decimal: str = "."
+    thousands: str = ""
+    comment: str = ""
+    short_rows: bool = False
+    units: dict[int, str] = field(default_factory=dict)
+    times: tuple[int, ...] = ()
+    steps_s: dict[int, float] = field(default_factory=dict)
+    title: str = ""
+
+    def __str__(self) -> str:
+        """Return what differs from a plain table; empty where nothing does."""
+        parts = [self.title] if self.title else []
+        if self.separator != ",":
+            parts.append(f"{WORDS.get(self.separator, self.separator)} between columns")
+        parts += ["decimal commas"] if self.decimal == "," else []
+        parts += [f"'{self.thousands}' between thousands"] if self.thousands else []
+        parts += [self.encoding] if self.encoding != "utf-8" else []
+        if self.header is None:
+            parts.append(
+                f"line {self.first + 1} is the first row, columns are called by their place"
+            )
+        elif self.header:
+            parts.append(f"line {self.header + 1} names the columns")
+        parts += [f"line {self.units_line + 1} has units"] if self.units_line is not None else []
+        parts += [f"lines from '{self.comment}' on left out"] if self.comment else []
+        return ", ".join(parts)
+
+
+def column_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of columns: one without a name is called by its place, others alike are counted.
+
+    Of a channel's own name none is counted: which of two is meant, no one can know. Nor is the
+    first name, which others that are alike share where each time base has its stamps.
+    """
+    found, times = [], Counter[str]()
+    for place, name in enumerate(names, start=1):
+        times[name] += 1
+        again = times[name] > 1 and not is_channel(name) and name != names[0]
+        found.append(f"{name} ({times[name]})" if name and again else name or f"column {place}")
+    return tuple(found)
+
+
+def stated_units(names: Sequence[str], row: Sequence[str]) -> dict[int, str]:
+    """Return units that a row of units states, or names in brackets, by place: ours alone."""
+    said = {place: bare_unit(cell) for place, cell in enumerate(row) if is_unit(bare_unit(cell))}
+    return {place: unit for place, name in enumerate(names) if (unit := unit_within(name))} | said

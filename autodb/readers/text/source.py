@@ -1,0 +1,141 @@
+"""Bytes of a text file, packed or not, as pieces of whole lines in UTF-8."""
+
+import codecs
+import gzip
+import lzma
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, cast
+
+from autodb.errors import UnusableInput
+
+BLOCK_BYTES = 1 << 24
+LONGEST_LINE = 1 << 24
+SAMPLE_BYTES = 1 << 16
+"""The beginning of a file that its layout is detected from, up to the end of a line. Chosen."""
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+WORKS = "use one line a row, and the same separator throughout"
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[IO[bytes]]:
+    """Open the bytes of a text file, of one in a .gz file, or of the only one in a .zip file.
+
+    Raises UnusableInput for an archive that is damaged or holds several files.
+    """
+    suffix = path.suffix.lower()
+    try:
+        if suffix == ".gz":
+            with gzip.open(path) as file:
+                yield cast("IO[bytes]", file)
+        elif suffix == ".zip":
+            with zipfile.ZipFile(path) as archive, archive.open(_only(path, archive)) as file:
+                yield file
+        else:
+            with path.open("rb") as file:
+                yield file
+    except (EOFError, OSError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as error:
+        raise UnusableInput(f"{path}: not a whole archive ({error}); pack it again") from None
+    except (NotImplementedError, RuntimeError) as error:  # another packing, a password
+        raise UnusableInput(f"{path}: cannot be unpacked ({error}); unpack it") from None
+
+
+def _only(path: Path, archive: zipfile.ZipFile) -> zipfile.ZipInfo:
+    files = [one for one in archive.infolist() if not one.is_dir()]
+    if len(files) != 1:
+        raise UnusableInput(f"{path}: {len(files)} files in it; unpack it, and give one of them")
+    return files[0]
+
+
+def encoding_of(beginning: bytes) -> tuple[str, int]:
+    """Return the encoding of a text by its first bytes, and how many of them are its mark."""
+    for mark, name in _BOMS:
+        if beginning.startswith(mark):
+            return name, len(mark)
+    if beginning[1:200:2].count(0) > 0.4 * len(beginning[1:200:2]):
+        return "utf-16-le", 0
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(beginning)
+    except UnicodeDecodeError:
+        return "cp1252", 0
+    return "utf-8", 0
+
+
+def beginning_of(path: Path) -> bytes:
+    """Return the beginning of a file, up to the end of a line where there is one."""
+    with unpacked(path) as file:
+        return file.read(SAMPLE_BYTES) + file.readline(LONGEST_LINE)
+
+
+def decoded(path: Path, text: bytes, encoding: str) -> str:
+    """Return bytes as text, but for a last letter that is cut; raises UnusableInput where they are
+    none in this encoding.
+    """
+    try:
+        return codecs.getincrementaldecoder(encoding)().decode(text)
+    except (UnicodeDecodeError, LookupError) as error:
+        raise not_text(path, encoding, error) from None
+
+
+def not_text(path: Path, encoding: str, error: Exception) -> UnusableInput:
+    """Return the line for bytes that are no text in ``encoding``."""
+    return UnusableInput(
+        f'{path}: not text in {encoding} ({error}); state encoding = "…" under [csv] in the side '
+        "file"
+    )
+
+
+def whole_lines(path: Path, encoding: str, skip: int) -> Iterator[bytes]:
+    """Yield the lines of a file but the first ``skip``, in UTF-8, in pieces that end with a line.
+
+    Raises UnusableInput for a line without an end, and bytes that are no text.
+    """
+    rest = b""
+    for block in _in_utf8(path, encoding):
+        if skip:
+            rest, skip = _below(rest + block, skip)
+            begins = rest.rfind(b"\n") + 1
+            if begins and not skip:
+                yield rest[:begins]
+                rest = rest[begins:]
+        elif cut := block.rfind(b"\n") + 1:
+            yield rest + block[:cut]
+            rest = block[cut:]
+        else:
+            rest += block
+        if len(rest) > LONGEST_LINE:
+            raise UnusableInput(f"{path}: a line of more than {LONGEST_LINE} bytes; {WORKS}")
+    if rest.strip() and not skip:
+        yield rest
+
+
+def _below(text: bytes, skip: int) -> tuple[bytes, int]:
+    """Return text without its first ``skip`` lines, and how many of them it lacked."""
+    begins = 0
+    while skip and (end := text.find(b"\n", begins) + 1):
+        begins, skip = end, skip - 1
+    return text[begins:], skip
+
+
+def _in_utf8(path: Path, encoding: str) -> Iterator[bytes]:
+    """Yield the text of a file in blocks of UTF-8, without the mark of its encoding."""
+    decoder = codecs.getincrementaldecoder(encoding)()
+    with unpacked(path) as file:
+        first = file.read(BLOCK_BYTES)
+        block = first[encoding_of(first[:SAMPLE_BYTES])[1] :]
+        while block:
+            if encoding == "utf-8":
+                yield block
+            else:
+                try:
+                    yield decoder.decode(block).encode()
+                except UnicodeDecodeError as error:
+                    raise not_text(path, encoding, error) from None
+            block = file.read(BLOCK_BYTES)

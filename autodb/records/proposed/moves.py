@@ -1,0 +1,249 @@
+"""ProposedBase channels of moves over time: names first, and the physics that speaks for them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from autodb.files.channels import is_channel, place_channel
+from autodb.records.proposed.chains import Chain, chains, nameless
+from autodb.records.proposed.motion import FOLLOWS, Array, share_followed
+from autodb.records.proposed.names import NameSays, is_time, said_by
+
+Row = tuple[str, str, str, str]
+"""Column, channel, unit and reason."""
+STEPS_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SLOWEST_HZ, FASTEST_HZ = 2.0, 2e5
+"""Rates of drive recorders and sensors lie between these. Chosen."""
+EVEN = 0.99
+"""Share of steps above zero for a column to be time. Chosen: clocks are set back now and then."""
+RATES_IN: dict[str, float] = {"mm/min": 60.0, "m/s": 1e-3, "m/min": 0.06, "um/s": 1000.0}
+"""Units of a velocity by how many times the slope of a position in mm it is."""
+NEAR = 0.1
+SPARE = ("x", "y", "z", "u", "v", "w")
+
+
+@dataclass
+class ProposedMoves:
+    """Proposals for moves, and what is missing."""
+
+    found: list[Row] = field(default_factory=list)
+    missing: tuple[str, ...] = ()
+
+    @property
+    def channels(self) -> set[str]:
+        """Channels that are proposed."""
+        return {channel for _, channel, _, _ in self.found}
+
+    def add(self, column: str, channel: str, unit: str, because: str) -> None:
+        """Propose a column where its channel is none yet."""
+        if is_channel(channel) and channel not in self.channels:
+            self.found.append((column, channel, unit, because))
+
+
+def proposed_moves(
+    numbers: Mapping[str, Array], dates: Sequence[str], units: Mapping[str, str]
+) -> ProposedMoves:
+    """Return what columns (n,) of moves may be; ``dates``: columns of moments as text."""
+    made = ProposedMoves()
+    t_s = _time(made, numbers, dates, units)
+    others = {name: values for name, values in numbers.items() if name not in _columns(made)}
+    said = {name: said_by(name) for name in others}
+    found = chains(others, said, t_s)
+    if not found:
+        free = {
+            name: v for name, v in others.items() if said[name] == NameSays(unit=said[name].unit)
+        }
+        pair = nameless(free, t_s)
+        found = [] if pair is None else [pair[0]]
+    axes = _axes(found, said)
+    for chain, axis in zip(found, axes, strict=True):
+        _add_chain(made, chain, axis, units, named=any(said[c].axis for c in chain.columns))
+    moving = {
+        axis: _velocity(others, chain, t_s) for chain, axis in zip(found, axes, strict=True) if axis
+    }
+    _add_efforts(made, others, said, units, velocities=moving, t_s=t_s)
+    _add_named(made, others, said, units)
+    _add_step(made, found)
+    made.missing = tuple(_lacking(made.channels))
+    return made
+
+
+def _add_step(made: ProposedMoves, found: Sequence[Chain]) -> None:
+    """Propose the time of a row where velocities and positions tell it, in mm/s and mm."""
+    steps = [1.0 / abs(chain.links[chain.velocity][1].factor) for chain in found if chain.velocity]
+    if "t" in made.channels or not steps:
+        return
+    step_s = float(np.median(steps))
+    alike = max(abs(step / step_s - 1.0) for step in steps) < NEAR
+    if alike:
+        why = "velocities are the slopes of positions if a row takes this long"
+        made.found.insert(0, ("*", "t", f"{step_s:.3g}", why))
+
+
+def _columns(made: ProposedMoves) -> set[str]:
+    return {column for column, _, _, _ in made.found}
+
+
+def _time(
+    made: ProposedMoves,
+    numbers: Mapping[str, Array],
+    dates: Sequence[str],
+    units: Mapping[str, str],
+) -> Array:
+    """Propose the column of time, and return it in s; rows where there is none."""
+    if dates:
+        made.add(dates[0], "t", "", "moments written as dates")
+    rising = [name for name, values in numbers.items() if rises(values)]
+    named = [name for name in rising if name == "t" or is_time(name)]
+    even = sorted(
+        (name for name in rising if steps_evenly(numbers[name])),
+        key=lambda name: float(np.median(np.diff(numbers[name]))) == 1.0,
+    )
+    choice = (named or even)[:1]
+    if not choice or dates:
+        return np.arange(len(next(iter(numbers.values()), ())), dtype=np.float64)
+    (name,) = choice
+    step = float(np.median(np.diff(numbers[name])))
+    unit = units.get(name) or _unit_of_steps(step)
+    counted = step == 1.0 and not named
+    if counted:
+        return numbers[name]
+    rate = f"{1.0 / (step * STEPS_S.get(unit, 1.0)):.4g} Hz"
+    why = "its name, and it rises" if named else "it rises by even steps"
+    made.add(name, "t", "" if unit == "s" else unit, f"{why}: {rate}")
+    return numbers[name] * STEPS_S.get(unit, 1.0)
+
+
+def rises(values: Array) -> bool:
+    """Say whether nearly all steps of a column (n,) go up."""
+    steps = np.diff(values)
+    return len(steps) > 1 and bool(np.isfinite(values).all()) and float(np.mean(steps > 0)) >= EVEN
+
+
+def steps_evenly(values: Array) -> bool:
+    """Say whether nearly all steps of a rising column (n,) are about alike."""
+    steps = np.diff(values)
+    return float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)) >= EVEN
+
+
+def _unit_of_steps(step: float) -> str:
+    """Return the unit in which a step makes a rate that recorders have."""
+    able = (u for u, s in STEPS_S.items() if SLOWEST_HZ <= 1.0 / (step * s) <= FASTEST_HZ)
+    return next(able, "s")
+
+
+def _axes(found: Sequence[Chain], said: Mapping[str, NameSays]) -> list[str]:
+    """Return the axis of each chain: as names say, else the next letter that is free."""
+    named = [next((a for c in chain.columns if (a := said[c].axis)), "") for chain in found]
+    free = (letter for letter in SPARE if letter not in named)
+    return [axis or next(free, "") for axis in named]
+
+
+def _add_chain(
+    made: ProposedMoves, chain: Chain, axis: str, units: Mapping[str, str], *, named: bool
+) -> None:
+    guess = "" if named else "; which axis it is no number says"
+    ends = {chain.place: place_channel(axis), chain.velocity: f"{axis}.velocity",
+            chain.acceleration: f"{axis}.acceleration"}  # fmt: skip
+    if axis == "spindle":
+        ends = {chain.place: "spindle.angle", chain.velocity: "spindle.speed"}
+    followed = chain.links.get(chain.velocity)
+    why = "its name" if named else "another column follows its motion"
+    why = why if followed is None else f"'{chain.velocity}' is its slope"
+    made.add(chain.place, ends[chain.place], units.get(chain.place, ""), why + guess)
+    for column in (chain.velocity, chain.acceleration):
+        if column and column in ends:
+            of, link = chain.links[column]
+            times = "" if abs(link.factor - 1.0) < NEAR else f" times {link.factor:.3g}"
+            unit = units.get(column, "") or _unit_of_rate(link.factor, column == chain.velocity)
+            why = f"d('{of}')/dt{times}, correlation {link.correlation:.3f}"
+            made.add(column, ends[column], unit, why + guess)
+
+
+def _unit_of_rate(factor: float, is_velocity: bool) -> str:
+    if not is_velocity:
+        return ""
+    able = (unit for unit, times in RATES_IN.items() if abs(abs(factor) / times - 1.0) < NEAR)
+    return next(able, "")
+
+
+def _add_efforts(
+    made: ProposedMoves,
+    columns: Mapping[str, Array],
+    said: Mapping[str, NameSays],
+    units: Mapping[str, str],
+    *,
+    velocities: Mapping[str, Array],
+    t_s: Array,
+) -> None:
+    """Propose the efforts that follow a motion most, those whose names say so first.
+
+    ``velocities``: by axis.
+    """
+    shares: list[tuple[float, str, str, str]] = []
+    for name in columns:
+        says = said[name]
+        if name in _columns(made) or says.quantity not in ("current", "torque", "force", ""):
+            continue
+        if not np.isfinite(columns[name]).all():
+            continue
+        follows = {a: share_followed(columns[name], v, t_s) for a, v in velocities.items()}
+        best = max(follows, key=lambda a: follows[a], default="")
+        if best and follows[best] >= FOLLOWS and says.axis in ("", best):
+            why = f"it follows the motion of {best}: {100 * follows[best]:.0f} % of its variance"
+            shares.append((follows[best], name, best, why))
+    for _, name, axis, why in sorted(shares, key=lambda one: (not said[one[1]].quantity, -one[0])):
+        quantity = said[name].quantity or "current"
+        ending = {"torque": "drive_torque", "force": "drive_force"}.get(quantity, "current")
+        guess = "" if said[name].quantity else "; current, torque or force no number says"
+        made.add(name, f"{axis}.{ending}", units.get(name, ""), why + guess)
+
+
+def _velocity(columns: Mapping[str, Array], chain: Chain, t_s: Array) -> Array:
+    if chain.velocity:
+        return columns[chain.velocity]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.gradient(columns[chain.place], t_s), dtype=np.float64)
+
+
+def _add_named(
+    made: ProposedMoves,
+    columns: Mapping[str, Array],
+    said: Mapping[str, NameSays],
+    units: Mapping[str, str],
+) -> None:
+    """Propose what names alone say."""
+    for name in columns:
+        if name in _columns(made) or said[name].commanded or said[name].foreign:
+            continue
+        channel = name if is_channel(name) else _channel(said[name])
+        if channel:
+            moved = channel.endswith(".current") and channel[0] in SPARE
+            doubt = "; no motion of that axis speaks for it" if moved else ""
+            made.add(name, channel, units.get(name, ""), f"its name{doubt}")
+
+
+def _channel(says: NameSays) -> str:
+    """Return the channel that a name says; empty where it says too little."""
+    axis, quantity = says.axis, says.quantity
+    if quantity == "force":
+        return f"force.{axis}" if axis in ("x", "y", "z") else ""
+    if axis == "spindle":
+        return {"velocity": "spindle.speed", "current": "spindle.current",
+                "power": "spindle.power", "torque": "torque.spindle", "angle": "spindle.angle",
+                "temperature": "spindle.temperature"}.get(quantity, "")  # fmt: skip
+    ending = {"torque": "drive_torque"}.get(quantity, quantity)
+    return f"{axis}.{ending}" if axis and is_channel(f"{axis}.{ending}") else ""
+
+
+def _lacking(channels: set[str]) -> Iterator[str]:
+    if "t" not in channels:
+        yield 'every command: time; state "t" = {row_in = "*", step_s = …} if rows are even'
+    axes = {c.partition(".")[0] for c in channels if c.endswith((".position", ".velocity"))}
+    driven = {c.partition(".")[0] for c in channels if c.endswith((".current", "drive_torque"))}
+    driven |= {c.partition(".")[0] for c in channels if c.endswith("drive_force")}
+    if not axes & driven:
+        yield "identify and explain: an axis with its position and its current, torque or force"
+    if not {"force.x", "force.y", "force.z"} & channels:
+        yield "calibrate: a measured force, or the cuts of a protocol"
