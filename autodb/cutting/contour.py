@@ -16,8 +16,9 @@ axis, and those steeper than 45°, away from the chuck, that begin outside the s
 into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
 ``edge_mm`` refuses both.
 
-The edge is taken as square to the axis (κ_r = 90°). So an allowance on a shoulder is met in the run
-towards it, over the shoulder's height, and none is left for the way out along it; and on a round
+``lean`` is how far the edge leans back from its tip, tan(κ_r − 90°): of a shoulder's allowance a,
+the run towards it then meets a / lean of its height at the most, as far as the edge reaches. At 0
+the edge is square to the axis, and meets all of the shoulder at once. On a round
 end under an even allowance a depth is less than the allowance the nearer its path is to square: on
 a radius of 10 a, by 4 % at 45°, 11 % at 60°, 45 % at 80°. Turning from outside only.
 Source: geometry, derived here.
@@ -39,6 +40,8 @@ Array = NDArray[np.float64]
 
 LONGEST_M = 500.0
 """How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm takes some 160 bytes."""
+SQUARE_SHARE = 1e-9
+"""A direction's cosine off 1 by less is along the axis: rounding."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
 
@@ -79,6 +82,7 @@ def engagement(
     source: str,
     step_mm: float = 0.05,
     edge_mm: float = np.inf,
+    lean: float = 0.0,
 ) -> tuple[ContourEngagement, Stock]:
     """Return the engagement along moves, steps of at most ``step_mm``, and the stock they leave.
 
@@ -87,21 +91,52 @@ def engagement(
     plunge that a radius over z cannot hold, of G96 without a limit that reaches the axis, and where
     nothing moves at a feed, or moves go farther than ``LONGEST_M``.
     """
-    _refuse_farther(moves, source)
-    cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
     if not any(isinstance(move, Linear | Arc) for move in moves):
         raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
-    at_mm = np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
-    stock = stock.divided(at_mm, cell_mm=step_mm)
+    stock = stock.divided(piece_ends_mm(moves, step_mm=step_mm), cell_mm=step_mm)
+    rows, after = engaged_moves(
+        moves, stock, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean
+    )
+    return joined(rows), after
+
+
+def piece_ends_mm(moves: Sequence[Move], *, step_mm: float) -> Array:
+    """Return where the pieces of moves begin and end along the axis, (n,), mm."""
+    cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
+    return np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
+
+
+def engaged_moves(
+    moves: Sequence[Move],
+    stock: Stock,
+    *,
+    source: str,
+    step_mm: float,
+    edge_mm: float = np.inf,
+    lean: float = 0.0,
+    mirror_mm: float | None = None,
+) -> tuple[list[ContourEngagement], Stock]:
+    """Return the engagement of each piece of moves that feeds, and the stock they leave.
+
+    The stock is divided at the pieces' ends already. ``mirror_mm``: moves and stock are mirrored
+    about this radius, and the rows are not. Raises as `engagement`.
+    """
+    _refuse_farther(moves, source)
     rows: list[ContourEngagement] = []
-    for piece in cut:
+    before: Piece | None = None
+    for piece in (piece for move in moves for piece in pieces(move, step_mm=step_mm)):
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source)
+            before = None
             continue
-        depth_mm, outer_mm, stock = _met(piece, stock, source)
+        depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
+        cuts = bool(np.any(depth_mm > TOUCH_MM))
+        if cuts:
+            _refuse_inwards(piece, before, source)
+        before = piece if cuts else None
         _refuse_deeper(piece, depth_mm, edge_mm, source)
-        rows.append(_row(piece, depth_mm, outer_mm, source))
-    return _joined(rows), stock
+        rows.append(engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
+    return rows, stock
 
 
 def _refuse_farther(moves: Sequence[Move], source: str) -> None:
@@ -115,12 +150,12 @@ def _refuse_farther(moves: Sequence[Move], source: str) -> None:
             )
 
 
-def _met(piece: Piece, stock: Stock, source: str) -> tuple[Array, Array, Stock]:
+def _met(piece: Piece, stock: Stock, source: str, lean: float) -> tuple[Array, Array, Stock]:
     """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it."""
     plunges = piece.steep_inwards and _begins_outside(piece, stock)
     if piece.steep_inwards and (piece.square or (plunges and piece.away)):
         return _facing(piece, stock)
-    depth_mm, outer_mm, after = _beside(piece, stock)
+    depth_mm, outer_mm, after = _beside(piece, stock, lean)
     if plunges and np.any(depth_mm > TOUCH_MM):
         raise UnusableInput(
             f"{source}: line {piece.move.line}: this move enters the stock inwards and towards "
@@ -134,9 +169,10 @@ def _begins_outside(piece: Piece, stock: Stock) -> bool:
     return bool(stock.radius_mm(np.array([ahead_mm]))[0] <= piece.x_mm[0] + TOUCH_MM)
 
 
-def _beside(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:
+def _beside(piece: Piece, stock: Stock, lean: float) -> tuple[Array, Array, Stock]:
     x_mm = np.abs(piece.middle_x_mm)
-    thick_mm = np.maximum(stock.radius_mm(piece.middle_z_mm) - x_mm, 0.0)
+    leans = 0.0 if piece.away else lean
+    thick_mm = stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans) - x_mm
     rising = slice(None) if piece.away else slice(None, None, -1)
     after = stock.turned(piece.z_mm[rising], np.abs(piece.x_mm[rising]))
     depth_mm = thick_mm * np.abs(piece.along_z)
@@ -166,34 +202,62 @@ def _refuse_inside(piece: Piece, stock: Stock, source: str) -> None:
         )
 
 
+def _refuse_inwards(piece: Piece, before: Piece | None, source: str) -> None:
+    """Raise UnusableInput for a cut inwards from a surface that this tool has just turned.
+
+    All that it has turned would lie in its way: so a bar does that bores, or a blade.
+    """
+    turned = before is not None and before.along_z[0] < -1.0 + SQUARE_SHARE
+    if turned and piece.square and piece.steep_inwards:
+        raise UnusableInput(
+            f"{source}: line {piece.move.line}: this cuts inwards from the surface that was just "
+            "turned, as in a bore or a groove; state the kind of this tool"
+        )
+
+
 def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -> None:
     if np.any(depth_mm > edge_mm):
         raise UnusableInput(
             f"{source}: line {piece.move.line}: {depth_mm.max():.3f} mm deep, more than the "
-            f"edge's {edge_mm:g} mm (a groove, a bore, or other stock than this?); cut shallower"
+            f"edge's {edge_mm:g} mm (a groove, a bore, or other stock than this?); state the kind "
+            "of this tool, or cut shallower"
         )
 
 
-def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> ContourEngagement:
-    """Return the rows of a piece, with path and time counted from its start."""
+def engagement_rows(
+    piece: Piece,
+    depth_mm: Array,
+    outer_mm: Array,
+    source: str,
+    *,
+    mirror_mm: float | None = None,
+) -> ContourEngagement:
+    """Return the rows of a piece, with path and time counted from its start.
+
+    Raises UnusableInput where G96 has no limit and reaches the axis.
+    """
     move = piece.move
+    ends_mm, x_mm, along_x = piece.x_mm, piece.middle_x_mm, piece.along_x
+    if mirror_mm is not None:
+        ends_mm, x_mm, along_x = mirror_mm - ends_mm, mirror_mm - x_mm, -along_x
+        outer_mm = x_mm
     assert not isinstance(move, Rapid)
     speed = move.speed
     endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
-    if endless and np.any(piece.x_mm <= 0):
+    if endless and np.any(ends_mm <= 0):
         raise UnusableInput(
             f"{source}: line {move.line}: G96 reaches the axis without a speed limit; state G50 "
             "S, G92 S or LIMS before it"
         )
-    rpm = speed.at_rpm(piece.middle_x_mm)
+    rpm = speed.at_rpm(x_mm)
     feed_mm_rev = move.feed.mm_rev(rpm)
     step_s = 60.0 * piece.step_mm / (feed_mm_rev * rpm)
     return ContourEngagement(
         path_mm=np.cumsum(piece.step_mm) - piece.step_mm / 2,
         step_mm=piece.step_mm,
-        x_mm=piece.middle_x_mm,
+        x_mm=x_mm,
         z_mm=piece.middle_z_mm,
-        along_x=piece.along_x,
+        along_x=along_x,
         along_z=piece.along_z,
         depth_mm=depth_mm,
         outer_mm=outer_mm,
@@ -205,7 +269,7 @@ def _row(piece: Piece, depth_mm: Array, outer_mm: Array, source: str) -> Contour
     )
 
 
-def _joined(rows: Sequence[ContourEngagement]) -> ContourEngagement:
+def joined(rows: Sequence[ContourEngagement]) -> ContourEngagement:
     """Return all rows as one, path and time counted on."""
     names = [field.name for field in fields(ContourEngagement)]
     joined = {name: np.concatenate([getattr(row, name) for row in rows]) for name in names}

@@ -69,6 +69,30 @@ class Stock:
         share = np.divide(least[before] - x_mm, drop, out=np.zeros_like(x_mm), where=drop > 0)
         return np.where(out > 0, places[before] + share * (places[out] - places[before]), z_mm)
 
+    def edge_mm(self, z_mm: Array, x_mm: Array, *, lean: float) -> Array:
+        """Return up to which radius an edge is in the stock, its tip at z and x, (n,), mm.
+
+        The edge leans back by ``lean``, mm along the axis for one of radius: it leaves the stock at
+        the first r above x with R(z + lean (r − x)) ≤ r, and within the last cell at its far end.
+        """
+        outer = np.maximum(self.radius_mm(z_mm), x_mm)
+        if lean <= 0.0:
+            return outer
+        found, begins = np.full_like(x_mm, np.nan), x_mm.copy()
+        cell = np.searchsorted(self.edges_mm, z_mm, side="right") - 1
+        for ahead in range(self.low_mm.size):
+            at = cell + ahead
+            inside = (at >= 0) & (at < self.low_mm.size)
+            here = np.clip(at, 0, self.low_mm.size - 1)
+            radius = np.where(inside, self.high_mm[here], np.where(at < 0, self.behind_mm, 0.0))
+            ends = x_mm + np.maximum(self.edges_mm[here + 1] - z_mm, 0.0) / lean
+            leaves = np.isnan(found) & ((ends >= radius) | ~inside)
+            found[leaves] = np.clip(np.maximum(radius, begins), x_mm, outer)[leaves]
+            begins = ends
+            if not np.isnan(found).any():
+                break
+        return np.where(np.isnan(found), outer, found)
+
     def turned(self, z_mm: Array, x_mm: Array) -> "Stock":
         """Return the stock with its radius lowered to x along z, both (m,), z rising, on edges."""
         first, last = np.searchsorted(self.edges_mm, [z_mm[0], z_mm[-1]])

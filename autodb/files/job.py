@@ -7,7 +7,7 @@ from math import atan2, degrees, pi
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, PositiveInt, model_validator
 from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
@@ -16,8 +16,9 @@ from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
 
 Operation = Literal[
-    "turn", "face", "taper", "contour", "slot", "side-up", "side-down", "ramp", "pocket", "drill"
-]
+    "turn", "face", "taper", "contour", "bore", "groove", "thread",
+    "slot", "side-up", "side-down", "ramp", "pocket", "drill",
+]  # fmt: skip
 OPERATIONS: tuple[str, ...] = get_args(Operation)
 SPEEDS = ("speed_rpm", "speed_m_min")
 ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
@@ -45,6 +46,9 @@ KEYS = {
     "face": Keys("turning_insert", _TURNED, ("end_diameter_mm",)),
     "taper": _PROFILE,
     "contour": _PROFILE,
+    "bore": Keys("turning_insert", _TURNED),
+    "groove": Keys("turning_insert", ("diameter_mm", "width_mm", "feed_mm_rev")),
+    "thread": Keys("turning_insert", (*_TURNED, "width_mm")),
     "slot": Keys("end_mill", _MILLED, ("direction_deg",)),
     "side-up": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
     "side-down": Keys("end_mill", (*_MILLED, "width_mm"), ("direction_deg",)),
@@ -52,7 +56,18 @@ KEYS = {
     "pocket": Keys("end_mill", (*_MILLED, "width_mm", "pocket_diameter_mm"), ("direction_deg",)),
     "drill": Keys("drill", ("feed_mm_rev",)),
 }
-"""Keys of a cut by its operation; a mill or drill has its diameter from the tool."""
+"""Keys of a cut by its operation; a mill or drill has its diameter from the tool. The feed of a
+thread is its pitch, its depth that of the pass, its width the height of the V after it."""
+MOST_CUT: Mapping[ToolKind, Mapping[str, float]] = {
+    "turning_insert": {"depth_mm": 30.0, "feed_mm_rev": 5.0},
+    "end_mill": {"depth_mm": 200.0, "feed_mm_tooth": 5.0},
+    "drill": {"feed_mm_rev": 5.0},
+}
+"""What a cut of a kind of tool goes beyond only by a slip of the unit. Chosen: the longest edges of
+ISO 1832's inserts cut some 20 mm deep, heavy roughing feeds by 2 mm, drills by 1 mm a revolution,
+mills of high feed by 3 mm a tooth."""
+MOST_PITCH_MM = 25.0
+"""The same of a thread's pitch. Chosen: trapezoidal threads of machines have up to 24 mm."""
 
 
 LEAST = 1e-6
@@ -122,6 +137,18 @@ class JobCut(Section):
                 f"operation '{self.operation}' has no {' or '.join(unknown)}; it takes "
                 f"{', '.join((*keys.needs, *keys.may))}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _plausible(self) -> "JobCut":
+        for key, most in MOST_CUT[KEYS[self.operation].kind].items():
+            value = getattr(self, key)
+            limit = MOST_PITCH_MM if (self.operation, key) == ("thread", "feed_mm_rev") else most
+            if value is not None and value > limit:
+                raise ValueError(
+                    f"{key} {value:g} is beyond what a tool of operation '{self.operation}' cuts; "
+                    f"use at most {limit:g}"
+                )
         return self
 
     @model_validator(mode="after")
@@ -222,17 +249,53 @@ def _either(*keys: str) -> JsonDict:
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
+OTHERS = "other"
+"""Of a program's tools, what those are that are not named."""
+
+
+_NEEDS = {"grooving": "width_mm", "drill": "diameter_mm", "end_mill": "diameter_mm"}
+
+
+class ProgramTool(Section):
+    """A tool of a program: what it does, and what of its shape decides its engaged edge.
+
+    ``edge_mm``: the longest depth it cuts; ``kappa_deg``: its entering angle; ``width_mm`` of a
+    blade, whose programmed ``corner`` is that towards the chuck or that away from it;
+    ``diameter_mm`` of a drill or a mill, which has ``teeth``, ``corner_radius_mm``, ``helix_deg``.
+    """
+
+    kind: Literal["outside", "boring", "grooving", "threading", "drill", "end_mill"] = "outside"
+    edge_mm: Across | None = None
+    kappa_deg: Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)] | None = None
+    width_mm: Across | None = None
+    corner: Literal["chuck", "away"] = "chuck"
+    diameter_mm: Diameter | None = None
+    teeth: PositiveInt | None = None
+    corner_radius_mm: NotNegative | None = None
+    helix_deg: Finite | None = None
+
+    @model_validator(mode="after")
+    def _what_its_kind_needs(self) -> "ProgramTool":
+        needs = _NEEDS.get(self.kind)
+        if needs is not None and getattr(self, needs) is None:
+            raise ValueError(f"a tool of kind '{self.kind}' needs {needs}")
+        return self
+
+
 class JobProgram(Section):
-    """A turning program in place of cuts, and the stock that it meets.
+    """A program in place of cuts, and the stock that it meets: a lathe's, or a mill's block.
 
     ``file``: in a job file relative to it. The stock is a bar, ``stock_diameter_mm``, with its face
     at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
-    and diameter, mm; behind the first the stock goes on. ``units`` and ``diameter``: how the
+    and diameter, mm; behind the first the stock goes on; or ``block_mm``: lowest and
+    highest x, y and z of a block, and the program is a mill's. ``units`` and ``diameter``: how the
     program is read where it does not say; left out: as the machine file says. ``sha256``: of the
-    program's file; another one is refused.
+    program's file; another one is refused. ``control``: for which it is written, left out: as its
+    words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
+    what the program calls them (``0303``, or ``3``), ``other`` of all others.
     """
 
-    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock"))
+    model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock", "block_mm"))
 
     file: str
     stock_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
@@ -240,14 +303,29 @@ class JobProgram(Section):
     stock: tuple[tuple[Coordinate, EndDiameter], ...] | None = Field(
         default=None, exclude_if=is_none
     )
+    block_mm: (
+        tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate] | None
+    ) = Field(default=None, exclude_if=is_none)
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None
+    control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "sinumerik"] | None = Field(
+        default=None, exclude_if=is_none
+    )
+    bore_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
+    tools: dict[str, ProgramTool] = Field(default_factory=dict, exclude_if=lambda tools: not tools)
 
     @model_validator(mode="after")
     def _one_stock(self) -> "JobProgram":
-        if (self.stock_diameter_mm is None) == (self.stock is None):
-            raise ValueError("give either stock_diameter_mm (a bar) or stock, and only one of them")
+        given = [self.stock_diameter_mm, self.stock, self.block_mm]
+        if sum(one is not None for one in given) != 1:
+            raise ValueError(
+                "give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no other"
+            )
+        if self.block_mm is not None:
+            x0, x1, y0, y1, z0, z1 = self.block_mm
+            if x0 >= x1 or y0 >= y1 or z0 >= z1:
+                raise ValueError("block_mm: state [x_low, x_high, y_low, y_high, z_low, z_high]")
         if self.stock is None:
             return self
         if self.stock_face_mm is not None:

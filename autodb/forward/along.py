@@ -8,13 +8,26 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.forward.course import OverTime, over_time
+from autodb.forward.job_cuts import turn_peaks
 from autodb.forward.prediction import PredictedCut, ToolOf, not_read
-from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, RPM, SPEED, Conditions
+from autodb.pairs.engaged import (
+    BAND_HIGH,
+    BAND_LOW,
+    BANDS,
+    BY_NAME,
+    DEPTH,
+    FEED,
+    RPM,
+    SPEED,
+    Conditions,
+)
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import PairPosterior
 
 Array = NDArray[np.float64]
 
+TOGETHER = 40
+"""Lines that are worked out at once. Chosen: their steps then take some 100 MB."""
 PEAKED = 3.0
 """Largest over mean of a line from which it is spoken of. Chosen."""
 
@@ -26,7 +39,7 @@ class ProgramLine:
     ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
     time, ``extremes``: those where the chip is largest in it; ``widest``: those at the line's
     largest diameter, ``ends``: where it begins and where it ends to cut. ``fastest_rpm`` of the
-    spindle along it.
+    spindle along it; ``numbers``: of its own tool, None where that is the job's.
     """
 
     name: str
@@ -38,6 +51,7 @@ class ProgramLine:
     ends: tuple[Conditions, Conditions]
     widest: Conditions
     fastest_rpm: float
+    numbers: Mapping[str, float] | None = None
 
     def ranges(self, _tool_diameter_mm: float | None = None) -> Mapping[str, tuple[float, float]]:
         """Return mean and largest depth and feed, by channel: a tool enters from depth 0."""
@@ -58,15 +72,23 @@ def predict_lines(
     Raises UnusableInput naming ``source`` and the line that the tool cannot cut.
     """
     found: dict[int, PredictedCut] = {}
-    for name in dict.fromkeys(line.operation for line in lines):
-        some = [line for line in lines if line.operation == name]
+    for name, numbers in dict.fromkeys((one.operation, _key(one)) for one in lines):
+        alike = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
+        for at in range(0, len(alike), TOGETHER):
+            some = alike[at : at + TOGETHER]
 
-        def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
-            return _cuts(tool, some, rows, source)
+            def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
+                return _cuts(tool, some, rows, source)
 
-        for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-            found[line.number] = _predicted(posterior, line, its)
-    return tuple(found[line.number] for line in lines)
+            for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
+                whole = _predicted(posterior, line, its)
+                mills = name in BANDS
+                found[id(line)] = _in_turns(whole, posterior, tool, line) if mills else whole
+    return tuple(found[id(line)] for line in lines)
+
+
+def _key(line: ProgramLine) -> tuple[tuple[str, float], ...]:
+    return tuple((line.numbers or {}).items())
 
 
 def _cuts(
@@ -74,7 +96,7 @@ def _cuts(
 ) -> PairCuts:
     operation = BY_NAME[lines[0].operation]
     try:
-        return operation.cuts(tool.numbers, rows, called=tool.name)
+        return operation.cuts(lines[0].numbers or tool.numbers, rows, called=tool.name)
     except UnusableInput as error:
         raise UnusableInput(f"{source}: line {_refused(tool, lines)}: {error}") from error
 
@@ -84,11 +106,23 @@ def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
     for line in lines[:-1]:
         try:
             BY_NAME[line.operation].cuts(
-                tool.numbers, [*line.steps, *line.extremes], called=tool.name
+                line.numbers or tool.numbers,
+                [*line.steps, *line.extremes],
+                called=tool.name,
             )
         except UnusableInput:
             return line.number
     return lines[-1].number
+
+
+def _in_turns(
+    cut: PredictedCut, posterior: PairPosterior, tool: ToolOf, line: ProgramLine
+) -> PredictedCut:
+    """Return a mill's line with the peaks within a turn where its chip is largest."""
+    most = max(line.extremes, key=lambda row: row[DEPTH] * (row[BAND_HIGH] - row[BAND_LOW]))
+    its = ToolOf(tool.name, line.numbers or tool.numbers)
+    peaks = turn_peaks(posterior, its, line.operation, most)
+    return replace(cut, peaks=replace(peaks, speed_rpm=line.fastest_rpm), start=None, end=None)
 
 
 def _predicted(posterior: PairPosterior, line: ProgramLine, its: OverTime) -> PredictedCut:
@@ -119,6 +153,6 @@ def peaked(cuts: Sequence[PredictedCut]) -> Iterator[str]:
         if times > PEAKED:
             yield (
                 f"cut {number} '{cut.name}': its largest torque is {times:.1f} times its mean; "
-                "the model takes the edge as square to the axis, so it meets the allowance of a "
-                "shoulder all at once"
+                "a shoulder or a step is met within a short "
+                "part of its way"
             )

@@ -75,7 +75,7 @@ def _steady(
     means = intervals(expected, operation=operation.name, known=known)
     for cut, row, mean in zip(cuts, rows, means, strict=True):
         mills = cut.operation in BANDS
-        peaks = _peaks(posterior, tool, cut.operation, row) if mills else None
+        peaks = turn_peaks(posterior, tool, cut.operation, row) if mills else None
         yield _predicted(posterior, cut, row, mean, peaks=peaks)
 
 
@@ -139,7 +139,9 @@ def _changing(
         yield replace(whole, start=its.start, end=its.end)
 
 
-def _peaks(posterior: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions) -> Peaks:
+def turn_peaks(
+    posterior: PairPosterior, tool: ToolOf, operation: str, conditions: Conditions
+) -> Peaks:
     """Return a mill's peaks: each component at the moment where it is largest."""
     assumed = tools.end_mill_of(tool.numbers)
     cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])

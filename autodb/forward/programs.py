@@ -1,11 +1,9 @@
 """A turning program as cuts: every line that cuts, in steps along which its engagement holds.
 
 A line's steps are those in which it cuts; its way through air counts for neither mean nor time.
-Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -13,45 +11,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import turning
-from autodb.cutting.contour import TOUCH_MM, ContourEngagement, engagement
+from autodb.cutting.contour import TOUCH_MM, ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
+from autodb.cutting.tools import FOLLOWS_DEG
+from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
-from autodb.files.checksums import checksum
-from autodb.files.job import LEAST, JobProgram
+from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
-from autodb.nc.reading import Arc, CuttingSpeed, Move, PerRev, Rapid, program_text, turning_program
-from autodb.nc.reading.blocks import blocks
-from autodb.pairs.engaged import DEPTH, DIAMETER, DIRECTION, FEED, RPM, SPEED, Conditions
+from autodb.forward.line_parts import (
+    Followed,
+    lines_joined,
+    part_begins,
+    program_of_job,
+    step_conditions,
+)
+from autodb.forward.mill_programs import follow_mill
+from autodb.nc.reading import (
+    Arc,
+    CuttingSpeed,
+    Linear,
+    Move,
+    PerRev,
+    Rapid,
+    line_texts,
+    turning_program,
+)
+from autodb.pairs.engaged import (
+    DEPTH,
+    DIAMETER,
+    DIRECTION,
+    FEED,
+    RPM,
+    SPEED,
+    WIDTH,
+    Conditions,
+)
 
 Array = NDArray[np.float64]
 
-MOST = 32
-"""Steps of a line beyond which they are joined. Chosen: means of cones and arcs are off by less
-than 0.1 % of what all steps give (a test)."""
-ALIKE = 1e-6
-"""Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
-
-
-@dataclass(frozen=True)
-class Followed:
-    """A program followed through its stock: the lines that cut, and how long it feeds, s.
-
-    ``tools``: what the program calls the tools that cut.
-    """
-
-    source: str
-    sha256: str
-    lines: tuple[ProgramLine, ...]
-    fed_s: float
-    tools: tuple[str, ...]
-
-    @property
-    def cutting_s(self) -> float:
-        """How long the lines cut, s."""
-        return float(sum(line.time_s.sum() for line in self.lines))
 
 
 def follow(
@@ -62,32 +62,58 @@ def follow(
     Raises UnusableInput naming the program's file, its line and word, where it is not read, its
     tool does what the engagement refuses, or nothing is cut.
     """
+    if asked.block_mm is not None:
+        return follow_mill(asked, units=units)
     path = Path(asked.file)
-    text = program_text(path)
-    found = checksum(path)
-    if asked.sha256 not in (None, found):
-        raise UnusableInput(
-            f"{path}: is not the program of this job, its sha256 is {found}; use the file with "
-            f"{asked.sha256}"
-        )
+    text, found = program_of_job(asked)
     inches = (asked.units or units or "mm") == "inch"
-    by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), True)
-    program = turning_program(text, source=str(path), diameter=by_diameter, inch=inches)
+    by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
+    program = turning_program(
+        text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control
+    )
     for move in program.moves:
         _refuse_beyond(move, str(path))
-    done, _ = engagement(program.moves, stock_of(asked), source=str(path))
-    said = {
-        block.line: " ".join(word.text for word in block.words if word.name != "N")
-        for block in blocks(text, source=str(path))
-    }
-    moves = {move.line: move for move in program.moves}
-    lines = tuple(_lines(done, moves, said, str(path)))
+    done = _worked(program.moves, asked, str(path))
+    said = line_texts(text, source=str(path))
+    arcs = frozenset(move.line for move in program.moves if isinstance(move, Arc))
+    lines = tuple(_lines(done, arcs, said, str(path)))
     if not lines:
         raise UnusableInput(
             f"{path}: the program cuts no stock; state a stock that reaches beyond the path"
         )
-    tools = dict.fromkeys(moves[line.number].tool or "" for line in lines)
-    return Followed(str(path), found, lines, float(_step_s(done).sum()), tuple(filter(None, tools)))
+    cuts = {line.number for line in lines}
+    tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
+    fed_s = float(_step_s(done.steps).sum())
+    return Followed(
+        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3, program.notes
+    )
+
+
+def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:
+    """Return a program's engagement with the stock and the tools that a job states."""
+    tools: dict[str | None, WorkTool] = {
+        None: _work_tool(asked.tools.get(OTHERS, ProgramTool())),
+        **{name: _work_tool(tool) for name, tool in asked.tools.items()},
+    }
+    work = solid(stock_of(asked), bore_mm=0.5 * (asked.bore_diameter_mm or 0.0))
+    return worked(moves, work, tools, source=source)
+
+
+def _work_tool(tool: ProgramTool) -> WorkTool:
+    """Return a tool as engagement sees it; an edge of unknown angle follows up a shoulder."""
+    if tool.kind == "end_mill":
+        raise UnusableInput(
+            "a lathe's tool of kind 'end_mill'; state block_mm for a mill's program"
+        )
+    leans_deg = FOLLOWS_DEG if tool.kappa_deg is None else tool.kappa_deg - 90.0
+    return WorkTool(
+        kind=tool.kind,
+        edge_mm=tool.edge_mm or DEEPEST_MM,
+        lean=float(np.tan(np.radians(np.clip(leans_deg, 0.0, 80.0)))),
+        width_mm=tool.width_mm,
+        towards_chuck=tool.corner == "away",
+        diameter_mm=tool.diameter_mm,
+    )
 
 
 def stock_of(asked: JobProgram) -> Stock:
@@ -105,7 +131,7 @@ def _refuse_beyond(move: Move, source: str) -> None:
     if not isinstance(move, Rapid):
         feed, speed = move.feed, move.speed
         if isinstance(feed, PerRev):
-            stated.append(("a feed", "mm/rev", feed.mm, LEAST, "cutting.feed"))
+            _refuse_feed(move, feed.mm, source)
         else:
             stated.append(("a feed", "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
         if isinstance(speed, CuttingSpeed):
@@ -121,10 +147,22 @@ def _refuse_beyond(move: Move, source: str) -> None:
             )
 
 
+def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
+    """Raise UnusableInput for a feed a revolution that is a slip of the unit."""
+    thread = isinstance(move, Linear) and move.thread
+    most = MOST_PITCH_MM if thread else MOST_CUT["turning_insert"]["feed_mm_rev"]
+    if not LEAST <= mm_rev <= most:
+        raise UnusableInput(
+            f"{source}: line {move.line}: a feed of {mm_rev:g} mm/rev is beyond what a tool cuts "
+            f"with; use {LEAST:g} to {most:g}, or G94 or G98 for mm/min"
+        )
+
+
 def _lines(
-    done: ContourEngagement, moves: Mapping[int, Move], said: Mapping[int, str], source: str
+    found: Worked, arcs: frozenset[int], said: Mapping[int, str], source: str
 ) -> Iterator[ProgramLine]:
-    step_s = _step_s(done)
+    done = found.steps
+    _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     on_axis = cutting[np.abs(done.x_mm[cutting]) < TOUCH_MM]
     if on_axis.size:
@@ -132,18 +170,50 @@ def _lines(
             f"{source}: line {done.line[on_axis[0]]}: the tool's tip cuts on the spindle's "
             "axis, where the cutting speed is 0; turn at a larger X"
         )
-    for of_line in np.split(cutting, np.flatnonzero(np.diff(done.line[cutting])) + 1):
-        if of_line.size:
-            number = int(done.line[of_line[0]])
-            yield _line(done, of_line, step_s, moves[number], said[number])
+    operations = _operations(found, cutting, arcs)
+    of_line: dict[tuple[int, str], list[int]] = {}
+    for row, number, operation in zip(
+        cutting.tolist(), done.line[cutting].tolist(), operations, strict=True
+    ):
+        of_line.setdefault((number, operation), []).append(row)
+    for number, operation, name, some in lines_joined(of_line, said, [None] * done.line.size):
+        yield _line(found, np.array(some), (number, operation, name))
 
 
-def _line(
-    done: ContourEngagement, rows: NDArray[np.intp], step_s: Array, move: Move, said: str
-) -> ProgramLine:
-    """Return a line of which ``rows`` of the engagement cut."""
-    columns = _columns(done, rows)
-    begins = _begins(np.column_stack(list(columns.values())))
+def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
+    """Raise UnusableInput where a feed a minute is too much a revolution at the spindle's speed."""
+    most = max(MOST_CUT["turning_insert"]["feed_mm_rev"], MOST_PITCH_MM)
+    beyond = np.flatnonzero((done.feed_mm_rev > most) & (done.depth_mm > TOUCH_MM))
+    if beyond.size:
+        at = beyond[0]
+        raise UnusableInput(
+            f"{source}: line {done.line[at]}: at {done.speed_rpm[at]:.0f} rpm its feed is "
+            f"{done.feed_mm_rev[at]:g} mm a revolution; use at most {most:g}"
+        )
+
+
+def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> list[str]:
+    """Return what the tool does at steps: by its kind, and of an outside tool by its way."""
+    done = found.steps
+    inward = np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows]))
+    return [
+        _OF_KIND.get("" if found.kinds[line] == "grooving" and not wide else found.kinds[line])
+        or _operation(angle, arc=line in arcs)
+        for line, angle, wide in zip(
+            done.line[rows].tolist(), inward.tolist(), found.width_mm[rows].tolist(), strict=True
+        )
+    ]
+
+
+_OF_KIND = {"boring": "bore", "grooving": "groove", "threading": "thread", "drill": "drill"}
+
+
+def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -> ProgramLine:
+    """Return a line of which ``rows`` of the engagement cut; its number, operation and name."""
+    number, operation, name = called
+    step_s = _step_s(found.steps)
+    columns = _columns(found, rows)
+    begins = part_begins(np.column_stack(list(columns.values())))
     time_s = np.add.reduceat(step_s[rows], begins)
     means = {
         name: np.add.reduceat(values * step_s[rows], begins) / time_s
@@ -155,25 +225,33 @@ def _line(
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
     return ProgramLine(
-        name=f"line {move.line}: {said}",
-        number=move.line,
-        operation=_operation(move),
+        name=name,
+        number=number,
+        operation=operation,
         time_s=time_s,
-        steps=_conditions(means),
-        extremes=_conditions({name: values[at] for name, values in columns.items()}),
+        steps=step_conditions(means),
+        extremes=step_conditions({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
+        numbers=_drill_numbers(columns) if operation == "drill" else None,
     )
 
 
-def _columns(done: ContourEngagement, rows: NDArray[np.intp]) -> dict[str, Array]:
+def _drill_numbers(columns: Mapping[str, Array]) -> dict[str, float]:
+    """Return what is known of a drill: the diameter that it makes."""
+    return {"diameter_mm": float(columns[DIAMETER].max())}
+
+
+def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
     """Return conditions of steps by channel of a cut table; the speed is that at the tool's tip."""
+    done = found.steps
     diameter = 2.0 * np.abs(done.x_mm[rows])
     rpm = done.speed_rpm[rows]
     return {
         FEED: done.feed_mm_rev[rows],
         DEPTH: done.depth_mm[rows],
+        WIDTH: found.width_mm[rows],
         DIAMETER: diameter,
         RPM: rpm,
         SPEED: turning.speed_m_min(diameter, rpm),
@@ -185,30 +263,13 @@ def _one(columns: Mapping[str, Array], row: int) -> Conditions:
     return {name: float(values[row]) for name, values in columns.items()}
 
 
-def _begins(columns: Array) -> NDArray[np.intp]:
-    """Return at which steps (n, k) parts of a line begin: where something changes, MOST at most."""
-    changes = np.any(np.abs(np.diff(columns, axis=0)) > ALIKE, axis=1)
-    begins = np.append(0, np.flatnonzero(changes) + 1)
-    if len(begins) <= MOST:
-        return begins
-    return np.unique(np.linspace(0, len(columns), MOST, endpoint=False).astype(np.intp))
-
-
-def _conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    return tuple(dict(zip(columns, row, strict=True)) for row in rows)
-
-
-def _operation(move: Move) -> str:
-    """Return what a move at a feed is: an arc a contour, a straight line by its direction."""
-    if isinstance(move, Arc):
-        return "contour"
-    inward = np.degrees(
-        np.arctan2(move.start.x_mm - move.end.x_mm, move.start.z_mm - move.end.z_mm)
-    )
-    if abs(inward) < SQUARE_DEG:
+def _operation(inward_deg: float, *, arc: bool) -> str:
+    """Return what an outside tool does on its way: turn, face, a straight or a round contour."""
+    if abs(inward_deg) < SQUARE_DEG:
         return "turn"
-    return "face" if abs(abs(inward) - 90.0) < SQUARE_DEG else "taper"
+    if abs(abs(inward_deg) - 90.0) < SQUARE_DEG:
+        return "face"
+    return "contour" if arc else "taper"
 
 
 def _step_s(done: ContourEngagement) -> Array:

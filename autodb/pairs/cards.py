@@ -19,11 +19,16 @@ from autodb.readers import Columns, open_bases
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
+USUAL = (100.0, 10_000.0)
+"""What k_c1.1 of metals may be, N/mm². Chosen: magnesium and hardened steel are well within it."""
+BOUND_SHARE = 0.25
+"""Share by which k_c1.1 is taken to be off where a card states no bounds. Chosen: tables of other
+makers differ by so much."""
 MARK = "k_c1.1"
 """The column that a file is recognised by."""
 LABELS = ("material", "k_c1.1_unit", "source")
-NEEDED = ("k_c1.1", "lower", "upper", "m_c", "rake_deg")
-OPTIONAL = ("m_c_lower", "m_c_upper", "speed_m_min", "thinnest_mm", "thickest_mm")
+NEEDED = ("k_c1.1", "m_c", "rake_deg")
+OPTIONAL = ("lower", "upper", "m_c_lower", "m_c_upper", "speed_m_min", "thinnest_mm", "thickest_mm")
 HOLDS = ("rake_deg", "speed_m_min", "thinnest_mm", "thickest_mm", "source")
 COLUMNS = (
     "material", "k_c1.1", "k_c1.1_unit", "lower", "upper", "m_c", "m_c_lower", "m_c_upper", *HOLDS,
@@ -137,11 +142,23 @@ class _Row:
 
 
 def _card_of(row: _Row) -> KienzleCard:
-    k_c11 = Bounded(row.positive("k_c1.1"), row.positive("lower"), row.positive("upper"))
+    bounded = row.states("lower") or row.states("upper")
+    value = row.positive("k_c1.1")
+    off = BOUND_SHARE * value
+    low, high = (
+        (row.positive(n) for n in ("lower", "upper")) if bounded else (value - off, value + off)
+    )
+    k_c11 = Bounded(value, low, high)
     for name, holds in (("lower", k_c11.lower < k_c11.value), ("upper", k_c11.value < k_c11.upper)):
         if not holds:
             row.refuse(name, "is on the wrong side of k_c1.1", "use lower < k_c1.1 < upper")
     scale = _scale(row)
+    if not USUAL[0] <= scale * k_c11.value <= USUAL[1]:
+        row.refuse(
+            "k_c1.1",
+            f"is {scale * k_c11.value:g} {UNIT}, and metals have {USUAL[0]:g} to {USUAL[1]:g}",
+            "use another k_c1.1_unit, such as kN/mm²" if scale == 1.0 else f"use {UNIT}",
+        )
     m_c = row.between("m_c", 0.0, STEEPEST)
     return KienzleCard(
         material=row.text("material"),
@@ -149,7 +166,7 @@ def _card_of(row: _Row) -> KienzleCard:
         m_c=m_c,
         m_c_bounds=_m_c_bounds(row, m_c),
         at=_planned(row),
-        source=row.text("source"),
+        source=row.text("source") + ("" if bounded else "; no bounds stated: taken as ± 25 %"),
     )
 
 

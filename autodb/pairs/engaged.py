@@ -25,6 +25,8 @@ FEED, DEPTH, WIDTH = "cutting.feed", "cutting.depth", "cutting.width"
 SPEED, RPM, DIAMETER = "cutting.speed", "spindle.speed", "work.diameter"
 DIRECTION, RAMP, HOLE = "cutting.direction", "cutting.ramp", "pocket.diameter"
 CUTTING_TIME, FLANK_WEAR, EDGE = "tool.cutting_time", "tool.flank_wear", "tool.edge"
+BAND_LOW, BAND_HIGH = "cutting.band_low", "cutting.band_high"
+"""From where to where, to the left of the feed, a mill is engaged, mm from its axis."""
 OFF = 2.0
 """Factor by which an assumed cutting speed may be off. Chosen."""
 
@@ -57,11 +59,12 @@ class CutOperation:
     name: str
     needs: tuple[str, ...]
     made: Made
+    tool_kind: ToolKind | None = None
 
     @property
     def kind(self) -> ToolKind:
         """The kind of tool that makes it."""
-        return KEYS[self.name].kind
+        return self.tool_kind or KEYS[self.name].kind
 
     def lacking(self, conditions: Conditions) -> tuple[str, ...]:
         """Return the channels that a cut does not state and that cannot be assumed."""
@@ -142,6 +145,56 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
     return made
 
 
+def _bores(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Turn inside: the arm ends at the machined radius, and the work pushes towards the axis."""
+    within = replace_column(stated, DIAMETER, stated[DIAMETER] - 2.0 * stated[DEPTH])
+    elements, variants = _turns(lambda rows: 0.0 * rows[FEED])(tool, within)
+    return _passive(elements, -1.0), [
+        replace(one, elements=_passive(one.elements, -1.0)) for one in variants
+    ]
+
+
+def _passive(elements: Elements, factor: float) -> Elements:
+    """Return elements whose force off the surface counts so many times."""
+    frames = elements.frames.copy()
+    frames[:, 2] *= factor
+    return replace(elements, frames=frames)
+
+
+def replace_column(stated: Stated, name: str, values: Array) -> Stated:
+    """Return cuts with other values of a channel."""
+    rows = [{**row, name: value} for row, value in zip(stated.rows, values.tolist(), strict=True)]
+    return Stated(rows)
+
+
+_BLADE = {"nose_radius_mm": 0.0, "kappa_deg": 90.0, "included_deg": 90.0, "inclination_deg": 0.0}
+_FLANK_DEG = 30.0
+_V = {**_BLADE, "kappa_deg": 120.0, "included_deg": 120.0}
+"""A blade's front is square to its feed; a flank of a thread lies at 30° to it."""
+
+
+def _grooves(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Cut in square to the axis with a blade's front: its width is the chip's, and no nose cuts."""
+    wide = replace_column(stated, DEPTH, stated[WIDTH])
+    return _turns(lambda rows: np.full(len(rows.rows), 90.0))({**tool, **_BLADE}, wide)
+
+
+def _threads(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
+    """Cut both flanks of a V: the chip is as thick as a pass is deep across a flank.
+
+    A pass d deep, h below the crest, takes d (2h − d) tan 30°: two flanks, each as if an edge at
+    30° to a feed of d were (h − d/2) tan 30° deep. What they push along the axis cancels.
+    """
+    pass_mm = stated[DEPTH]
+    height = np.maximum(stated[WIDTH], pass_mm)
+    deep = 2.0 * (height - 0.5 * pass_mm) * np.tan(np.radians(_FLANK_DEG))
+    flanks = replace_column(replace_column(stated, FEED, pass_mm), DEPTH, deep)
+    elements, variants = _turns(lambda rows: np.full(len(rows.rows), 90.0))({**tool, **_V}, flanks)
+    return _passive(elements, 0.0), [
+        replace(one, elements=_passive(one.elements, 0.0)) for one in variants
+    ]
+
+
 def _mills(band: Band) -> Made:
     def made(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[Variant]]:
         assumed = tools.end_mill_of(tool)
@@ -187,6 +240,11 @@ def pocket_band(diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
     )
 
 
+def path_band(_diameter_mm: float, stated: Stated) -> tuple[Array, Array]:
+    """Return the band that the path of a program has met."""
+    return stated[BAND_LOW], stated[BAND_HIGH]
+
+
 def facing_deg(stated: Stated) -> Array:
     """Return the direction of faces (n,): to the centre, or away from it where they state that."""
     return np.where(stated.given(DIRECTION, 0.0) < 0.0, -90.0, 90.0)
@@ -194,7 +252,7 @@ def facing_deg(stated: Stated) -> Array:
 
 BANDS: dict[str, Band] = {
     "slot": slot_band, "side-up": side_up, "side-down": side_down, "ramp": slot_band,
-    "pocket": pocket_band,
+    "pocket": pocket_band, "mill": path_band,
 }  # fmt: skip
 _TURNED, _MILLED = (FEED, DEPTH), (FEED, DEPTH, RPM)
 INSERT: ToolKind = "turning_insert"
@@ -205,6 +263,9 @@ OPERATIONS = (
     CutOperation("face", _TURNED, _turns(facing_deg)),
     CutOperation("taper", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
     CutOperation("contour", (*_TURNED, DIRECTION), _turns(lambda stated: stated[DIRECTION])),
+    CutOperation("bore", _TURNED, _bores),
+    CutOperation("groove", (FEED, WIDTH), _grooves),
+    CutOperation("thread", (*_TURNED, WIDTH), _threads),
     CutOperation("slot", _MILLED, _mills(slot_band)),
     CutOperation("side-up", (*_MILLED, WIDTH), _mills(side_up)),
     CutOperation("side-down", (*_MILLED, WIDTH), _mills(side_down)),
@@ -212,6 +273,8 @@ OPERATIONS = (
     CutOperation("pocket", (*_MILLED, WIDTH, HOLE), _mills(pocket_band)),
     CutOperation("drill", (FEED, RPM), _drills),
 )
-BY_NAME = {operation.name: operation for operation in OPERATIONS}
+PATH = CutOperation("mill", (*_MILLED, BAND_LOW, BAND_HIGH), _mills(path_band), END_MILL)
+"""A line of a milling program; no cut that a job states."""
+BY_NAME = {operation.name: operation for operation in (*OPERATIONS, PATH)}
 UNSAID = "turn"
 """What a cut counts as that does not say its operation."""

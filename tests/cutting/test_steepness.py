@@ -28,6 +28,7 @@ STATED = {
     "cutting.feed": (0.05, 0.3), "cutting.depth": (0.3, 3.0), "cutting.width": (1.0, 6.0),
     "cutting.speed": (60.0, 300.0), "spindle.speed": (800.0, 3000.0), "work.diameter": (20.0, 80.0),
     "cutting.direction": (0.0, 30.0), "cutting.ramp": (1.0, 5.0), "pocket.diameter": (30.0, 60.0),
+    "cutting.band_low": (-4.0, -1.0), "cutting.band_high": (1.0, 4.0),
 }  # fmt: skip
 COUNT = 7
 

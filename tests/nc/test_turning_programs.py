@@ -11,6 +11,8 @@ from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
 from autodb.nc import DIALECTS, turning
+
+from autodb.nc.reading import runner  # isort: skip
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -130,7 +132,7 @@ def test_one_contour_said_otherwise_is_the_same(body: str) -> None:
 
 
 def test_increments_inches_and_radii_are_the_same() -> None:
-    system_b = "G95\nG97 S1000\n"
+    system_b = "G95\nG97 S1000 M3\n"
     ends = [(12, 2), *POINTS]
     steps = [(x1 - x0, z1 - z0) for (x0, z0), (x1, z1) in itertools.pairwise(ends)]
     arcs = {1: "G3 {} R{}", 4: "G2 {} R{}"}
@@ -160,7 +162,7 @@ def test_increments_inches_and_radii_are_the_same() -> None:
 def test_feeds_and_speeds_are_kept_as_they_were_said() -> None:
     text = (
         "G98 G97 S800 M3\nG0 X40 Z2\nG1 Z-5 F120\nG50 S3000\nG99 G96 S180\nG1 Z-9 F.25\n"
-        "G20\nG96 S600\nG1 Z-.6 F.01\nG21 G97 S500\nLIMS=450\nG1 Z-20 F.3\n"
+        "G20\nG96 S600\nG1 Z-.6 F.01\nG21 G97 S450\nG1 Z-20 F.3\n"
     )
     feeds = [(move.feed, move.speed) for move in _cuts(text)]
     assert feeds[0] == (FeedPerMinute(120), Revolutions(800))
@@ -205,30 +207,30 @@ REFUSED = {
     "no number": ("at", "G1 X Z-5 F.1", "'X': a word without a number"),
     "no sign": ("at", "G1 X--5", "'X--5': not a letter and a number"),
     "two points": ("at", "G1 X1.2.3", "'X1.2.3': not a letter and a number"),
-    "variable": ("at", "#100=5", "'#100=5': not a letter and a number"),
-    "parameter": ("at", "R1=5", "'R1=5': not a letter and a number"),
+    "function": ("at", "G1 X[BIN[#1]]", "'X[BIN[#1]]': 'BIN[#1]]' is no value"),
+    "root": ("at", "G1 X[SQRT[0-4]]", "'[SQRT[0-4]]': the root of -4"),
+    "division": ("at", "G1 X[1/0]", "'[1/0]': a division by 0"),
+    "jump": ("at", "GOTO 7", "'N7': there is no block of this label"),
+    "loop": ("at", "END1", "'END1': no DO of this number is open"),
     "bracket": ("at", "G1 Z-5 (open", "'(OPEN': a bracket does not close or opens twice"),
     "two motions": ("at", "G0 G1 Z-5 F.1", "'G1': 'G0' stands in this block too"),
     "two X": ("at", "G1 X5 X6 F.1", "'X6': this is a second X in the block"),
     "X and U": ("at", "G1 X5 U6 F.1", "'U6': 'X5' moves this axis too"),
     "unknown G": ("at", "G777 X5", "'G777': this G is not read"),
-    "cycle": ("at", "G76 P10 Q5", "'G76': this G is not read"),
-    "cycle or inches": ("at", "G71 U2 R1", "'G71': this means inches or mm on some controls and a"),
-    "compensation": ("at", "G42 G1 X5", "'G42': this compensates the nose radius"),
+    "thread": ("at", "G76 X20 Z-9 P900 F1.5", "'G76': height and first depth are missing"),
+    "cycle or inches": ("at", "G71", "'G71': this means inches or mm on some controls and a"),
+    "contour": ("at", "G71 U2 R1\nG71 P10 Q20 F.2", "'N10': there is no block of this number"),
+    "probing": ("at", "G31 Z-5 F.1", "'G31': this probes until the work is touched"),
     "unknown M": ("at", "M77", "'M77': this M is not read"),
-    "subprogram": ("at", "M98 P1000", "'M98': this calls a subprogram or macro"),
-    "rotary": ("at", "G1 Z-5 C45 F.1", "'C45': this is a chamfer or a rotary axis"),
-    "corner": ("at", "G1 Z-5 R2 F.1", "'R2': a radius belongs to G2 or G3"),
-    "name": ("at", "CYCLE95", "'CYCLE95': this is not read"),
-    "diameter in G90": ("at", "DIAM90", "'DIAM90': X is a diameter in G90 and a radius in G91"),
-    "shift": ("at", "G50 X100 Z50", "'G50': this shifts coordinates or starts a cycle"),
-    "system": ("at", "G90 X30 Z-5 F.1", "'G90': this word and 'G99' of line 1 belong"),
+    "subprogram": ("at", "M98 P1000", "'1000': there is no subprogram of this name"),
+    "rotary": ("at", "G1 Z-5 B45 F.1", "'B45': this turns a rotary axis"),
+    "system": ("at", "G91 X30 Z-5 F.1", "'G91': this belongs to the G-code systems B and C"),
     "machine": ("at", "G1 G53 X5", "'G53': this cuts in machine coordinates"),
-    "after the end": ("at", "M30\nG1 X5", "'G1': this stands after the program's end in line 4"),
     "no motion": ("start", "X5", "'X5': no motion is in force"),
     "no place": ("start", "G0 U5", "'U5': this is an increment from an unknown place"),
     "tool": ("at", "T0202\nG1 Z-5 F.1", "'G1': the start is not known in X (nothing states it, or"),
-    "plane": ("at", "G17", "'G17': this selects another plane than that of X and Z"),
+    "plane": ("at", "G17 G2 X30 Z-5 R5 F.1", "'G17': this selects another plane than that of X"),
+    "not started": ("start", "M5\nG97 S100\nG0 X20 Z0\nG1 Z-5 F.1", "'G1': the spindle stopped"),
 }  # fmt: skip
 
 
@@ -242,11 +244,35 @@ def test_a_broken_program_is_refused_with_line_and_word(begins: str, body: str, 
     assert has_remedy(str(caught.value))
 
 
-def test_the_same_program_needs_per_what_its_feed_counts() -> None:
-    with pytest.raises(UnusableInput, match="line 3: 'G1': the unit of the feed is not stated"):
-        _moves("S1000 M3\nG0 X20 Z0\nG1 Z-5 F.1")
-    with pytest.raises(UnusableInput, match=r"line 3: 'G96': G94 means feed per minute"):
-        _moves("G94 G96 S100 M3\nG0 X20 Z0\nG1 Z-5 F.1")
+def test_what_feeds_count_is_said_or_taken_as_the_control_is_switched_on() -> None:
+    text = "S1000 M3\nG0 X20 Z0\nG1 Z-5 F.1"
+    assert [move.feed for move in _cuts(text)] == [PerRev(0.1)]
+    notes = turning_program(text, source="p.nc").notes
+    assert notes == ("nothing says what feeds count: taken a revolution (G95)",)
+    ours = turning_program(text.replace(".1", "50"), source="p.ngc")
+    assert isinstance(ours.moves[-1], Linear)
+    assert ours.moves[-1].feed == FeedPerMinute(50)
+    assert turning_program(f"{HEAD}G0 X20 Z0\nG1 Z-5 F.1", source="p.nc").notes == ()
+
+
+def test_nothing_cuts_before_the_spindle_turns() -> None:
+    with pytest.raises(UnusableInput, match="line 4: 'G1': nothing has started the spindle"):
+        _moves("G21 G99\nG97 S800\nG0 X56 Z2\nG1 Z-40 F0.2\nM30")
+
+
+def test_a_loop_that_does_not_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runner, "MOST_BLOCKS", 1000)
+    with pytest.raises(UnusableInput, match="more than 1000 blocks have run; use a loop"):
+        _moves(HEAD + "WHILE[1EQ1]DO1\nEND1\n")
+
+
+def test_all_that_is_not_read_is_said_at_once() -> None:
+    body = "G0 X20 Z0\nG777 X5\nM77\nG1 Z-5 F.1\nG1 X5 Q3\n"
+    with pytest.raises(UnusableInput) as caught:
+        _moves(HEAD + body)
+    for said in ("line 4: 'G777': this G", "; line 5: 'M77': this M", "; line 7: 'Q3': nothing"):
+        assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_file_is_read_whatever_letters_its_comments_have(tmp_path: Path) -> None:

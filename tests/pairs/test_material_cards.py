@@ -149,7 +149,9 @@ BAD = [
     (GOOD.replace("m_c", "mc"), "unknown column 'mc' (did you mean m_c"),
     (GOOD.replace("upper,source", "upper"), "column 'source' is missing"),
     (f"{HEADER.replace(',lower', '')}\nC45,2.1,kN/mm²,0.18,6,2.4,table\n",
-     "column 'lower' is missing"),
+     "column 'lower', row 1: is empty; use"),
+    (GOOD.replace("2.1,kN/mm²,0.18,6,1.8,2.4", "1.5,N/mm²,0.25,6,1.4,1.6"),
+     "column 'k_c1.1', row 1: is 1.5 N/mm², and metals have 100 to 10000; use another"),
     (GOOD.replace("780,MPa", "-780,MPa"), "column 'k_c1.1', row 2: is -780; use a number above 0"),
     (GOOD.replace("780,MPa", ",MPa"), "column 'k_c1.1', row 2: is empty"),
     (GOOD.replace("780,MPa", "x,MPa"), "column 'k_c1.1', row 2: 'x' is not a number"),
@@ -192,3 +194,10 @@ def test_the_docs_list_the_columns() -> None:
     section = text.split("## Material cards")[1].split("\n## ")[0]
     for name in COLUMNS:
         assert f"`{name}`" in section
+
+
+def test_a_card_without_bounds_is_taken_as_a_quarter_off_and_says_so(tmp_path: Path) -> None:
+    text = "material,k_c1.1,k_c1.1_unit,m_c,rake_deg,source\nC45,2000,N/mm²,0.2,6,table\n"
+    (card,) = read_cards(_written(tmp_path, text))
+    assert (card.k_c11.lower, card.k_c11.upper) == (1500, 2500)
+    assert card.source == "table; no bounds stated: taken as ± 25 %"

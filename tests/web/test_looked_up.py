@@ -14,7 +14,7 @@ from autodb.agent.answer.predicting import JobAnswer
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import add_token
 from autodb.files.channels import largest_of
-from autodb.files.job import LEAST, JobCut
+from autodb.files.job import LEAST, MOST_CUT, JobCut
 from autodb.store import Store, models
 from tests.helpers.asked import API, CUT, MILLED, batch, bearer, client_of, detail
 
@@ -90,14 +90,23 @@ def test_what_no_machine_does_is_refused_in_the_same_words_everywhere(
 def test_the_furthest_that_is_taken_is_answered(client: TestClient, pair: dict[str, str]) -> None:
     ends = {
         "diameter_mm": (LEAST, largest_of("work.diameter")),
-        "depth_mm": (LEAST, largest_of("cutting.depth")),
-        "feed_mm_rev": (LEAST, largest_of("cutting.feed")),
+        "depth_mm": (LEAST, MOST_CUT["turning_insert"]["depth_mm"]),
+        "feed_mm_rev": (LEAST, MOST_CUT["turning_insert"]["feed_mm_rev"]),
         "speed_m_min": (LEAST, largest_of("cutting.speed")),
     }
     for stated in product(*ends.values()):
         cut = CUT | dict(zip(ends, stated, strict=True))
         got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | cut)
         assert got.status_code == 200, cut
+
+
+@pytest.mark.parametrize(("key", "value"), [("depth_mm", 40.0), ("feed_mm_rev", 300.0)])
+def test_what_no_tool_cuts_is_refused(
+    client: TestClient, pair: dict[str, str], key: str, value: float
+) -> None:
+    got = client.get(f"{API}/machines/lathe-0/lookup", params=pair | CUT | {key: value})
+    assert got.status_code == 422
+    assert f"{key} {value:g} is beyond what a tool of operation 'turn' cuts" in detail(got)
 
 
 def test_a_job_is_predicted_and_nothing_kept(

@@ -16,7 +16,7 @@ from autodb.forward.prediction import PredictedCut
 from autodb.store import Also, Store, models, nothing_else
 
 if TYPE_CHECKING:
-    from autodb.forward.programs import Followed
+    from autodb.forward.line_parts import Followed
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,11 @@ def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
 def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
     lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
-    yield f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed"
+    yield (
+        f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed, and take "
+        f"{0.001 * program.removed_mm3:.1f} cm³ off"
+    )
     if len(program.tools) > 1:
-        yield f"cuts with tools {', '.join(program.tools)}: all predicted as {tool}"
+        yield f"cuts with tools {', '.join(program.tools)}: all by what is known of {tool}"
+    yield from program.notes
     yield from along.peaked(cuts)

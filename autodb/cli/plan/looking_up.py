@@ -36,8 +36,8 @@ Operation = Annotated[
     str | None,
     typer.Option(
         "--operation",
-        help="What the cut is: turn, face, taper, contour, slot, side-up, side-down, ramp, "
-        "pocket or drill; turn where none is given.",
+        help="What the cut is: turn, face, taper, contour, bore, groove, thread, slot, side-up, "
+        "side-down, ramp, pocket or drill; turn where none is given.",
     ),
 ]
 Diameter = Annotated[
@@ -45,7 +45,8 @@ Diameter = Annotated[
 ]
 Depth = Annotated[float | None, _number("--depth", "MM", "Depth of cut.")]
 Width = Annotated[
-    float | None, _number("--width", "MM", "Width of cut, of side milling and pockets.")
+    float | None,
+    _number("--width", "MM", "Width of cut: of side milling, pockets, grooves; a thread's height."),
 ]
 Feed = Annotated[float | None, _number("--feed", "MM", "Feed a revolution; of milling, a tooth.")]
 Speed = Annotated[float | None, _number("--speed", "M/MIN", "Cutting speed.")]

@@ -15,6 +15,7 @@ from autodb.nc.reading.paths import (
 )
 from autodb.nc.reading.turning_program import (
     TurningProgram,
+    line_texts,
     program_text,
     read_program,
     turning_program,
@@ -33,6 +34,7 @@ __all__ = [
     "Revolutions",
     "Speed",
     "TurningProgram",
+    "line_texts",
     "program_text",
     "read_program",
     "turning_program",

@@ -1,30 +1,44 @@
-"""A program as blocks of words: comments taken out, every word with its number or refused."""
+"""A program's lines as words: comments taken out, every word with its number or refused.
+
+What is not a plain number is kept as an expression and worked out when the line runs, since
+variables may have changed by then. These are the lines of Fanuc, Haas and LinuxCNC; those of
+Sinumerik are in ``sinumerik_lines``.
+"""
 
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite
 
 from autodb.errors import UnusableInput
+from autodb.nc.reading.expressions import Expression, Key, Variables, expression, value_at
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
-_WORD = re.compile(
-    rf"""(?P<named>[A-Z]+)\s*=\s*"(?P<quoted>[^"]*)"
-    | (?P<name>[A-Z]{{2}}\w*)(?:\s*=\s*(?P<named_number>{_NUMBER})(?![.\d]))?(?!\s*=)
-    | (?P<letter>[A-Z])\s*=?\s*(?P<number>{_NUMBER})(?!\s*[.\d=])""",
-    re.VERBOSE,
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+_LITERAL = re.compile(rf"([A-Z@^]|,[ACR])({NUMBER})(?![.\d])")
+_LETTER = re.compile(
+    r"([A-Z@^]|,[ACR])(?=[#\[]|[+-][#\[]|A?SIN|A?COS|A?TAN|ABS|SQRT|ROUND|FIX|FUP)"
 )
-_COMMENT = re.compile(r"\([^()]*\)|;.*")
-_SKIP = re.compile(r"/[1-9]?(?!\d)")
+_SETTING = re.compile(r"#(?:\d+|<[^<>]*>|\[[^=]*?\]|#\d+)=(?!=)")
+_COMMENT = re.compile(r"\([^()]*\)")
+_NO_TEXT = "\0\1\2\3\4\5\6\b\ufffd"
+"""What stands in files that are no text; some programs end in a 0."""
+_SKIP = re.compile(r"\s*/[1-9]?(?!\d)")
 
 
 @dataclass(frozen=True)
 class Word:
-    """A letter or a name with what follows it; ``number`` is None where that is text or nothing."""
+    """A letter or a name with what follows it; ``number`` is None where that is text or nothing.
+
+    ``step``: it counts from where the axis is, or does not, whatever else is in force; None: as is
+    in force. ``arguments`` of a call, None where one is left out.
+    """
 
     name: str
     written: str
     number: float | None
+    step: bool | None = None
+    arguments: tuple[float | str | None, ...] = ()
 
     @property
     def code(self) -> str:
@@ -34,73 +48,162 @@ class Word:
     @property
     def text(self) -> str:
         """The word in capitals without blanks."""
-        between = "=" if len(self.name) > 1 and self.written else ""
+        between = "=" if len(self.name) > 1 and self.written and self.name[0] != "," else ""
         return f"{self.name}{between}{self.written}"
 
 
 @dataclass(frozen=True)
+class WrittenWord:
+    """A word whose value is an expression, or a call's arguments."""
+
+    name: str
+    written: str
+    value: Expression | None
+    step: bool | None = None
+    arguments: tuple[Expression | str | None, ...] = ()
+
+    def worked_out(self, variables: Variables) -> Word | None:
+        """Return the word with its number; None where it is a variable that is vacant."""
+        made = tuple(one(variables) if callable(one) else one for one in self.arguments)
+        if self.value is None:
+            return Word(self.name, self.written, None, self.step, made)
+        number = self.value(variables)
+        if number is None:
+            return None
+        return Word(self.name, f"{round(number, 9):.9g}", number, self.step, made)
+
+
+Setting = tuple[Expression | Key, Expression]
+"""A variable, by its name or by an expression for its number, and what it is set to."""
+
+
+@dataclass(frozen=True)
 class ProgramBlock:
-    """One line of a program; ``optional``: it begins with /."""
+    """One line of a program as it runs; ``optional``: it begins with /."""
 
     source: str
     line: int
     words: tuple[Word, ...]
-    optional: bool
+    optional: bool = False
 
     def refusal(self, word: str, why: str) -> UnusableInput:
         """Return the error that names file, line and word."""
         return UnusableInput(f"{self.source}: line {self.line}: '{word}': {why}")
 
 
-def blocks(text: str, *, source: str) -> Iterator[ProgramBlock]:
-    """Yield the blocks that have words.
+@dataclass(frozen=True)
+class WrittenLine:
+    """One line as it is written: its words, and the variables that it sets."""
 
-    ``source`` names the file in messages. Raises UnusableInput naming file, line and the word that
-    has no number or is none.
+    source: str
+    line: int
+    text: str
+    optional: bool = False
+    words: tuple[Word | WrittenWord, ...] = ()
+    settings: tuple[Setting, ...] = ()
+
+    def refusal(self, word: str, why: str) -> UnusableInput:
+        """Return the error that names file, line and word."""
+        return ProgramBlock(self.source, self.line, ()).refusal(word, why)
+
+    def block(self, variables: Variables) -> ProgramBlock:
+        """Return the line with its numbers; raises UnusableInput where one cannot be worked out."""
+        found = []
+        for word in self.words:
+            try:
+                made = word if isinstance(word, Word) else word.worked_out(variables)
+            except (ValueError, OverflowError) as error:
+                raise self.refusal(word.written, str(error)) from None
+            if made is not None:
+                if made.number is not None and not isfinite(made.number):
+                    raise self.refusal(made.text[:40], "larger than any number of a program")
+                found.append(made)
+        return ProgramBlock(self.source, self.line, tuple(found), self.optional)
+
+
+def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[WrittenLine]:
+    """Yield the lines that are more than a comment, in capitals.
+
+    ``brackets``: ( … ) is a comment, as well as what follows a semicolon.
     """
+    if sum(text.count(one) for one in _NO_TEXT) > 2:
+        raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    for line, raw in enumerate(lines, 1):
-        plain = _COMMENT.sub(" ", raw).upper().strip()
-        if plain.startswith("%"):
-            continue
+    for number, raw in enumerate(lines, 1):
+        plain = _without_comments(raw, brackets=brackets).upper()
         skip = _SKIP.match(plain)
-        block = ProgramBlock(source, line, (), skip is not None)
-        words = tuple(_words(plain[skip.end() :] if skip else plain, block))
-        if words:
-            yield ProgramBlock(source, line, words, block.optional)
+        plain = plain[skip.end() :] if skip else plain
+        if plain.strip():
+            yield WrittenLine(source, number, plain.strip(), skip is not None)
 
 
-def _words(plain: str, block: ProgramBlock) -> Iterator[Word]:
+def _without_comments(raw: str, *, brackets: bool) -> str:
+    if not brackets:
+        return re.sub(r'("[^"]*")|;.*', lambda found: found[1] or " ", raw)
+    before = None
+    while raw != before:
+        before, raw = raw, _COMMENT.sub(" ", raw)
+    return raw.split(";", 1)[0]
+
+
+def worded(line: WrittenLine, text: str | None = None) -> WrittenLine:
+    """Return a line of Fanuc or LinuxCNC with its words; ``text``: what of it is words.
+
+    Raises UnusableInput naming file, line and what is no word.
+    """
+    plain = re.sub(r"\s", "", line.text if text is None else text)
+    starts = [found.start() for found in _SETTING.finditer(plain)]
+    settings = [_setting(line, plain[start:end]) for start, end in pairwise([*starts, len(plain)])]
+    words = tuple(_words(line, plain[: starts[0]] if starts else plain))
+    return WrittenLine(line.source, line.line, line.text, line.optional, words, tuple(settings))
+
+
+def _setting(line: WrittenLine, text: str) -> Setting:
+    left, right = text.split("=", 1)
+    try:
+        value = expression(right, packed=True)
+        if left.startswith("#<"):
+            return left[2:-1].lower(), value
+        if left[1:].isdigit():
+            return int(left[1:]), value
+        return expression(left[1:], packed=True), value
+    except UnusableInput as error:
+        raise line.refusal(text[:40], str(error)) from None
+
+
+def _words(line: WrittenLine, plain: str) -> Iterator[Word | WrittenWord]:
     at = 0
-    while rest := plain[at:].lstrip():
-        at = len(plain) - len(rest)
-        found = _WORD.match(plain, at)
-        if found is None:
-            raise _no_word(rest, block)
-        yield _word(found, block)
-        at = found.end()
+    while at < len(plain):
+        found = _LITERAL.match(plain, at)
+        if found is not None:
+            yield plain_word(line, found[1], found[2])
+            at = found.end()
+            continue
+        letter = _LETTER.match(plain, at)
+        if letter is None:
+            raise _no_word(plain[at:], line)
+        try:
+            value, end = value_at(plain, letter.end(), packed=True)
+        except UnusableInput as error:
+            raise line.refusal(plain[at:][:40], str(error)) from None
+        yield WrittenWord(letter[1], plain[letter.end() : end], value)
+        at = end
 
 
-def _word(found: re.Match[str], block: ProgramBlock) -> Word:
-    parts = found.groupdict(default="")
-    name = parts["named"] or parts["name"] or parts["letter"]
-    if parts["named"]:
-        return Word(name, parts["quoted"], None)
-    written = parts["number"] or parts["named_number"]
-    number = float(written) if written else None
-    if number is not None and not isfinite(number):
-        raise block.refusal(found[0][:40], "larger than any number of a program")
+def plain_word(line: WrittenLine, name: str, written: str) -> Word:
+    """Return a word with a plain number; raises UnusableInput where it is too large."""
+    number = float(written)
+    if not isfinite(number):
+        raise line.refusal(f"{name}{written}"[:40], "larger than any number of a program")
     return Word(name, written, number)
 
 
-def _no_word(rest: str, block: ProgramBlock) -> UnusableInput:
-    word = rest.split(maxsplit=1)[0][:40]
+def _no_word(rest: str, line: WrittenLine) -> UnusableInput:
+    word = rest[:40]
     if word[0] in "()":
-        return block.refusal(
+        return line.refusal(
             word, "a bracket does not close or opens twice; write comments as ( … )"
         )
-    if re.match(r"[A-Z](?![\d.+=#-])", word):
-        return block.refusal(word[0], "a word without a number; write one such as X20.5")
-    return block.refusal(
-        word, "not a letter and a number; write out variables, expressions and functions"
-    )
+    if re.match(r"[A-Z](?![\d.+=#\[-])", word):
+        return line.refusal(word[0], "a word without a number; write one such as X20.5")
+    return line.refusal(word, "not a letter and a number; write one such as X20.5")

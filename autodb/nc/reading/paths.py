@@ -104,12 +104,13 @@ class Rapid(_Straight):
 
 @dataclass(frozen=True)
 class Linear(_Straight):
-    """A straight move at a feed."""
+    """A straight move at a feed; ``thread``: it follows the spindle's angle."""
 
     feed: Feed
     speed: Speed
     line: int
     tool: str | None
+    thread: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,39 +1,74 @@
-"""A turning program read block by block: every move of the tool tip, or the word that is not read.
+"""A turning program read: every move of the tool tip, or all words that are not read."""
 
-Written here because the readers on the package registries (tried: nc-gcode-interpreter 0.1.9 and
-gcodeparser) know no diameters and no arcs by radius, and take an unknown word for nothing.
-"""
-
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramBlock, Word, blocks
-from autodb.nc.reading.coordinates import carry_out_motion
-from autodb.nc.reading.modes import INCH_MM, MACHINE, OFFSETS, Modes, changed_modes, surface_m_min
-from autodb.nc.reading.paths import Arc, Linear, Move
-from autodb.nc.reading.values import (
-    AXES,
-    nothing_left,
-    positive_value,
-    sorted_words,
-    without,
-    word_value,
-)
+from autodb.nc.reading.blocks import numbered_lines
+from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
+from autodb.nc.reading.expressions import Key, Number
+from autodb.nc.reading.instructions import Instructions
+from autodb.nc.reading.interpreter import Interpreter
+from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
+from autodb.nc.reading.runner import Runner, Values
+from autodb.nc.reading.state import ProgramState
+from autodb.nc.reading.travels import ProgramMove, ToolPlace
+
+MOST_SAID = 40
+"""Refused words that one message names; of more it says how many. Chosen."""
+MOST_BESIDE = 2000
+"""Files beside a program among which its subprograms are looked for. Chosen."""
+_SUFFIXES = (".ngc", ".nc", ".cnc", ".spf", ".mpf", ".tap", ".txt", "")
+_FOLLOWS = (
+    "the start is not known", "no feed before", "from an unknown place", "the cycle's start",
+    "no motion is in force", "no spindle speed",
+)  # fmt: skip
+"""What is refused because something before was: not said beside it."""
+
+
+@dataclass(frozen=True)
+class ReadProgram:
+    """A program's moves in three axes, stops (M0), rests, and what a reader has to know of it.
+
+    ``rests``: line and seconds of each dwell.
+    """
+
+    source: str
+    control: str
+    travels: tuple[ProgramMove, ...]
+    stops: tuple[int, ...]
+    rests: tuple[tuple[int, float], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def fed_s(self) -> float:
+        """How long its moves at a feed take, s."""
+        return sum(travel.time_s() for travel in self.travels)
+
+    @property
+    def rapid_mm(self) -> float:
+        """How far it goes fast, mm."""
+        return sum(travel.length_mm for travel in self.travels if travel.feed is None)
 
 
 @dataclass(frozen=True)
 class TurningProgram:
-    """The moves of a program in order, and the lines at which it stops for the operator (M0)."""
+    """The moves of a program in order, and the lines at which it stops for the operator (M0).
+
+    ``notes``: what was taken of it that it does not say.
+    """
 
     source: str
     moves: tuple[Move, ...]
     stops: tuple[int, ...]
+    notes: tuple[str, ...] = ()
 
 
 def read_program(
-    path: Path, *, diameter: bool = True, inch: bool = False, block_skip: bool = False
+    path: Path, *, diameter: bool | None = None, inch: bool = False, block_skip: bool = False
 ) -> TurningProgram:
     """Return the moves of a program's file; see `turning_program`."""
     return turning_program(
@@ -49,107 +84,176 @@ def program_text(path: Path) -> str:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
 
 
+def line_texts(text: str, *, source: str) -> dict[int, str]:
+    """Return what each line of a program says, without comment and number."""
+    brackets = control_of(text, source=source) is not SINUMERIK
+    lines = numbered_lines(text, source=source, brackets=brackets)
+    return {line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split()) for line in lines}
+
+
 def turning_program(
     text: str,
     *,
     source: str,
-    diameter: bool = True,
+    diameter: bool | None = None,
     inch: bool = False,
     block_skip: bool = False,
+    control: str | None = None,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
-    X counts diameters unless ``diameter`` is False, lengths are mm unless ``inch``, until the
-    program says otherwise; ``block_skip`` leaves out the blocks that begin with /. A move is given
-    once both ends are known: not the first ones towards a place, nor those in machine coordinates.
-    A rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, line
-    and word.
+    X counts diameters unless ``diameter`` is False, or None and the file one of LinuxCNC's own
+    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the
+    program says otherwise; ``block_skip`` leaves out the blocks that begin with /; ``control``: for
+    which it is written, else told by its words. A move is given once both ends are known: not the
+    first ones towards a place, nor those in machine coordinates. A rest or a move to where the tool
+    is gives none. Raises UnusableInput naming ``source``, and line and word of all not read.
     """
-    modes = Modes(diameter=diameter, unit_mm=INCH_MM if inch else 1.0)
-    moves: list[Move] = []
-    stops: list[int] = []
-    ended: int | None = None
-    for block in blocks(text, source=source):
-        if block_skip and block.optional:
-            continue
-        if ended is not None:
-            raise block.refusal(
-                block.words[0].text,
-                f"this stands after the program's end in line {ended}; use one end",
-            )
-        after = _run(modes, block, moves)
-        codes = {word.code for word in block.words}
-        stops += [block.line] if "M0" in codes else []
-        ended = block.line if codes & {"M2", "M30"} else None
-        modes = replace(after, stopped=block.line) if "M5" in codes else after
-    if not any(isinstance(move, Linear | Arc) for move in moves):
-        raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
-    return TurningProgram(source, tuple(moves), tuple(stops))
+    done = carried_out(
+        text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
+        control=control,
+    )  # fmt: skip
+    moves = tuple(_turned(travel) for travel in done.travels)
+    return TurningProgram(source, moves, done.stops, done.notes)
 
 
-def _run(modes: Modes, block: ProgramBlock, moves: list[Move]) -> Modes:
-    """Carry out a block: its modes, values and motion, in the order of a control."""
-    codes, values = sorted_words(block)
-    if "G4" in codes:
-        nothing_left(without(values, "P", "X", "U", "F", "S"), block, modes)
-        return modes
-    machine = codes.keys() & MACHINE
-    modes = changed_modes(modes, codes if machine else {**codes, **values}, block)
-    modes = _spindle(modes, codes, values, block)
-    modes = _tool(modes, codes, values)
-    if "F" in values:
-        modes = replace(modes, feed=positive_value(values["F"], block) * modes.unit_mm)
-    rest = without(values, "F", "S", "T", "D", "LIMS", "N", "O")
-    if machine:
-        return _in_machine(modes, codes, rest, block)
-    return carry_out_motion(modes, rest, block, moves)
-
-
-def _spindle(
-    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: ProgramBlock
-) -> Modes:
-    """Take speed, limits and whether the spindle turns."""
-    if "LIMS" in values:
-        modes = replace(modes, highest_rpm=positive_value(values["LIMS"], block))
-    if codes.keys() & {"M3", "M4"}:
-        modes = replace(modes, stopped=None)
-    limits = next((codes[code] for code in ("G50", "G92") if code in codes), None)
-    if limits is not None:
-        if "S" not in values or values.keys() & set(AXES):
-            raise block.refusal(
-                limits.text,
-                "this shifts coordinates or starts a cycle; use it alone with S, as a speed limit",
-            )
-        return replace(modes, limit_rpm=positive_value(values["S"], block))
-    if "S" not in values:
-        return modes
-    speed = word_value(values["S"])
-    if speed < 0:
-        raise block.refusal(values["S"].text, "use a speed of at least 0")
-    return replace(modes, speed=surface_m_min(modes, speed) if modes.surface else speed)
-
-
-def _tool(modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word]) -> Modes:
-    """Take tool and offsets; others shift the program's coordinates by what it does not say."""
-    if not (codes.keys() & OFFSETS or values.keys() & {"T", "D"}):
-        return modes
-    after = replace(
-        modes,
-        tool=values["T"].written if "T" in values else modes.tool,
-        edge=values["D"].text if "D" in values else modes.edge,
-        offset=next((code for code in codes if code in OFFSETS), modes.offset),
+def carried_out(
+    text: str,
+    *,
+    source: str,
+    lathe: bool,
+    diameter: bool | None = None,
+    inch: bool = False,
+    block_skip: bool = False,
+    control: str | None = None,
+) -> ReadProgram:
+    """Return a program carried out, on a lathe or a mill; see `turning_program`."""
+    written = CONTROLS[control] if control else control_of(text, source=source)
+    instructions = written.instructions(text, source=source)
+    own = written is LINUXCNC and source.lower().endswith(".ngc")
+    counts = not own if diameter is None else diameter
+    state = _begun(written, lathe=lathe, diameter=counts, inch=inch)
+    values = Values(of_control=_of_control(written, state))
+    runner = Runner(
+        instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    return after if after == modes else replace(after, x_mm=None, z_mm=None)
+    interpreter = Interpreter(state, runner)
+    problems = interpreter.run()
+    _refuse(source, [*instructions.problems, *problems])
+    if not any(travel.feed is not None for travel in interpreter.moves):
+        raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
+    return ReadProgram(
+        source, written.name, tuple(interpreter.moves), tuple(interpreter.stops),
+        tuple(interpreter.rests), tuple(state.notes),
+    )  # fmt: skip
 
 
-def _in_machine(
-    modes: Modes, codes: Mapping[str, Word], values: Mapping[str, Word], block: ProgramBlock
-) -> Modes:
-    """Move the axes that are named to machine coordinates: they are not known in the program's."""
-    word = next(codes[code] for code in codes if code in MACHINE)
-    if word.code in {"G53", "SUPA"} and modes.motion != "G0":
-        raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
-    nothing_left(without(values, *AXES, "P"), block, modes)
-    x = None if values.keys() & {"X", "U"} else modes.x_mm
-    z = None if values.keys() & {"Z", "W"} else modes.z_mm
-    return replace(modes, x_mm=x, z_mm=z)
+def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> ProgramState:
+    """Return what is in force before a program's first block."""
+    state = ProgramState(
+        lathe=lathe,
+        diameter=diameter,
+        unit_mm=INCH_MM if inch else 1.0,
+        control=control,
+        plane="G18" if lathe else "G17",
+        feed_word=control.feed_word if lathe else "G94",
+    )
+    if lathe:
+        state.place["y"] = 0.0
+    return state
+
+
+def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number]:
+    """Return what the control itself knows: places of the axes, and what is in force."""
+
+    def value(key: Key) -> Number:
+        axis = _PLACES.get(key)
+        if axis is not None and state.place[axis] is not None:
+            return (state.known(axis) - state.shift[axis]) / state.factor(axis)
+        if key == "_feed":
+            return state.feed
+        if key == "_rpm":
+            return state.speed
+        if control is LINUXCNC:
+            if isinstance(key, int):
+                return 0.0
+            setting = _SETTINGS.get(key)
+            return None if setting is None else setting(state)
+        return None
+
+    return value
+
+
+_PLACES: dict[Key, str] = {
+    5420: "x", 5421: "y", 5422: "z", "_x": "x", "_y": "y", "_z": "z",
+    5001: "x", 5002: "y", 5003: "z", 5041: "x", 5042: "y", 5043: "z",
+}  # fmt: skip
+_SETTINGS: dict[Key, Callable[[ProgramState], Number]] = {
+    "_metric": lambda state: float(state.unit_mm == 1.0),
+    "_imperial": lambda state: float(state.unit_mm != 1.0),
+    "_absolute": lambda state: float(state.absolute),
+    "_incremental": lambda state: float(not state.absolute),
+    "_lathe_diameter_mode": lambda state: float(state.diameter),
+    "_lathe_radius_mode": lambda state: float(not state.diameter),
+}
+
+
+def _beside(source: str, control: Control) -> Callable[[str], Instructions | None]:
+    """Return what finds a subprogram in the folder of the program."""
+    folder = Path(source).parent
+
+    def find(unit: str) -> Instructions | None:
+        if not unit.replace("_", "").replace("-", "").isalnum():
+            return None
+        ends = (unit.lower(), f"o{unit.zfill(4)}", f"o{unit.zfill(5)}")
+        for path in sorted(folder.iterdir())[:MOST_BESIDE] if folder.is_dir() else ():
+            if path.stem.lower().endswith(ends) and path.suffix.lower() in _SUFFIXES:
+                return control.instructions(program_text(path), source=str(path))
+        return None
+
+    return find
+
+
+def _refuse(source: str, problems: Sequence[UnusableInput]) -> None:
+    """Raise one error of all that is refused, each line and reason once."""
+    said = list(dict.fromkeys(str(problem) for problem in problems))
+    first = [one for one in said if not any(why in one for why in _FOLLOWS)]
+    said = first or said[:1]
+    if not said:
+        return
+    alike: dict[str, list[str]] = {}
+    for one in said:
+        alike.setdefault(re.sub(r": line \d+: ", ": ", one, count=1), []).append(one)
+    told = [some[0] + _also(some[1:]) for some in alike.values()]
+    rest = [one.removeprefix(f"{source}: ") for one in told[1:MOST_SAID]]
+    more = f" and {len(told) - MOST_SAID} more" if len(told) > MOST_SAID else ""
+    raise UnusableInput("; ".join([told[0], *rest]) + more)
+
+
+def _also(others: Sequence[str]) -> str:
+    """Return the lines that are refused for the same word and reason."""
+    if not others:
+        return ""
+    lines = [found[1] for one in others[:6] if (found := re.search(r": line (\d+): ", one))]
+    more = " and more" if len(others) > len(lines) else ""
+    return f" (so in line {', '.join(lines)}{more})"
+
+
+def _turned(travel: ProgramMove) -> Move:
+    """Return a move in the plane of the spindle's axis."""
+    start, end = _point(travel.start), _point(travel.end)
+    if travel.feed is None or travel.speed is None:
+        return Rapid(start, end, travel.line, travel.tool)
+    if travel.circle is None:
+        return Linear(
+            start, end, travel.feed, travel.speed, travel.line, travel.tool, travel.thread
+        )
+    z, x = travel.circle.centre
+    return Arc(
+        start, end, Point(x, z), travel.circle.left, travel.feed, travel.speed, travel.line,
+        travel.tool,
+    )  # fmt: skip
+
+
+def _point(place: ToolPlace) -> Point:
+    return Point(place.x_mm, place.z_mm)

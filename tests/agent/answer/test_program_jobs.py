@@ -14,8 +14,9 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobCut, JobProgram, read_job
 from autodb.files.machine import AxisLimits
 from autodb.fitting import Gaussian
-from autodb.forward import along, job_cuts, programs
+from autodb.forward import along, job_cuts, line_parts, programs
 from autodb.forward.limits import exceeding
+from autodb.forward.line_parts import Followed
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected_means, forecast
@@ -35,7 +36,10 @@ ARM_M = 0.03
 JOB = 'name = "a"\nmaterial = "steel bar"\ntool = "insert"\n'
 
 
-def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> programs.Followed:
+SQUARE = {"other": {"kappa_deg": 90.0}}
+
+
+def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> Followed:
     """Return a program followed in a bar of Ø60, if nothing else is said."""
     (folder / "p.nc").write_text(head + body, encoding="utf-8")
     stock = {} if "stock" in said else {"stock_diameter_mm": 60.0}
@@ -43,7 +47,7 @@ def _follow(folder: Path, body: str, *, head: str = HEAD, **said: Any) -> progra
     return programs.follow(asked, units=None, diameter=None)
 
 
-def _predict(found: programs.Followed, tool: ToolOf = INSERT) -> tuple[PredictedCut, ...]:
+def _predict(found: Followed, tool: ToolOf = INSERT) -> tuple[PredictedCut, ...]:
     return along.predict_lines(known(), tool, found.lines, source=found.source)
 
 
@@ -53,7 +57,7 @@ def _ends(one: Interval) -> tuple[float, float, float]:
 
 def test_a_longitudinal_line_takes_what_its_cut_takes(tmp_path: Path) -> None:
     """Through air first, of which nothing counts; the edge's way over the land is all alike."""
-    (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n"))
+    (line,) = _predict(_follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\n", tools=SQUARE))
     cut = JobCut(diameter_mm=56, depth_mm=2, feed_mm_rev=0.2, speed_rpm=1000)
     (same,) = job_cuts.predict(known(), INSERT, [cut])
     assert (line.operation, line.passive) == ("turn", "x")
@@ -95,7 +99,7 @@ def test_steps_that_are_joined_give_the_means_of_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     joined = _follow(tmp_path, PROFILE)
-    monkeypatch.setattr(programs, "MOST", 10**6)
+    monkeypatch.setattr(line_parts, "MOST", 10**6)
     every = _follow(tmp_path, PROFILE)
     assert [line.operation for line in joined.lines] == ["turn", "taper", "contour", "turn"]
     assert max(len(line.steps) for line in joined.lines) == 32
@@ -118,10 +122,18 @@ def test_the_time_is_that_of_the_way_in_the_stock(tmp_path: Path) -> None:
     assert_allclose(found.fed_s, 36 / 200 * 60)
 
 
+def test_of_a_shoulder_counts_what_the_edge_reaches(tmp_path: Path) -> None:
+    """Of 8 mm with 0.3 mm on them, an edge at 94° meets 0.3/tan 4° at the most."""
+    stock = [[-60, 40], [-29.7, 40], [-29.7, 25], [0, 25]]
+    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock)
+    most = found.lines[0].ranges()["cutting.depth"][1]
+    assert_allclose(most, (0.3 - 0.025) / np.tan(np.radians(4.0)), rtol=0.01)
+
+
 def test_a_shoulder_met_at_once_is_a_peak_that_is_spoken_of(tmp_path: Path) -> None:
     """0.5 mm along the land, 8 mm over the shoulder's last 0.3 mm; its limit is of that peak."""
     stock = [[-60, 40], [-29.7, 40], [-29.7, 25], [0, 25]]
-    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock)
+    found = _follow(tmp_path, "G0 X24 Z1\nG1 Z-30 F.1\nX42\n", stock=stock, tools=SQUARE)
     assert len(found.lines) == 1
     assert_allclose(found.lines[0].ranges()["cutting.depth"], [0.5 + 7.5 * 0.01, 8.0])
     (line,) = cuts = _predict(found)
@@ -173,7 +185,9 @@ REFUSED = {
     "word": ({}, "G0 X56 Z2\nG1 Z-30 F.2 Q9\n", r"p\.nc: line 3: 'Q9': "),
     "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: line 4: this rapid goes"),
     "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: the program cuts no stock; "),
-    "axis": ({}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"p\.nc: line 3: the tool's tip cuts on the spin"),
+    "axis": (
+        {"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"line 3: the tool's tip cuts on",
+    ),
     "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: is not the program of"),
 }  # fmt: skip
 
@@ -215,7 +229,9 @@ def test_a_line_that_the_edge_cannot_follow_is_named(tmp_path: Path) -> None:
 
 
 BOTH = "give either [[cut]] or [program], and only one of them"
-STOCKS = "program: give either stock_diameter_mm (a bar) or stock, and only one of them"
+STOCKS = (
+    "program: give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no other"
+)
 JOBS = {
     "neither": ("", BOTH),
     "both": (
@@ -293,3 +309,73 @@ def test_a_job_says_the_course_of_its_cuts_and_one_power(cli: Cli, tmp_path: Pat
         omega = 1000 * np.pi / 30
         assert_allclose(one["power_W"]["value"], one["torque_N_m"]["value"] * omega)
     assert_allclose(face["torque_N_m"]["value"], 0.02 * face["force_y_N"]["value"], rtol=1e-3)
+
+
+FAILURES = {
+    "17_boring.nc": "line 5: this cuts inwards from the surface that was just turned",
+    "18_partoff.nc": "line 4: 40.000 mm deep, more than the edge's 25 mm",
+    "19_groove.nc": "line 4: 40.000 mm deep",
+    "24_noM3.nc": "line 4: 'G1': nothing has started the spindle; use M3",
+    "30_feedhuge.nc": "line 4: a feed of 200 mm/rev is beyond what a tool cuts with",
+}
+PROGRAMS = {
+    "17_boring.nc": "G97 S800 M3\nG0 X22 Z2\nG1 Z-40 F0.15\nX20\nG0 Z2\nX24\nG1 Z-40\nX22\nG0 Z2\n",
+    "18_partoff.nc": "G97 S800 M3\nG0 X62 Z-40\nG1 X0 F0.08\nG0 X70\n",
+    "19_groove.nc": "G97 S800 M3\nG0 X62 Z-40\nG1 X54 F0.08\nG0 X70\nG0 Z-43\nG1 X54\nG0 X70\n",
+    "24_noM3.nc": "G97 S800\nG0 X56 Z2\nG1 Z-40 F0.2\n",
+    "30_feedhuge.nc": "G97 S1000 M3\nG0 X56 Z2\nG1 Z-40 F200\n",
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_what_no_tool_explains_or_no_machine_does_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(UnusableInput) as caught:
+        _follow(tmp_path, PROGRAMS[name], head="G18 G21 G90 G95\n")
+    assert FAILURES[name] in str(caught.value)
+    assert has_remedy(str(caught.value))
+
+
+def test_a_stated_tool_has_its_own_edge(tmp_path: Path) -> None:
+    """A blade of 3 mm takes 3 mm, a boring bar the ring, whichever is turned elsewhere."""
+    head = "G18 G21 G90 G95\n"
+    blade = {"other": {"kind": "grooving", "width_mm": 3.0}}
+    found = _follow(tmp_path, PROGRAMS["18_partoff.nc"], head=head, tools=blade)
+    (line,) = _predict(found)
+    assert line.operation == "groove"
+    cut = JobCut(operation="groove", diameter_mm=60, width_mm=3, feed_mm_rev=0.08, speed_rpm=800)
+    (same,) = job_cuts.predict(known(), INSERT, [cut])
+    assert_allclose(line.force_y_N.value, same.force_y_N.value, rtol=0.03)  # slower inside
+    bar = {"other": {"kind": "boring"}}
+    bored = _follow(tmp_path, PROGRAMS["17_boring.nc"], head=head, tools=bar, bore_diameter_mm=20.0)
+    assert [line.operation for line in bored.lines] == ["bore", "bore"]
+    assert_allclose(bored.removed_mm3, np.pi * (12**2 - 10**2) * 40, rtol=1e-3)
+
+
+def test_a_mill_s_program_meets_its_block(tmp_path: Path) -> None:
+    """A slot of 10 mm, then half of it beside: widths and volume as drawn."""
+    body = "S1000 M3\nG0 X-10 Y10 Z5\nG1 Z-2 F200\nX60\nG0 Z5\nX-10 Y15\nG1 Z-2\nX60\n"
+    mill = {"other": {"kind": "end_mill", "diameter_mm": 10.0, "teeth": 4}}
+    (tmp_path / "p.nc").write_text("G21 G90 G17\n" + body, encoding="utf-8")
+    said = {"file": str(tmp_path / "p.nc"), "block_mm": [0, 50, 0, 50, -10, 0], "tools": mill}
+    found = programs.follow(JobProgram.model_validate(said), units=None, diameter=None)
+    assert_allclose(found.removed_mm3, 50 * 10 * 2 + 50 * 5 * 2, rtol=0.005)
+    slot, side = _predict(found)
+    pairs: tuple[tuple[PredictedCut, str, dict[str, float]], ...] = (
+        (slot, "slot", {}),
+        (side, "side-up", {"width_mm": 5}),
+    )
+    for line, operation, more in pairs:
+        cut = JobCut.model_validate(
+            {
+                "operation": operation,
+                "depth_mm": 2,
+                "feed_mm_tooth": 0.05,
+                "speed_rpm": 1000,
+                **more,
+            }
+        )
+        (same,) = job_cuts.predict(known(), ToolOf("m", {"diameter_mm": 10, "teeth": 4}), [cut])
+        assert line.peaks is not None
+        assert same.peaks is not None
+        ours, theirs = line.peaks.torque_N_m.value, same.peaks.torque_N_m.value
+        assert_allclose(ours, theirs, rtol=0.01)

@@ -59,7 +59,7 @@ def _plain(value: Any) -> Any:
                 "job": (None, b'{"name": "a", "material": "b", "tool": "c", "program": {}}'),
                 "program": ("a.nc", b"G0"),
             },
-            "job: program: give either stock_diameter_mm",
+            "job: program: give one of stock_diameter_mm",
         ),
         (
             {

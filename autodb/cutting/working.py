@@ -1,0 +1,327 @@
+"""Engagement of a program whose tools differ: outside and inside turning, grooves, threads, drills.
+
+Each tool meets the stock as those before have left it, and has an engaged edge of its own:
+
+- outside: as ``contour`` says;
+- boring: the same seen in a mirror, x' = C − x, in which the bore is turned from outside;
+- grooving and parting: the blade's front, as wide as there is stock before it: [z, z + w] where the
+  program states the corner towards the chuck;
+- a thread: the two flanks of a V of 60°, each pass as deep as it is beyond the one before;
+- a drill on the axis: its whole width, where there is no hole yet.
+
+Source: geometry, derived here.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.contour import (
+    TOUCH_MM,
+    ContourEngagement,
+    engaged_moves,
+    engagement_rows,
+    joined,
+    piece_ends_mm,
+)
+from autodb.cutting.pieces import Piece, pieces
+from autodb.cutting.stock import Stock
+from autodb.errors import UnusableInput
+from autodb.nc.reading import Arc, Linear, Move, Point, Rapid
+
+Array = NDArray[np.float64]
+WorkKind = Literal["outside", "boring", "grooving", "threading", "drill"]
+
+MIRROR_MM = 10_000.0
+"""The radius about which a bore is mirrored: larger than any work. Chosen."""
+DEEPEST_MM = 25.0
+"""Longest edge of a tool that nothing is stated of: inserts of ISO 1832 have edges of 6 to 25 mm.
+Chosen."""
+FLANK_RAD = np.pi / 6.0
+"""Half the angle of a thread's V (ISO 68, UN)."""
+_OFF_AXIS_MM = 0.05
+
+
+@dataclass(frozen=True)
+class WorkTool:
+    """A tool of a program: what it does, and what of its shape decides the engaged edge.
+
+    ``edge_mm``: its longest depth; ``lean`` as in ``contour``; ``width_mm`` of a blade, which
+    reaches from its corner away from the chuck unless ``towards_chuck``; ``diameter_mm`` of a
+    drill.
+    """
+
+    kind: WorkKind = "outside"
+    edge_mm: float = DEEPEST_MM
+    lean: float = 0.0
+    width_mm: float | None = None
+    towards_chuck: bool = False
+    diameter_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is there to cut: the outer surface, and the bore as it looks in the mirror.
+
+    ``thread_mm``: radius down to which the last thread goes, None without one.
+    """
+
+    outer: Stock
+    bored: Stock
+    thread_mm: float | None = None
+
+    def volume_mm3(self, *, from_mm: float) -> float:
+        """Return the volume of the work in front of z, its bore left out, mm³."""
+        inner = replace(
+            self.bored,
+            low_mm=MIRROR_MM - self.bored.low_mm,
+            high_mm=MIRROR_MM - self.bored.high_mm,
+            behind_mm=0.0,
+        )
+        return self.outer.volume_mm3(from_mm=from_mm) - inner.volume_mm3(from_mm=from_mm)
+
+
+@dataclass(frozen=True)
+class Worked:
+    """Engagement of a whole program: ``kinds`` of each line, and what of it ``widths`` says.
+
+    ``width_mm`` (n,): of a groove's chip, and the height of a thread, at every step;
+    ``removed_mm3`` of all.
+    """
+
+    steps: ContourEngagement
+    width_mm: Array
+    kinds: Mapping[int, WorkKind]
+    removed_mm3: float
+
+
+def solid(outer: Stock, *, bore_mm: float = 0.0) -> Work:
+    """Return a work from its outer surface, with a through hole of a radius along it or none."""
+    inner = replace(
+        outer,
+        low_mm=np.full_like(outer.low_mm, MIRROR_MM - bore_mm),
+        high_mm=np.full_like(outer.high_mm, MIRROR_MM - bore_mm),
+        behind_mm=MIRROR_MM - bore_mm,
+    )
+    return Work(outer, inner)
+
+
+def worked(
+    moves: Sequence[Move],
+    work: Work,
+    tools: Mapping[str | None, WorkTool],
+    *,
+    source: str,
+    step_mm: float = 0.05,
+) -> Worked:
+    """Return the engagement along moves, each with its tool; see `contour.engagement`.
+
+    ``tools``: by what the program calls them, None the one of all others. Raises UnusableInput
+    naming ``source`` and the line that its tool cannot cut: a bore or a groove that none explains.
+    """
+    if not any(isinstance(move, Linear | Arc) for move in moves):
+        raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
+    at_mm = piece_ends_mm(moves, step_mm=step_mm)
+    widths = [tool.width_mm for tool in tools.values() if tool.width_mm]
+    at_mm = np.concatenate([at_mm, *(at_mm + sign * w for w in widths for sign in (1, -1))])
+    work = replace(
+        work,
+        outer=work.outer.divided(at_mm, cell_mm=step_mm),
+        bored=work.bored.divided(at_mm, cell_mm=step_mm),
+    )
+    rows: list[ContourEngagement] = []
+    width: list[Array] = []
+    kinds: dict[int, WorkKind] = {}
+    begun = work.volume_mm3(from_mm=float(at_mm.min()))
+    threads_mm3 = 0.0
+    for tool, some in _by_tool(moves, tools):
+        found, wide, work = _MADE[tool.kind](some, work, tool, source, step_mm)
+        rows += found
+        width += wide
+        kinds |= {move.line: tool.kind for move in some}
+        if tool.kind == "threading":
+            threads_mm3 += sum(map(_thread_mm3, found, wide))
+    steps = joined(rows)
+    left = work.volume_mm3(from_mm=float(at_mm.min()))
+    return Worked(steps, np.concatenate(width), kinds, begun - left + threads_mm3)
+
+
+def _by_tool(
+    moves: Sequence[Move], tools: Mapping[str | None, WorkTool]
+) -> Iterator[tuple[WorkTool, list[Move]]]:
+    """Yield runs of moves that one tool makes in one way.
+
+    A thread tells that it is one; the rapids behind its passes begin in it.
+    """
+    thread, plain = WorkTool("threading"), WorkTool()
+    of: list[WorkTool] = []
+    for move in moves:
+        stated = tools.get(move.tool, tools.get(_plain(move.tool), tools[None]))
+        threads = isinstance(move, Linear) and move.thread
+        behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
+        cuts = plain if stated.kind == "threading" else stated
+        of.append(thread if threads or behind else cuts)
+    for tool, pairs in groupby(zip(of, moves, strict=True), lambda pair: pair[0]):
+        yield tool, [move for _, move in pairs]
+
+
+def _plain(tool: str | None) -> str | None:
+    """Return a tool's number without its offset and zeros: 3 of 0303."""
+    if tool is None or not tool.isdigit():
+        return tool
+    return str(int(tool[:-2])) if len(tool) > 2 and int(tool[:-2] or 0) else str(int(tool))
+
+
+_Made = tuple[list[ContourEngagement], list[Array], Work]
+
+
+def _outside(
+    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
+) -> _Made:
+    rows, outer = engaged_moves(
+        moves, work.outer, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, lean=tool.lean
+    )
+    return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, outer=outer)
+
+
+def _boring(
+    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
+) -> _Made:
+    seen = [_mirrored(move) for move in moves]
+    rows, bored = engaged_moves(
+        seen, work.bored, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, mirror_mm=MIRROR_MM
+    )
+    return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, bored=bored)
+
+
+def _mirrored(move: Move) -> Move:
+    start, end = _seen(move.start), _seen(move.end)
+    if isinstance(move, Arc):
+        return replace(move, start=start, end=end, centre=_seen(move.centre), left=not move.left)
+    return replace(move, start=start, end=end)
+
+
+def _seen(place: Point) -> Point:
+    return Point(MIRROR_MM - place.x_mm, place.z_mm)
+
+
+def _grooving(
+    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
+) -> _Made:
+    if tool.width_mm is None:
+        raise UnusableInput(
+            f"{source}: line {moves[0].line}: the blade's width is not known; state width_mm"
+        )
+    rows, wide = [], []
+    for move in moves:
+        if isinstance(move, Rapid):
+            continue
+        for piece in pieces(move, step_mm=step_mm):
+            found, width, outer = _plunged(piece, work.outer, tool, source)
+            rows.append(found)
+            wide.append(width)
+            work = replace(work, outer=outer)
+    return rows, wide, work
+
+
+def _plunged(
+    piece: Piece, stock: Stock, tool: WorkTool, source: str
+) -> tuple[ContourEngagement, Array, Stock]:
+    """Return what a blade does on a piece of its way: in, or along with its side."""
+    width = tool.width_mm or 0.0
+    if not piece.square:
+        (row,), after = engaged_moves(
+            [piece.move], stock, source=source, step_mm=float(piece.step_mm.max()),
+            edge_mm=max(width, tool.edge_mm),
+        )  # fmt: skip
+        return row, np.zeros(row.x_mm.size), after
+    z_mm = float(piece.z_mm[0])
+    low, high = (z_mm - width, z_mm) if tool.towards_chuck else (z_mm, z_mm + width)
+    first, last = np.searchsorted(stock.edges_mm, [low - 1e-9, high - 1e-9])
+    cells = slice(int(first), int(last))
+    inside = np.minimum(stock.low_mm[cells], stock.high_mm[cells])
+    sizes = np.diff(stock.edges_mm)[cells]
+    chip = (inside[None, :] > np.abs(piece.middle_x_mm)[:, None] + 1e-9) @ sizes
+    inwards = piece.x_mm[-1] < piece.x_mm[0]
+    chip = chip if inwards else np.zeros_like(chip)
+    span = stock.edges_mm[[int(first), min(int(last), stock.edges_mm.size - 1)]]
+    to = np.full(2, abs(float(piece.x_mm[-1])))
+    after = stock.turned(span, to) if inwards and span[1] > span[0] else stock
+    outer = np.abs(piece.middle_x_mm)
+    return engagement_rows(piece, chip, outer, source), chip, after
+
+
+def _threading(
+    moves: Sequence[Move], work: Work, _tool: WorkTool, source: str, step_mm: float
+) -> _Made:
+    rows, wide = [], []
+    for move in moves:
+        if isinstance(move, Rapid):
+            continue
+        for piece in pieces(move, step_mm=max(step_mm, 0.02 * move.length_mm)):
+            x_mm = piece.middle_x_mm
+            outer = work.outer.radius_mm(piece.middle_z_mm)
+            bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)
+            inside = bool(np.median(bore) > 0 and np.median(x_mm - bore) < np.median(outer - x_mm))
+            height = np.where(outer > 0, (x_mm - bore) if inside else (outer - x_mm), 0.0)
+            height = np.maximum(height, 0.0)
+            last = work.thread_mm
+            again = last is not None and abs(last - float(x_mm[-1])) < 2.0
+            reached = np.abs(x_mm - last) if again and last is not None else height
+            depth = np.minimum(reached, height)
+            rows.append(
+                engagement_rows(
+                    piece, depth, np.maximum(np.abs(x_mm), outer * (not inside)), source
+                )
+            )
+            wide.append(height)
+            work = replace(work, thread_mm=float(x_mm[-1]))
+    return rows, wide, work
+
+
+def _thread_mm3(row: ContourEngagement, height: Array) -> float:
+    """Return what a pass of a thread removes: A = d (2 h − d) tan 30° along the helix, mm³."""
+    area = row.depth_mm * (2.0 * height - row.depth_mm) * np.tan(FLANK_RAD)
+    turns = row.step_mm / row.feed_mm_rev
+    return float(np.sum(area * 2.0 * np.pi * np.abs(row.x_mm) * turns))
+
+
+def _drilling(
+    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
+) -> _Made:
+    if tool.diameter_mm is None:
+        raise UnusableInput(
+            f"{source}: line {moves[0].line}: the drill's diameter is not known; state diameter_mm"
+        )
+    radius, rows, wide = 0.5 * tool.diameter_mm, [], []
+    for move in moves:
+        if isinstance(move, Rapid):
+            continue
+        if max(abs(move.start.x_mm), abs(move.end.x_mm)) > _OFF_AXIS_MM:
+            raise UnusableInput(
+                f"{source}: line {move.line}: a drill off the axis; state another kind of tool"
+            )
+        for piece in pieces(move, step_mm=step_mm):
+            bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)
+            there = work.outer.radius_mm(piece.middle_z_mm) > 0
+            cuts = there & (bore < radius - TOUCH_MM) & (not piece.away)
+            row = engagement_rows(
+                piece, np.where(cuts, radius - bore, 0.0), np.full_like(bore, radius), source
+            )
+            rows.append(replace(row, x_mm=np.full_like(bore, radius)))
+            wide.append(np.zeros(bore.size))
+            if not piece.away:
+                down = piece.z_mm[::-1]
+                bored = work.bored.turned(down, np.full_like(down, MIRROR_MM - radius))
+                work = replace(work, bored=bored)
+    return rows, wide, work
+
+
+_MADE = {
+    "outside": _outside, "boring": _boring, "grooving": _grooving, "threading": _threading,
+    "drill": _drilling,
+}  # fmt: skip

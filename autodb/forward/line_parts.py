@@ -1,0 +1,106 @@
+"""A program followed through its stock, and the steps of its lines joined into parts.
+
+Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.errors import UnusableInput
+from autodb.files.checksums import checksum
+from autodb.files.job import JobProgram
+from autodb.forward.along import ProgramLine
+from autodb.nc.reading import program_text
+from autodb.pairs.engaged import Conditions
+
+Array = NDArray[np.float64]
+
+MOST = 32
+"""Steps of a line beyond which they are joined. Chosen: means of cones and arcs are off by less
+than 0.1 % of what all steps give (a test)."""
+MOST_LINES = 300
+"""Lines of a program beyond which neighbours are joined. Chosen: an answer that can be read, and
+some seconds to predict."""
+ALIKE = 1e-6
+"""Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A program followed through its stock: the lines that cut, and how long it feeds, s.
+
+    ``tools``: what the program calls the tools that cut; ``removed_mm3`` of the stock; ``notes``:
+    what was taken of the program that it does not say.
+    """
+
+    source: str
+    sha256: str
+    lines: tuple[ProgramLine, ...]
+    fed_s: float
+    tools: tuple[str, ...]
+    removed_mm3: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def cutting_s(self) -> float:
+        """How long the lines cut, s."""
+        return float(sum(line.time_s.sum() for line in self.lines))
+
+
+def program_of_job(asked: JobProgram) -> tuple[str, str]:
+    """Return the text of a job's program and its checksum; raises UnusableInput for another one."""
+    path = Path(asked.file)
+    text = program_text(path)
+    found = checksum(path)
+    if asked.sha256 not in (None, found):
+        raise UnusableInput(
+            f"{path}: is not the program of this job, its sha256 is {found}; use the file with "
+            f"{asked.sha256}"
+        )
+    return text, found
+
+
+LineRows = Mapping[tuple[int, str], list[int]]
+"""Steps that cut, by line and operation."""
+
+
+def lines_joined(
+    rows: LineRows, said: Mapping[int, str], tools: Sequence[object]
+) -> Iterator[tuple[int, str, str, list[int]]]:
+    """Yield number, operation, name and steps of every line; of very many, runs of lines as one.
+
+    ``tools``: of every step; a run has one.
+    """
+    many = -(-len(rows) // MOST_LINES)
+    keys = list(rows)
+    for (operation, _), run in groupby(keys, key=lambda key: (key[1], id(tools[rows[key][0]]))):
+        some = list(run)
+        for at in range(0, len(some), many):
+            part = some[at : at + many]
+            first, last = part[0][0], part[-1][0]
+            name = (
+                f"line {first}: {said.get(first, '')}"
+                if last == first
+                else (f"lines {first} to {last}")
+            )
+            yield first, operation, name, [row for key in part for row in rows[key]]
+
+
+def part_begins(columns: Array) -> NDArray[np.intp]:
+    """Return at which steps (n, k) parts of a line begin: where something changes, MOST at most."""
+    changes = np.any(np.abs(np.diff(columns, axis=0)) > ALIKE, axis=1)
+    begins = np.append(0, np.flatnonzero(changes) + 1)
+    if len(begins) <= MOST:
+        return begins
+    return np.unique(np.linspace(0, len(columns), MOST, endpoint=False).astype(np.intp))
+
+
+def step_conditions(columns: Mapping[str, Array]) -> tuple[Conditions, ...]:
+    """Return columns by channel as conditions of each step."""
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return tuple(dict(zip(columns, row, strict=True)) for row in rows)

@@ -1,0 +1,212 @@
+"""A milling program as cuts: every line that cuts, with the engagement of its real path.
+
+The stock is a block; each step meets what those before have left, so that a corner or a pocket has
+the width that it has there. Lines that only go down are not predicted, and said; drills are.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.block import ACROSS, Block, Cutter, MilledSteps, milled
+from autodb.errors import UnusableInput
+from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
+from autodb.forward.along import ProgramLine
+from autodb.forward.line_parts import (
+    Followed,
+    lines_joined,
+    part_begins,
+    program_of_job,
+    step_conditions,
+)
+from autodb.nc.reading import line_texts
+from autodb.nc.reading.travels import ProgramMove
+from autodb.nc.reading.turning_program import ReadProgram, carried_out
+from autodb.pairs.engaged import (
+    BAND_HIGH,
+    BAND_LOW,
+    DEPTH,
+    DIAMETER,
+    DIRECTION,
+    FEED,
+    RPM,
+    SPEED,
+    Conditions,
+)
+
+Array = NDArray[np.float64]
+
+PLUNGES = 0.98
+"""Share of a step that goes down from which it counts as a plunge. Chosen: 79°."""
+POINT_DEG = 130.0
+"""Angle of a drill's point that nothing is stated of, as ``cutting.tools`` takes it."""
+
+
+def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Followed:
+    """Return a job's milling program as lines that cut.
+
+    Raises UnusableInput naming the program's file, its line and word, where it is not read, a tool
+    is not stated, or nothing is cut.
+    """
+    text, sha256 = program_of_job(asked)
+    source = str(Path(asked.file))
+    inches = (asked.units or units or "mm") == "inch"
+    done = carried_out(text, source=source, lathe=False, inch=inches, control=asked.control)
+    tools = [_tool_of(travel, asked, source) for travel in done.travels]
+    block = _block(asked, tools)
+    steps = milled(done.travels, block, [_cutter(tool) for tool in tools], source=source)
+    _refuse_beyond(steps, done.travels, tools, source)
+    said = line_texts(text, source=source)
+    lines, plunged = _lines(steps, done.travels, tools, said)
+    if not lines and not plunged:
+        raise UnusableInput(
+            f"{source}: the program cuts no stock; state a block that reaches into the path"
+        )
+    return Followed(
+        source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
+        (*done.notes, *_said(plunged)),
+    )  # fmt: skip
+
+
+def _said(plunged: Sequence[int]) -> Iterator[str]:
+    if plunged:
+        some = ", ".join(f"{line}" for line in plunged[:10])
+        more = f" and {len(plunged) - 10} more" if len(plunged) > 10 else ""
+        yield f"mills plunge in lines {some}{more}: what that takes is not predicted"
+
+
+def _names(done: ReadProgram, steps: MilledSteps) -> tuple[str, ...]:
+    moves = np.unique(steps.move[steps.removed_mm3 > 0]).tolist()
+    return tuple(dict.fromkeys(tool for k in moves if (tool := done.travels[k].tool)))
+
+
+def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool:
+    """Return what a job states of a move's tool; raises UnusableInput where it states nothing."""
+    name = travel.tool or OTHERS
+    tool = asked.tools.get(name, asked.tools.get(name.lstrip("0"), asked.tools.get(OTHERS)))
+    if tool is None or tool.diameter_mm is None:
+        raise UnusableInput(
+            f"{source}: line {travel.line}: nothing is stated of tool '{name}'; state its kind, "
+            f"diameter_mm and teeth as [program.tools.{name}] or [program.tools.{OTHERS}]"
+        )
+    return tool
+
+
+def _cutter(tool: ProgramTool) -> Cutter:
+    diameter = tool.diameter_mm or 0.0
+    point = 0.5 * diameter / np.tan(np.radians(0.5 * POINT_DEG)) if tool.kind == "drill" else 0.0
+    return Cutter(diameter, tool.corner_radius_mm or 0.0, float(point))
+
+
+def _block(asked: JobProgram, tools: Sequence[ProgramTool]) -> Block:
+    """Return the block that a job states, in cells that are fine beside its smallest tool."""
+    assert asked.block_mm is not None
+    x0, x1, y0, y1, z0, z1 = asked.block_mm
+    smallest = min(tool.diameter_mm or np.inf for tool in tools)
+    return Block((x0, y0, z0), (x1, y1, z1), smallest / ACROSS)
+
+
+def _refuse_beyond(
+    steps: MilledSteps, travels: Sequence[ProgramMove], tools: Sequence[ProgramTool], source: str
+) -> None:
+    """Raise UnusableInput where a feed a tooth or a depth is a slip of the unit."""
+    most = MOST_CUT["end_mill"]
+    cutting = steps.removed_mm3 > 0
+    teeth = np.array([tool.teeth or 1 for tool in tools])[steps.move]
+    tooth = steps.feed_mm_min / (steps.speed_rpm * teeth)
+    beyond = np.flatnonzero(cutting & ((tooth > most["feed_mm_tooth"]) | (tooth < LEAST)))
+    if beyond.size:
+        at = beyond[0]
+        raise UnusableInput(
+            f"{source}: line {travels[steps.move[at]].line}: a feed of {tooth[at]:g} mm a tooth is "
+            f"beyond any tool; use {LEAST:g} to {most['feed_mm_tooth']:g}"
+        )
+
+
+def _lines(
+    steps: MilledSteps,
+    travels: Sequence[ProgramMove],
+    tools: Sequence[ProgramTool],
+    said: Mapping[int, str],
+) -> tuple[tuple[ProgramLine, ...], list[int]]:
+    """Return the lines that cut, and those in which a mill only plunges."""
+    rows_of: dict[tuple[int, str], list[int]] = {}
+    plunged: dict[int, None] = {}
+    for row in np.flatnonzero(steps.removed_mm3 > 0).tolist():
+        k = int(steps.move[row])
+        drills = tools[k].kind == "drill"
+        if not drills and steps.plunge[row] > PLUNGES:
+            plunged.setdefault(travels[k].line)
+        elif drills or steps.depth_mm[row] > 0:
+            rows_of.setdefault((travels[k].line, "drill" if drills else "mill"), []).append(row)
+    lines = tuple(
+        _line(steps, np.array(rows), tools, (number, operation, name))
+        for number, operation, name, rows in lines_joined(
+            rows_of, said, [tools[k] for k in steps.move.tolist()]
+        )
+    )
+    return lines, list(plunged)
+
+
+def _line(
+    steps: MilledSteps,
+    rows: NDArray[np.intp],
+    tools: Sequence[ProgramTool],
+    called: tuple[int, str, str],
+) -> ProgramLine:
+    """Return a line of which some steps cut: its number, operation and name."""
+    number, operation, name = called
+    tool = tools[int(steps.move[rows[0]])]
+    columns = _columns(steps, rows, tool)
+    begins = part_begins(np.column_stack(list(columns.values())))
+    time_s = np.add.reduceat(steps.time_s[rows], begins)
+    means = {
+        channel: np.add.reduceat(values * steps.time_s[rows], begins) / time_s
+        for channel, values in columns.items()
+    }
+    ends = np.append(begins[1:], len(rows))
+    chip = steps.removed_mm3[rows]
+    at = [b + int(np.argmax(chip[b:e])) for b, e in zip(begins, ends, strict=True)]
+    first, last = ({n: float(v[k]) for n, v in columns.items()} for k in (0, -1))
+    return ProgramLine(
+        name=name,
+        number=number,
+        operation=operation,
+        time_s=time_s,
+        steps=step_conditions(means),
+        extremes=step_conditions({n: values[at] for n, values in columns.items()}),
+        ends=(first, last),
+        widest=first,
+        fastest_rpm=float(columns[RPM].max()),
+        numbers=_numbers(tool),
+    )
+
+
+def _numbers(tool: ProgramTool) -> Conditions:
+    stated = {
+        "diameter_mm": tool.diameter_mm, "corner_radius_mm": tool.corner_radius_mm,
+        "helix_deg": tool.helix_deg, "teeth": None if tool.kind == "drill" else tool.teeth or 1,
+    }  # fmt: skip
+    return {name: float(value) for name, value in stated.items() if value is not None}
+
+
+def _columns(steps: MilledSteps, rows: NDArray[np.intp], tool: ProgramTool) -> dict[str, Array]:
+    """Return conditions of steps by channel of a cut table."""
+    teeth = 1.0 if tool.kind == "drill" else float(tool.teeth or 1)
+    rpm = steps.speed_rpm[rows]
+    depth = steps.depth_mm[rows]
+    return {
+        FEED: steps.feed_mm_min[rows] / (rpm * teeth),
+        DIAMETER: np.full_like(depth, tool.diameter_mm or 0.0),
+        DEPTH: depth
+        if tool.kind != "drill"
+        else np.full_like(depth, 0.5 * (tool.diameter_mm or 0)),
+        BAND_LOW: steps.low_mm[rows],
+        BAND_HIGH: steps.high_mm[rows],
+        RPM: rpm,
+        SPEED: np.pi * (tool.diameter_mm or 0.0) * rpm / 1000.0,
+        DIRECTION: steps.direction_deg[rows],
+    }

@@ -1,0 +1,1 @@
+"""Cycles of lathes and mills, written out as the moves that they make."""

@@ -1,0 +1,79 @@
+"""Cycles of Sinumerik, called by name with arguments, once or at every place (MCALL)."""
+
+from collections.abc import Callable, Mapping
+from math import cos, radians, sin
+
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.cycles import drilling, roughing, threading
+from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
+from autodb.nc.reading.names import CALLS
+
+_DRILLS = frozenset({"CYCLE840"} | {f"CYCLE8{n}" for n in range(1, 10)})
+_REMEDY = "this cycle is not read; write out its moves as G0, G1, G2 and G3"
+Numbers = tuple[float | None, ...]
+
+
+def call_cycles(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Carry out the cycles that a block calls; after its place, where one is in force."""
+    names = [name for name in codes if name in CALLS]
+    if "MCALL" in names:
+        names.remove("MCALL")
+        m.state.cycle = None
+        if names:
+            m.modal_call = (names[0], codes[names[0]])
+            return
+        m.modal_call = None
+    for name in names:
+        _carry_out(m, name, codes[name], block)
+
+
+def at_place(m: Carrying, block: ProgramBlock) -> None:
+    """Carry out the cycle that is in force at every place."""
+    if m.modal_call is not None:
+        name, word = m.modal_call
+        _carry_out(m, name, word, block)
+
+
+def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
+    numbers = tuple(one if isinstance(one, float) else None for one in word.arguments)
+    texts = [one for one in word.arguments if isinstance(one, str)]
+    if name in _DRILLS:
+        drilling.sinumerik(m, name, numbers, block)
+    elif name == "CYCLE97":
+        threading.cycle97(m, block, numbers)
+    elif name == "CYCLE95" and texts:
+        roughing.cycle95(m, block, texts[0], numbers[1:])
+    elif name in _PATTERNS:
+        for x, y in _PATTERNS[name](numbers, name, block):
+            rapid_to(m, block, x=x + m.state.shift["x"], y=y + m.state.shift["y"])
+            at_place(m, block)
+    else:
+        raise block.refusal(name, _REMEDY)
+
+
+def _row(numbers: Numbers, name: str, block: ProgramBlock) -> list[tuple[float, float]]:
+    """Return the holes of HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM)."""
+    x, y, turn, first, apart, count = _six(numbers, name, block)
+    along = (cos(radians(turn)), sin(radians(turn)))
+    ways = [first + apart * k for k in range(int(count))]
+    return [(x + way * along[0], y + way * along[1]) for way in ways]
+
+
+def _ring(numbers: Numbers, name: str, block: ProgramBlock) -> list[tuple[float, float]]:
+    """Return the holes of HOLES2(CPA, CPO, RAD, STA1, INDA, NUM)."""
+    x, y, radius, first, step, count = _six(numbers, name, block)
+    step = step or 360.0 / max(count, 1.0)
+    angles = [radians(first + step * k) for k in range(int(count))]
+    return [(x + radius * cos(a), y + radius * sin(a)) for a in angles]
+
+
+def _six(numbers: Numbers, name: str, block: ProgramBlock) -> tuple[float, ...]:
+    if len(numbers) < 6:
+        raise block.refusal(name, "six numbers are needed; state place, angle, distances and count")
+    return tuple(one or 0.0 for one in numbers[:6])
+
+
+_PATTERNS: dict[str, Callable[[Numbers, str, ProgramBlock], list[tuple[float, float]]]] = {
+    "HOLES1": _row,
+    "HOLES2": _ring,
+}

@@ -1,0 +1,75 @@
+"""What cycles have in common: moves to places in mm, and numbers that count thousandths."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.corners import CornerRecord
+from autodb.nc.reading.motions import feed_straight, go_rapid
+from autodb.nc.reading.paths import Feed
+from autodb.nc.reading.runner import Runner
+from autodb.nc.reading.state import AXES, ProgramState, word_value
+
+
+class Carrying(Protocol):
+    """What carries out a program, as cycles see it."""
+
+    state: ProgramState
+    record: CornerRecord
+    runner: Runner
+    modal_call: tuple[str, Word] | None
+    in_contour: bool
+
+    def step(self, block: ProgramBlock) -> None:
+        """Carry out a block."""
+
+
+CLEAR_MM = 0.5
+"""How far a cycle draws back between two pecks or passes, where it does not say. Chosen: controls
+keep it in a parameter, of some tenths of a millimetre."""
+_COUNTED = 50.0
+"""A depth D without a decimal point counts thousandths from this number on. Chosen: no cut is so
+many millimetres deep, and none so few thousandths."""
+
+
+def rapid_to(m: Carrying, block: ProgramBlock, **to: float) -> None:
+    """Go fast to a place, mm; an axis that is not named stays."""
+    go_rapid(m.state, {**m.state.place, **to}, block, m.record)
+
+
+def feed_to(
+    m: Carrying,
+    block: ProgramBlock,
+    to: Mapping[str, float],
+    *,
+    feed: Feed | None = None,
+    thread: bool = False,
+) -> None:
+    """Go straight to a place at a feed, mm, that in force where none is given."""
+    feed_straight(m.state, {**m.state.place, **to}, block, m.record, feed=feed, thread=thread)
+
+
+def known_start(m: Carrying, block: ProgramBlock) -> dict[str, float]:
+    """Return where a cycle begins; raises UnusableInput where that is not known."""
+    for axis in AXES:
+        if m.state.place[axis] is None:
+            raise block.refusal(
+                block.words[0].text,
+                f"the cycle's start is not known in {axis.upper()}; state it in a G0 before",
+            )
+    return {axis: m.state.known(axis) for axis in AXES}
+
+
+def thousandths(state: ProgramState, word: Word) -> float:
+    """Return a length in mm of a word that counts thousandths where it has no decimal point."""
+    if "." in word.written:
+        return word_value(word) * state.unit_mm
+    least_mm = 0.0001 * INCH_MM if state.unit_mm == INCH_MM else 0.001
+    return word_value(word) * least_mm
+
+
+def depth_of_cut(state: ProgramState, word: Word) -> float:
+    """Return a depth D in mm: thousandths where it is a large number without a decimal point."""
+    counted = "." not in word.written and word_value(word) >= _COUNTED
+    return abs(thousandths(state, word) if counted else word_value(word) * state.unit_mm)

@@ -1,0 +1,188 @@
+"""Drilling cycles: G81 to G89, G73, G74 and G76 of mills, and along the axis of lathes.
+
+The tool goes over a hole, fast to R, at the feed to Z, and back: to R or to where it was before
+(G98, G99). A cycle stays in force: each further block with a place is a hole. Pecks (Q) draw back
+to R (G83) or a little (G73).
+"""
+
+from collections.abc import Mapping, Sequence
+
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.controls import LINUXCNC
+from autodb.nc.reading.cycles.cycle_moves import (
+    Carrying,
+    feed_to,
+    known_start,
+    rapid_to,
+    thousandths,
+)
+from autodb.nc.reading.motions import nothing_left, targets, without
+from autodb.nc.reading.paths import PerRev
+from autodb.nc.reading.state import word_value
+from autodb.nc.reading.travels import PLANES
+
+PECK_BACK_MM = 0.01 * INCH_MM
+"""How far a peck draws back that does not leave the hole, and how near to the last depth the next
+one goes fast. Chosen: what LinuxCNC's G73 and G83 have."""
+MOST_PECKS = 20_000
+_FEED_OUT = frozenset({"G85", "G89"})
+_TAPS = frozenset({"G84", "G74"})
+_NAMES = "xyz"
+_TAKEN = tuple("RQPLKFSTNOHDIJECM")
+
+
+def drill_on_lathe(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Drill along the axis of a lathe: the tool's place in X is where it drills."""
+    kept, m.state.plane = m.state.plane, "G17"
+    try:
+        drill_holes(m, code, values, block)
+    finally:
+        m.state.plane = kept
+
+
+def drill_holes(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Drill a hole, or as many as L or K say in steps of G91."""
+    state = m.state
+    if state.cycle != code:
+        state.cycle, state.taken, state.motion = code, {}, None
+        state.taken["before"] = known_start(m, block)[_NAMES[PLANES[state.plane][2]]]
+    deep = _NAMES[PLANES[state.plane][2]]
+    axes = {n: w for n, w in values.items() if n in ("X", "Y", "Z", "@", "^")}
+    nothing_left(without(values, *axes, *_TAKEN), block, state)
+    over = {n: w for n, w in axes.items() if n.lower() != deep}
+    depth = axes.get(deep.upper())
+    times = 1
+    for letter in ("L", "K") if state.control is LINUXCNC or not state.lathe else ("L",):
+        if letter in values:
+            times = int(word_value(values[letter]))
+    for _ in range(max(times, 0)):
+        to = targets(state, over, block)
+        _take_levels(m, values, depth, deep, block)
+        rapid_to(m, block, **{a: to[a] or 0.0 for a in _NAMES if a != deep and to[a] is not None})
+        _hole(m, block, code, deep)
+
+
+def _take_levels(
+    m: Carrying,
+    values: Mapping[str, Word],
+    depth: Word | None,
+    deep: str,
+    block: ProgramBlock,
+) -> None:
+    """Keep R, Z and Q of a cycle; in G91 R counts from where the tool is, and Z from R."""
+    state, taken = m.state, m.state.taken
+    here = known_start(m, block)[deep]
+    unit, shift = state.unit_mm, state.shift[deep]
+    if "R" in values:
+        said = unit * word_value(values["R"])
+        taken["R"] = said + shift if state.absolute else said + taken["before"]
+        if state.lathe and state.control.name.startswith("fanuc"):
+            taken["R"] = taken["before"] + said  # counts from the start on Fanuc's lathes
+    if depth is not None:
+        said = unit * word_value(depth)
+        steps = depth.step if depth.step is not None else not state.absolute
+        taken["Z"] = taken.get("R", here) + said if steps else said + shift
+    if "Q" in values:
+        fine = state.lathe and state.control.name.startswith("fanuc")
+        taken["Q"] = abs(
+            thousandths(state, values["Q"]) if fine else unit * word_value(values["Q"])
+        )
+    if "Z" not in taken:
+        raise block.refusal(block.words[0].text, "a cycle without a depth; state Z")
+
+
+def _hole(m: Carrying, block: ProgramBlock, code: str, deep: str) -> None:
+    taken = m.state.taken
+    here = m.state.known(deep)
+    top = taken.get("R", here)
+    if here < top:
+        rapid_to(m, block, **{deep: top})
+    rapid_to(m, block, **{deep: top})
+    if code in ("G73", "G83", "G83.1") and taken.get("Q", 0.0) > 0:
+        pecks(m, block, deep, (top, taken["Z"], taken["Q"]), leaves=code == "G83")
+    else:
+        pitched = code in _TAPS and m.state.feed_word == "G95" and m.state.feed
+        feed = PerRev(m.state.feed) if pitched and m.state.feed else None
+        feed_to(m, block, {deep: taken["Z"]}, feed=feed)
+        if code in _FEED_OUT or code in _TAPS:
+            feed_to(m, block, {deep: top}, feed=feed)
+    back = max(taken["before"], top) if m.state.to_start else top
+    rapid_to(m, block, **{deep: back})
+
+
+def pecks(
+    m: Carrying,
+    block: ProgramBlock,
+    deep: str,
+    levels: tuple[float, float, float],
+    *,
+    leaves: bool,
+) -> None:
+    """Drill from one level to another by pecks; they leave the hole, or draw back a little."""
+    top, bottom, peck = levels
+    if abs(top - bottom) / peck > MOST_PECKS:
+        raise block.refusal("Q", "a peck is far too small; make it larger")
+    sign = 1.0 if bottom < top else -1.0
+    at = top
+    while sign * (at - bottom) > 1e-9:
+        following = at - sign * peck
+        following = bottom if sign * (bottom - following) > -1e-9 else following
+        feed_to(m, block, {deep: following})
+        if sign * (following - bottom) > 1e-9:
+            if leaves:
+                rapid_to(m, block, **{deep: top})
+                rapid_to(m, block, **{deep: following + sign * min(PECK_BACK_MM, peck)})
+            else:
+                rapid_to(m, block, **{deep: following + sign * PECK_BACK_MM})
+        at = following
+
+
+def sinumerik(m: Carrying, name: str, numbers: Sequence[float | None], block: ProgramBlock) -> None:
+    """Drill one hole by CYCLE81 to CYCLE89(RTP, RFP, SDIS, DP, DPR, …) where the tool is."""
+    given = [*numbers, *([None] * 13)][:13]
+    rtp, rfp, sdis, dp, dpr = given[:5]
+    shift = m.state.shift["z"]
+    if rtp is None or (dp is None and not dpr):
+        raise block.refusal(name, "levels are missing; state RTP, RFP and DP or DPR")
+    surface = (rfp or 0.0) + shift
+    bottom = dp + shift if dp is not None else surface - abs(dpr or 0.0)
+    top = surface + abs(sdis or 0.0)
+    known_start(m, block)
+    rapid_to(m, block, z=top)
+    if name == "CYCLE83":
+        _deep_hole(m, block, given, (surface, top, bottom))
+    elif name in ("CYCLE84", "CYCLE840"):
+        pit = abs(given[8] or 0.0) if name == "CYCLE84" else abs(given[9] or 0.0)
+        feed = PerRev(pit) if pit else None
+        feed_to(m, block, {"z": bottom}, feed=feed)
+        feed_to(m, block, {"z": top}, feed=feed)
+    else:
+        feed_to(m, block, {"z": bottom})
+        if name in ("CYCLE85", "CYCLE89"):
+            feed_to(m, block, {"z": top})
+    rapid_to(m, block, z=rtp + shift)
+
+
+def _deep_hole(
+    m: Carrying,
+    block: ProgramBlock,
+    given: Sequence[float | None],
+    levels: tuple[float, float, float],
+) -> None:
+    """Peck: first to FDEP or by FDPR, each further one shorter by DAM; VARI 1 leaves the hole."""
+    surface, top, bottom = levels
+    fdep, fdpr, dam = given[5:8]
+    first = surface - (fdep + m.state.shift["z"]) if fdep is not None else abs(fdpr or 0.0)
+    if first <= 0:
+        raise block.refusal("CYCLE83", "the first peck is missing; state FDEP or FDPR")
+    leaves = bool(given[11])
+    at, peck, less = surface, first, abs(dam or 0.0)
+    while at - bottom > 1e-9:
+        following = max(at - peck, bottom)
+        feed_to(m, block, {"z": following})
+        if following - bottom > 1e-9:
+            rapid_to(m, block, z=top if leaves else following + 1.0)
+            if leaves:
+                rapid_to(m, block, z=following + PECK_BACK_MM)
+        at, peck = following, max(peck - less, less or peck, 1e-3)

@@ -1,0 +1,302 @@
+"""Roughing towards a contour: G71 along the axis, G72 square to it, G73 in its shape, G70 once.
+
+Passes go at levels a depth apart from where the cycle begins; one after them follows the contour,
+moved by the allowances. Pockets of the contour are cut at each level as well (type 2). Fanuc's
+allowances move the contour by U/2 and W; LinuxCNC's D and Sinumerik's FAL are square to it.
+Source: operator's manuals of these controls, as their makers describe the words.
+"""
+
+import copy
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.corners import CornerRecord
+from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
+from autodb.nc.reading.cycles.cycle_moves import (
+    CLEAR_MM,
+    Carrying,
+    depth_of_cut,
+    feed_to,
+    known_start,
+    rapid_to,
+)
+from autodb.nc.reading.state import word_value
+from autodb.nc.reading.travels import ProgramMove
+
+MOST_PASSES = 5000
+AXES_OF = {"G71": ("z", "x"), "G72": ("x", "z")}
+_INDEX = {"x": 0, "z": 2}
+
+
+@dataclass(frozen=True)
+class Passes:
+    """How roughing goes: axes along and across the cut, depth, retract, allowances, mm.
+
+    ``by``: allowance along and across; ``off_mm``: square to the contour; ``start``: along, across.
+    """
+
+    along: str
+    across: str
+    depth_mm: float
+    back_mm: float
+    by: tuple[float, float]
+    off_mm: float
+    start: tuple[float, float]
+
+
+def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Carry out G70 to G73, in two blocks or, as on Haas, in one with D."""
+    if "P" not in values or "Q" not in values:
+        _first_block(m, code, values, block)
+        return
+    first, last = (f"N{word_value(values[letter]):.0f}" for letter in "PQ")
+    start = known_start(m, block)
+    if code == "G70":
+        if "F" in values:
+            m.state.feed = word_value(values["F"]) * m.state.unit_mm
+        _follow(m, list(m.runner.contour(first, last, block)))
+        rapid_to(m, block, x=start["x"])
+        rapid_to(m, block, z=start["z"])
+    else:
+        moves = contour_of(m, m.runner.contour(first, last, block), block)
+        if "F" in values:
+            m.state.feed = word_value(values["F"]) * m.state.unit_mm
+        _allowed(m, code, values, block, moves)
+    m.runner.skip_contour(last)
+
+
+def _first_block(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Keep what the first of two blocks says: G71 U R, G72 W R, G73 U W R."""
+    state = m.state
+    if code == "G70" or not values.keys() & {"U", "W", "R", "D"}:
+        raise block.refusal(
+            code,
+            "this means inches or mm on some controls and a cycle on others; use G20 or G700 for "
+            "inches, G21 or G710 for mm, or state the cycle's P and Q",
+        )
+    state.taken = {n: word_value(w) * state.unit_mm for n, w in values.items() if n in "UWD"}
+    if "R" in values:
+        state.taken["R"] = word_value(values["R"]) * (1.0 if code == "G73" else state.unit_mm)
+
+
+def contour_of(
+    m: Carrying, blocks: Iterable[ProgramBlock], block: ProgramBlock
+) -> list[ProgramMove]:
+    """Return the moves of a contour, run apart: nothing of it stays in force."""
+    if m.in_contour:
+        raise block.refusal(block.words[0].text, "a cycle inside a contour; write it behind it")
+    kept, record = m.state, m.record
+    m.state, m.in_contour = copy.copy(kept), True
+    m.state.place, m.state.shift = dict(kept.place), dict(kept.shift)
+    if m.state.feed is None:
+        m.state.feed = 1.0  # a contour's feeds are those of its finishing
+    found: list[ProgramMove] = []
+    begins: int | None = None
+    m.record = CornerRecord(found.append, source=block.source)
+    try:
+        for one in blocks:
+            m.step(one)
+            # The first block with a place goes to where the contour begins
+            if begins is None and any(word.name in "XZUW" for word in one.words):
+                begins = len(found)
+        m.record.finish()
+    finally:
+        m.state, m.record, m.in_contour = kept, record, False
+    if not found[begins:]:
+        raise block.refusal(block.words[0].text, "the contour has no moves; give two or more")
+    return found[begins:]
+
+
+def _follow(m: Carrying, blocks: Sequence[ProgramBlock]) -> None:
+    """Run a contour's blocks as they stand: the finishing pass."""
+    for one in blocks:
+        m.step(one)
+
+
+def _allowed(
+    m: Carrying,
+    code: str,
+    values: Mapping[str, Word],
+    block: ProgramBlock,
+    moves: Sequence[ProgramMove],
+) -> None:
+    state, taken = m.state, m.state.taken
+    start = {axis: state.known(axis) for axis in ("x", "z")}
+    over_x = word_value(values["U"]) * state.factor("x") if "U" in values else 0.0
+    over_z = word_value(values["W"]) * state.unit_mm if "W" in values else 0.0
+    if code == "G73":
+        _pattern(m, values, block, moves, (over_z, over_x))
+        return
+    depth = taken.get("U" if code == "G71" else "W", taken.get("D", 0.0))
+    if "D" in values:
+        depth = depth_of_cut(state, values["D"])
+    if depth <= 0:
+        raise block.refusal(code, "the depth of a pass is missing; state U (G72: W) or D")
+    along, across = AXES_OF[code]
+    by = (over_z, over_x) if code == "G71" else (over_x, over_z)
+    how = Passes(
+        along, across, depth, taken.get("R", CLEAR_MM), by, 0.0, (start[along], start[across])
+    )
+    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
+    rough(m, block, places, how)
+    rapid_to(m, block, **{across: start[across]})
+    rapid_to(m, block, **{along: start[along]})
+
+
+def rough(m: Carrying, block: ProgramBlock, places: Array, how: Passes) -> None:
+    """Cut a contour (n, 2) out at levels, and then along it; ends at the contour's last place."""
+    side = 1.0 if how.start[1] >= places[:, 1].mean() else -1.0
+    left = moved(places, by=how.by, off_mm=how.off_mm, side=side)
+    deepest = left[:, 1].min() if side > 0 else left[:, 1].max()
+    level, count = how.start[1], 0
+    while side * (level - deepest) > how.depth_mm * (1 + 1e-9):
+        level -= side * how.depth_mm
+        count += 1
+        if count > MOST_PASSES:
+            raise block.refusal(
+                block.words[0].text, f"more than {MOST_PASSES} passes; make them deeper"
+            )
+        for begin, end, from_start in runs_beyond(left, level, side):
+            _pass(m, block, how, (begin, end, level), side, from_start=from_start)
+    rapid_to(m, block, **{how.along: how.start[0]})
+    rapid_to(m, block, **{how.across: float(left[0, 1])})
+    for a, d in left.tolist():
+        feed_to(m, block, {how.along: a, how.across: d})
+
+
+def _pass(
+    m: Carrying,
+    block: ProgramBlock,
+    how: Passes,
+    span: tuple[float, float, float],
+    side: float,
+    *,
+    from_start: bool,
+) -> None:
+    """Cut at one level: from the cycle's start, or down into a pocket, and draw back at 45°."""
+    begin, end, level = span
+    begin = how.start[0] if from_start else begin
+    if from_start:
+        rapid_to(m, block, **{how.along: begin})
+        rapid_to(m, block, **{how.across: level})
+    else:
+        rapid_to(m, block, **{how.along: begin})
+        feed_to(m, block, {how.across: level})
+    feed_to(m, block, {how.along: end})
+    back = how.back_mm if end < begin else -how.back_mm
+    above = min(level + side * how.depth_mm, how.start[1], key=lambda d: side * d)
+    above = max(level + side * how.back_mm, level, key=lambda d: side * d) if from_start else above
+    rapid_to(m, block, **{how.along: end + back, how.across: above})
+    if not from_start:
+        rapid_to(m, block, **{how.across: level + side * (how.depth_mm + how.back_mm)})
+
+
+def _pattern(
+    m: Carrying,
+    values: Mapping[str, Word],
+    block: ProgramBlock,
+    moves: Sequence[ProgramMove],
+    over: tuple[float, float],
+) -> None:
+    """Follow the contour some times, each time nearer to it (G73)."""
+    state, taken = m.state, m.state.taken
+    times = int(taken.get("R", 0.0)) or int(word_value(values["D"]) if "D" in values else 0)
+    if times < 1:
+        raise block.refusal("G73", "how often is missing; state R in the first block, or D")
+    relief_x = taken.get("U", word_value(values["I"]) * state.unit_mm if "I" in values else 0.0)
+    relief_z = taken.get("W", word_value(values["K"]) * state.unit_mm if "K" in values else 0.0)
+    start = {axis: state.known(axis) for axis in ("x", "z")}
+    places = chain(moves, along=2, across=0)
+    for k in range(times):
+        share = 1.0 - k / (times - 1) if times > 1 else 0.0
+        by = over[0] + share * relief_z, over[1] + share * relief_x
+        left = moved(places, by=by, off_mm=0.0, side=1.0)
+        rapid_to(m, block, z=float(left[0, 0]))
+        rapid_to(m, block, x=float(left[0, 1]))
+        for z, x in left[1:].tolist():
+            feed_to(m, block, {"z": z, "x": x})
+        rapid_to(m, block, x=start["x"])
+        rapid_to(m, block, z=start["z"])
+
+
+def linuxcnc_roughing(
+    m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock
+) -> None:
+    """Carry out LinuxCNC's G70, G71, G72: Q the subprogram of the contour, X Z the start, D I R."""
+    state = m.state
+    if "Q" not in values:
+        raise block.refusal(code, "the contour is missing; state its subprogram as Q")
+    unit = f"{word_value(values['Q']):.0f}"
+    to = {a: state.factor(a) * word_value(values[a.upper()]) if a.upper() in values
+          else state.place[a] for a in ("x", "z")}  # fmt: skip
+    rapid_to(m, block, **{a: d for a, d in to.items() if d is not None})
+    start = known_start(m, block)
+    moves = contour_of(m, m.runner.called(unit, block), block)
+    length = {n: word_value(values[n]) * state.unit_mm for n in "DIRE" if n in values}
+    along, across = AXES_OF["G72" if code.startswith("G72") else "G71"]
+    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
+    at = (start[along], start[across])
+    if code.startswith("G70"):
+        times = max(int(word_value(values["P"])), 1) if "P" in values else 1
+        first, last = length.get("D", 0.0), length.get("E", 0.0)
+        for k in range(times):
+            share = k / (times - 1) if times > 1 else 1.0
+            off = first + share * (last - first)
+            how = Passes(along, across, 1e9, length.get("R", 0.0), (0.0, 0.0), off, at)
+            rough(m, block, places, how)
+    else:
+        how = Passes(
+            along, across, length.get("I", 1.0), length.get("R", CLEAR_MM), (0.0, 0.0),
+            length.get("D", 0.0), at,
+        )  # fmt: skip
+        rough(m, block, places, how)
+    rapid_to(m, block, **{across: start[across]})
+    rapid_to(m, block, **{along: start[along]})
+
+
+def cycle95(m: Carrying, block: ProgramBlock, name: str, numbers: Sequence[float | None]) -> None:
+    """Cut a contour by CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, …, VRT)."""
+    mid, falz, falx, fal, ff1, _, ff3, vari, _, _, vrt = (
+        one or 0.0 for one in [*numbers, *([None] * 11)][:11]
+    )
+    state, kind = m.state, int(vari) or 1
+    code = "G72" if kind in (2, 4, 6, 8, 10, 12) else "G71"
+    inside = kind in (3, 4, 7, 8, 11, 12)
+    along, across = AXES_OF[code]
+    moves = contour_of(m, _contour_blocks(m, name, block), block)
+    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
+    places = places if _cuts_on(places) else places[::-1]
+    edge = places[:, 1].min() if inside and code == "G71" else places[:, 1].max()
+    over = (falz, falx * (-1.0 if inside else 1.0))
+    by = over if code == "G71" else (over[1], over[0])
+    first = float(places[0, 0]) + CLEAR_MM * (1.0 if places[0, 0] >= places[-1, 0] else -1.0)
+    at = (first, float(edge) + (-CLEAR_MM if inside and code == "G71" else CLEAR_MM))
+    rapid_to(m, block, **{across: at[1]})
+    rapid_to(m, block, **{along: at[0]})
+    if kind < 5 or kind > 8:
+        if mid <= 0:
+            raise block.refusal("CYCLE95", "the depth of a pass is missing; state MID")
+        state.feed = ff1 or state.feed
+        start = (at[0], float(edge))
+        rough(m, block, places, Passes(along, across, mid, vrt or 1.0, by, fal, start))
+        rapid_to(m, block, **{across: at[1]})
+    if kind > 4:
+        state.feed = ff3 or state.feed
+        how = Passes(along, across, 1e9, vrt or 1.0, (0.0, 0.0), 0.0, at)
+        rough(m, block, places, how)
+    rapid_to(m, block, **{across: at[1]})
+    rapid_to(m, block, **{along: at[0]})
+
+
+def _cuts_on(places: Array) -> bool:
+    """Return whether a contour is written the way it is cut: towards the chuck, or the axis."""
+    return bool(places[0, 0] >= places[-1, 0])
+
+
+def _contour_blocks(m: Carrying, name: str, block: ProgramBlock) -> Iterable[ProgramBlock]:
+    first, _, last = name.partition(":")
+    if last:
+        m.runner.skip_contour(last)
+        return m.runner.contour(first, last, block)
+    return m.runner.called(name, block)

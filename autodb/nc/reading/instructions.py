@@ -1,0 +1,92 @@
+"""A program as instructions in order: lines, jumps, calls and returns, whatever control wrote it.
+
+Loops and branches of every control become jumps to places in one list. A program, a subprogram or
+a section is a unit: where it begins and ends in that list.
+"""
+
+from dataclasses import dataclass, field
+
+from autodb.errors import UnusableInput
+from autodb.nc.reading.blocks import WrittenLine
+from autodb.nc.reading.expressions import Expression
+
+
+@dataclass
+class RunLine:
+    """RunLine the words of a line."""
+
+    line: WrittenLine
+
+
+@dataclass
+class Jump:
+    """Go on elsewhere, always or where a condition holds, or does not hold."""
+
+    line: WrittenLine
+    to: int = -1
+    when: Expression | None = None
+    holds: bool = True
+
+
+@dataclass
+class JumpToLabel:
+    """Go on at a label, where a condition holds; ``label`` may have to be worked out."""
+
+    line: WrittenLine
+    label: str | Expression
+    when: Expression | None = None
+
+
+@dataclass
+class Count:
+    """Set a hidden counter, or take one off it."""
+
+    line: WrittenLine
+    counter: str
+    to: Expression | None
+
+
+@dataclass
+class Call:
+    """RunLine a unit with arguments, by number (#1 is the first) or by name, some times."""
+
+    line: WrittenLine
+    unit: str
+    arguments: tuple[Expression, ...] = ()
+    times: Expression | None = None
+
+
+@dataclass
+class Return:
+    """Go back to where the unit was called from, with a value or none."""
+
+    line: WrittenLine
+    value: Expression | None = None
+
+
+Instruction = RunLine | Jump | JumpToLabel | Count | Call | Return
+
+
+@dataclass
+class Instructions:
+    """All instructions of a program and its subprograms.
+
+    ``units``: first and last + 1 of each by name; ``labels``: places by name, of N numbers ``N10``,
+    with the unit that they stand in; ``main``: the unit that begins the program.
+    """
+
+    source: str
+    steps: list[Instruction] = field(default_factory=list)
+    units: dict[str, tuple[int, int]] = field(default_factory=dict)
+    labels: dict[str, list[int]] = field(default_factory=dict)
+    problems: list[UnusableInput] = field(default_factory=list)
+    main: str = ""
+
+    def label(self, name: str) -> None:
+        """Let a label stand before what comes next."""
+        self.labels.setdefault(name, []).append(len(self.steps))
+
+    def place_of(self, name: str, unit: tuple[int, int], *, after: int = -1) -> int | None:
+        """Return where a label stands in a unit: the next one after a place, else the first."""
+        inside = [at for at in self.labels.get(name, ()) if unit[0] <= at < unit[1]]
+        return next((at for at in inside if at > after), inside[0] if inside else None)

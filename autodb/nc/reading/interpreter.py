@@ -1,0 +1,394 @@
+"""A program carried out block by block: what is in force, and the moves that follow from it.
+
+Written here because the readers on the package registries (tried: nc-gcode-interpreter 0.1.9 and
+gcodeparser) know no diameters, no arcs by radius and no cycles, and take an unknown word for
+nothing.
+"""
+
+from collections.abc import Callable, Mapping
+
+from autodb.errors import UnusableInput
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.codes import (
+    BOXES,
+    DRILLED,
+    GROOVING,
+    HARMLESS,
+    LENGTHS,
+    MACHINE,
+    OFFSETS,
+    REFUSED,
+    ROUGHING,
+    SYSTEM_B,
+    SYSTEM_C,
+    groups_of,
+)
+from autodb.nc.reading.controls import (
+    FANUC_A,
+    FANUC_B,
+    FANUC_C,
+    LINUXCNC,
+    SINUMERIK,
+    Control,
+)
+from autodb.nc.reading.corners import CornerRecord
+from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
+from autodb.nc.reading.motions import LETTERS, carry_out_motion, nothing_left, without
+from autodb.nc.reading.names import NAMES
+from autodb.nc.reading.runner import Runner
+from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
+from autodb.nc.reading.travels import ProgramMove
+
+Values = Mapping[str, Word]
+_LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
+    {
+        "CR",
+        "LIMS",
+        "TURN",
+        "SF",
+        ",R",
+        ",C",
+        ",A",
+        "RND",
+        "CHF",
+        "CHR",
+        "ANG",
+        "FRC",
+        "SPOS",
+        "S1",
+        "@",
+        "^",
+    }
+    | {"M1", "S2", "T1", "DL"}
+)
+_ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
+_SHIFTS = {"TRANS", "ATRANS"}
+_TURNS = frozenset({"ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE"})
+_ENDS = frozenset({"M2", "M30"})
+_STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
+
+
+class Interpreter:
+    """Carries out blocks: ``state`` is what is in force, ``moves`` what the tool has done.
+
+    ``stops``: lines of M0; ``rests``: line and seconds of every dwell.
+    """
+
+    def __init__(self, state: ProgramState, runner: Runner) -> None:
+        self.state = state
+        self.runner = runner
+        self.moves: list[ProgramMove] = []
+        self.stops: list[int] = []
+        self.rests: list[tuple[int, float]] = []
+        self.modal_call: tuple[str, Word] | None = None
+        self.in_contour = False
+        self.record = CornerRecord(self.moves.append, source=runner.instructions.source)
+        self.groups = groups_of(state.control, lathe=state.lathe)
+        self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
+        self._cycles = self._cycles_of()
+
+    def _cycles_of(self) -> dict[str, Callable[..., None]]:
+        """Return what carries out each cycle of the control."""
+        control, lathe = self.state.control, self.state.lathe
+        drilled = dict.fromkeys(DRILLED - GROOVING, drilling.drill_holes)
+        if control is SINUMERIK:
+            return {}
+        if not lathe:
+            return {**drilled, "G74": drilling.drill_holes}
+        cycles: dict[str, Callable[..., None]] = {
+            **dict.fromkeys(DRILLED - GROOVING - ROUGHING, drilling.drill_on_lathe),
+            **dict.fromkeys(ROUGHING, roughing.fanuc_roughing),
+            **dict.fromkeys(GROOVING, grooving.fanuc_grooves),
+            "G76": threading.fanuc_threads,
+            "G32": threading.thread_pass,
+        }
+        if control is LINUXCNC:
+            own = {"G76": threading.linuxcnc_threads, "G73": drilling.drill_on_lathe}
+            own |= {
+                f"G{n}{part}": roughing.linuxcnc_roughing for n in (70, 71, 72) for part in _PARTS
+            }
+            return {n: c for n, c in cycles.items() if n in DRILLED and n != "G74"} | own
+        return {**cycles, **dict.fromkeys(_boxes(control), box_cycles.box)}
+
+    def step(self, block: ProgramBlock) -> None:
+        """Carry out a block: its modes, values and motion, in the order of a control."""
+        codes, values = self._sorted(block)
+        state = self.state
+        if "G4" in codes:
+            self._rest(values, block)
+            return
+        cycle = next((code for code in codes if code in self._cycles), None)
+        self._change(codes, block, cycle)
+        self._spindle(codes, values, block)
+        self._tool(codes, values)
+        if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
+            state.feed = positive_value(values["F"], block) * state.unit_mm
+        self._marks(codes, block)
+        rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")
+        rest = rest if cycle else without(rest, "T", "F", "Q" if "M66" in codes else "N")
+        if self._once(codes, rest, block):
+            return
+        if cycle is not None or (state.cycle and self._has_axes(rest)):
+            self._cycles[cycle or state.cycle or ""](self, cycle or state.cycle, values, block)
+            return
+        calls.call_cycles(self, codes, block)
+        rest = without(rest, "L", "P") if not self._has_axes(rest) else rest
+        carry_out_motion(state, rest, block, self.record)
+        if self.modal_call is not None and self._has_axes(rest):
+            calls.at_place(self, block)
+
+    def run(self) -> list[UnusableInput]:
+        """Carry out the program; return what was refused, at most one a block."""
+        problems: list[UnusableInput] = []
+        blocks = self.runner.blocks()
+        while True:
+            try:
+                self.step(next(blocks))
+            except StopIteration:
+                self.record.finish()
+                return problems
+            except UnusableInput as error:
+                problems.append(error)
+
+    def _sorted(self, block: ProgramBlock) -> tuple[dict[str, Word], dict[str, Word]]:
+        """Return the words that name what to do, by code, and those with values, by letter."""
+        codes: dict[str, Word] = {}
+        values: dict[str, Word] = {}
+        for word in block.words:
+            code = self._code(word)
+            if code is None:
+                key, into = word.name, values
+                if key not in _LETTERS or (word.number is None and key not in ("T", "D")):
+                    raise _not_read(word, block, self.state)
+            else:
+                key, into = code, codes
+            if key in into and key != "N" and not key.startswith("M"):
+                raise block.refusal(word.text, f"this is a second {key} in the block; use one")
+            into[key] = word
+        return codes, values
+
+    def _code(self, word: Word) -> str | None:
+        """Return what a word does, by its name in G-code system A; None where it is a value."""
+        code, control = word.code, self.state.control
+        if self.state.lathe and control in (FANUC_B, FANUC_C):
+            code = (SYSTEM_B if control is FANUC_B else SYSTEM_C).get(code, code)
+            code = f"{code} " if code in BOXES and word.code not in BOXES else code
+        if code in self._cycles or code in self._group_of:
+            return code
+        known = code in HARMLESS or code in OFFSETS or code in MACHINE or code in LENGTHS
+        if known or code in _ONCE or (word.number is None and word.name in NAMES):
+            return word.name if word.name in NAMES else code
+        if control is SINUMERIK and code in ("G74", "G75"):
+            return "G28"
+        return None
+
+    def _change(self, codes: Mapping[str, Word], block: ProgramBlock, cycle: str | None) -> None:
+        """Take the modal words of a block, one of each group.
+
+        A feed or speed said under another unit or way of counting is not known any more.
+        """
+        state = self.state
+        said: dict[int, str] = {}
+        for code in codes:
+            group = self._group_of.get(code)
+            if group is None or code == cycle:
+                continue
+            if group in said:
+                raise block.refusal(
+                    codes[code].text,
+                    f"'{codes[said[group]].text}' stands in this block too; use one of them",
+                )
+            said[group] = code
+        if any(code in self.groups[0] for code in said.values()) or "G80" in codes:
+            state.cycle, state.taken = None, {}
+        before = state.unit_mm, state.feed_word, state.surface
+        for group, code in said.items():
+            for name, value in self.groups[group][code].items():
+                setattr(state, name, value)
+                state.feed_said |= name == "feed_word"
+                state.diameter_said |= name == "diameter"
+        if state.side is not None:
+            self._compensated(block)
+        if state.unit_mm != before[0] or before[1] != state.feed_word:
+            state.feed = None
+        if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
+            state.speed = None
+
+    def _compensated(self, block: ProgramBlock) -> None:
+        """Take a lathe's compensated path for the contour that it leaves; refuse a mill's."""
+        if not self.state.lathe:
+            word = next((one.text for one in block.words if one.code in _SIDES), None)
+            if word is None:
+                return
+            raise block.refusal(
+                word, "this leaves the mill's radius to the control; program the path of its centre"
+            )
+        self.state.note("between G41 or G42 and G40 the programmed contour is what is left")
+
+    def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
+        """Take speed, limits and whether the spindle turns."""
+        state = self.state
+        if "LIMS" in values:
+            state.highest_rpm = positive_value(values["LIMS"], block)
+        if codes.keys() & _STARTS or ("M1" in values and values["M1"].number in (3.0, 4.0)):
+            state.turning, state.stopped = True, None
+        if state.control is LINUXCNC and "G96" in codes and "D" in values:
+            state.limit_rpm = positive_value(values["D"], block)
+        if "G97" in codes and state.control is LINUXCNC:
+            state.limit_rpm = None
+        speed = values.get("S", values.get("S1"))
+        if speed is None:
+            return
+        if word_value(speed) < 0:
+            raise block.refusal(speed.text, "use a speed of at least 0")
+        limits = codes.keys() & {"G50", "G92"}
+        if limits and not self._has_axes(values):
+            state.limit_rpm = positive_value(speed, block)
+        elif state.control is SINUMERIK and codes.keys() & {"G25", "G26"}:
+            state.highest_rpm = word_value(speed) if "G26" in codes else state.highest_rpm
+        elif "G10" not in codes and "SPOS" not in values:
+            state.set_surface_speed(word_value(speed))
+
+    def _marks(self, codes: Mapping[str, Word], block: ProgramBlock) -> None:
+        if "M0" in codes:
+            self.stops.append(block.line)
+        if codes.keys() & _ENDS or ("M17" in codes and self.runner.depth == 0):
+            self.runner.ended = True
+        if "M5" in codes:
+            self.state.turning, self.state.stopped = False, block.line
+
+    def _tool(self, codes: Mapping[str, Word], values: Values) -> None:
+        """Take tool and offsets; others shift the program's coordinates by what it does not say."""
+        state = self.state
+        if "T" in values:
+            state.called = values["T"].written
+        changes = "M6" in codes or "M61" in codes
+        at_once = state.lathe and state.control is not LINUXCNC
+        tool = state.called if changes or at_once else state.tool
+        offset = next((code for code in codes if code in OFFSETS), state.offset)
+        by_edge = "D" in values and at_once and state.control is SINUMERIK
+        edge = values["D"].text if by_edge else state.edge
+        if offset != state.offset and state.offset is not None:
+            state.note(
+                f"offsets {state.offset} and {offset}: both count from the zero of the same stock"
+            )
+        moved = (tool, offset, edge) != (state.tool, state.offset, state.edge)
+        if moved and (at_once or offset != state.offset):
+            state.forget()
+            if state.lathe:
+                state.place["y"] = 0.0
+        state.tool, state.offset, state.edge = tool, offset, edge
+
+    def _rest(self, values: Values, block: ProgramBlock) -> None:
+        """Take a dwell: P in ms on Fanuc's controls, in s on LinuxCNC; X, U and F in s."""
+        nothing_left(without(values, "P", "X", "U", "F", "S", "N"), block, self.state)
+        seconds = 0.0
+        for letter, word in without(values, "N").items():
+            number = word_value(word)
+            if letter == "P":
+                whole = self.state.control is not LINUXCNC and "." not in word.written
+                seconds = number / 1000.0 if whole else number
+            elif letter == "S" and self.state.speed:
+                seconds = 60.0 * number / self.state.speed
+            else:
+                seconds = number
+        self.rests.append((block.line, max(seconds, 0.0)))
+
+    def _has_axes(self, values: Values) -> bool:
+        return any(name in values for pair in (*LETTERS.values(), ("@", "^")) for name in pair)
+
+    def _once(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> bool:
+        """Carry out what holds for its block alone; return whether the block is done."""
+        if codes.keys() & MACHINE:
+            self._in_machine(codes, values, block)
+            return True
+        if "G10" in codes or "G11" in codes:
+            self.state.note("offsets that G10 sets count as those of the setup")
+            return True
+        if codes.keys() & {"G92.1", "G92.2", "G92.3", "G50.3"}:
+            self.state.shift = dict.fromkeys(AXES, 0.0)
+            self.state.forget()
+            self.state.place["y"] = 0.0 if self.state.lathe else None
+            return True
+        setting = next((code for code in ("G50", "G92", "G52") if code in codes), None)
+        names = codes.keys() & (_SHIFTS | _TURNS)
+        if setting is not None and not (setting == "G92" and "G92" in self._cycles):
+            self._set_place(setting, values, block)
+            return True
+        if names:
+            self._frames(names, values, block)
+        return bool(names)
+
+    def _set_place(self, code: str, values: Values, block: ProgramBlock) -> None:
+        """Let the place of the tool have other coordinates (G50, G92), or shift them (G52)."""
+        state = self.state
+        for axis in AXES:
+            word = next((values[name] for name in LETTERS[axis] if name in values), None)
+            if word is None:
+                continue
+            to = state.factor(axis) * word_value(word)
+            place = state.place[axis]
+            if code == "G52":
+                state.shift[axis] = to
+            elif place is None:
+                state.place[axis] = to + state.shift[axis]
+            else:
+                state.shift[axis] = place - to
+        left = without(values, *(n for pair in LETTERS.values() for n in pair), "R", "P", "Q", "C")
+        nothing_left(left, block, state)
+
+    def _frames(self, names: set[str], values: Values, block: ProgramBlock) -> None:
+        """Shift coordinates by TRANS or ATRANS; turning, mirroring and scaling are refused."""
+        state = self.state
+        turns = names & _TURNS
+        if turns and any(word.number for word in without(values, "N").values()):
+            raise block.refusal(min(turns), "this turns, mirrors or scales; program without it")
+        if "TRANS" in names or turns:
+            state.shift = dict.fromkeys(AXES, 0.0)
+        for axis in AXES:
+            word = values.get(axis.upper())
+            if word is not None and not turns:
+                state.shift[axis] += state.factor(axis) * word_value(word)
+
+    def _in_machine(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
+        """Move the axes that are named to machine coordinates: they are not known any more."""
+        word = next(codes[code] for code in codes if code in MACHINE or codes[code].code == "G75")
+        state = self.state
+        if word.code in {"G53", "SUPA"} and state.motion != "G0" and self._has_axes(values):
+            raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
+        axes = [a for a in AXES if any(name in values for name in LETTERS[a])]
+        if axes or word.code not in ("G53", "SUPA"):
+            state.forget(*axes)
+        if state.lathe:
+            state.place["y"] = 0.0
+
+
+_SIDES = frozenset({"G41", "G42", "G41.1", "G42.1"})
+_PARTS = ("", ".1", ".2", ".3", ".4")
+
+
+def _boxes(control: Control) -> frozenset[str]:
+    """Return what a control's cycles of one pass are called: as in system A, or apart."""
+    if control in (FANUC_B, FANUC_C):
+        return frozenset(f"{code} " for code in BOXES)
+    return BOXES if control is FANUC_A else frozenset()
+
+
+def _not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
+    if word.code in REFUSED:
+        return block.refusal(word.text, REFUSED[word.code])
+    if word.code in ("G98", "G99") and state.control is not FANUC_A:
+        return block.refusal(word.text, "this belongs to G-code system A; use G94 and G95 here")
+    if word.code in ("G90", "G91", "G95") and state.control is FANUC_A:
+        return block.refusal(
+            word.text,
+            "this belongs to the G-code systems B and C, other words of this program to A; use U, "
+            "W, G98, G99 alone, or G90, G91, G94, G95 alone",
+        )
+    why = {
+        "G": "this G is not read; write out the moves of a cycle as G0, G1, G2 and G3",
+        "M": "this M is not read; leave it out if it moves no axis and calls nothing",
+    }
+    return block.refusal(
+        word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
+    )

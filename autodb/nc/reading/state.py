@@ -1,0 +1,125 @@
+"""What is in force while a program runs: how numbers count, motion, feed, spindle, tool, place."""
+
+from dataclasses import dataclass, field
+
+from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.controls import PLAIN, Control
+from autodb.nc.reading.paths import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
+
+_FOOT_M = 12 * INCH_MM / 1000
+AXES = ("x", "y", "z")
+Places = dict[str, float | None]
+
+
+@dataclass
+class ProgramState:
+    """What is in force.
+
+    ``place``: mm by axis, x of a lathe as a radius, None where the program has not said it;
+    ``shift``: what is added to programmed places; ``feed`` in mm/rev or mm/min as ``feed_word``
+    says, ``feed_said``: the program does, and ``diameter_said``; ``speed`` in rpm or, with
+    ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
+    the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
+    None as places do; ``cycle``: that in force, with what it has ``taken``.
+    """
+
+    lathe: bool
+    diameter: bool
+    unit_mm: float
+    control: Control = PLAIN
+    absolute: bool = True
+    step_diameter: bool | None = None
+    motion: str | None = None
+    plane: str = "G17"
+    side: str | None = None
+    centre_absolute: bool = False
+    to_start: bool = True
+    feed_word: str = "G94"
+    feed_said: bool = False
+    diameter_said: bool = False
+    feed: float | None = None
+    surface: bool = False
+    speed: float | None = None
+    limit_rpm: float | None = None
+    highest_rpm: float | None = None
+    turning: bool = False
+    stopped: int | None = None
+    tool: str | None = None
+    called: str | None = None
+    offset: str | None = None
+    edge: str | None = None
+    place: Places = field(default_factory=lambda: dict.fromkeys(AXES))
+    shift: dict[str, float] = field(default_factory=lambda: dict.fromkeys(AXES, 0.0))
+    cycle: str | None = None
+    taken: dict[str, float] = field(default_factory=dict)
+    notes: dict[str, None] = field(default_factory=dict)
+
+    def factor(self, axis: str, *, step: bool = False) -> float:
+        """Return mm for one programmed unit of an axis; of a lathe's X mm of radius."""
+        counts = self.step_diameter if step and self.step_diameter is not None else self.diameter
+        return self.unit_mm * (0.5 if axis == "x" and self.lathe and counts else 1.0)
+
+    def known(self, axis: str) -> float:
+        """Return where an axis is, mm; it is known."""
+        found = self.place[axis]
+        assert found is not None
+        return found
+
+    def note(self, said: str) -> None:
+        """Keep what a reader has to know; once, whatever how often it is said."""
+        self.notes.setdefault(said)
+
+    def forget(self, *axes: str) -> None:
+        """Let places of axes not be known any more."""
+        for axis in axes or AXES:
+            self.place[axis] = None
+
+    def set_surface_speed(self, said: float) -> None:
+        """Take a speed S: m/min in G96, feet with inches, else rpm."""
+        self.speed = said * (_FOOT_M if self.surface and self.unit_mm == INCH_MM else 1.0)
+
+
+def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
+    """Return the feed of a cutting move; raises UnusableInput saying what is not stated."""
+    word = state.motion or block.words[0].text
+    if state.feed is None:
+        raise block.refusal(
+            word, f"no feed before this cutting move; state F after {state.feed_word}"
+        )
+    if not state.feed_said and state.lathe:
+        per = "a revolution" if state.feed_word == "G95" else "a minute"
+        state.note(f"nothing says what feeds count: taken {per} ({state.feed_word})")
+    return PerRev(state.feed) if state.feed_word == "G95" else FeedPerMinute(state.feed)
+
+
+def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
+    """Return the spindle speed of a cutting move; raises UnusableInput where there is none."""
+    word = state.motion or block.words[0].text
+    if state.stopped is not None:
+        raise block.refusal(
+            word, f"the spindle stopped with M5 in line {state.stopped}; start it with M3 or M4"
+        )
+    if not state.speed:
+        raise block.refusal(
+            word, "no spindle speed before this cutting move; state S with G97 or G96"
+        )
+    if not state.turning:
+        raise block.refusal(word, "nothing has started the spindle; use M3 or M4 before this move")
+    highest = [limit for limit in (state.limit_rpm, state.highest_rpm) if limit is not None]
+    if state.surface and state.lathe:
+        return CuttingSpeed(state.speed, min(highest, default=None))
+    return Revolutions(min(state.speed, state.highest_rpm or state.speed))
+
+
+def word_value(word: Word) -> float:
+    """Return the number of a word that has one."""
+    assert word.number is not None  # sorted_words() refused
+    return word.number
+
+
+def positive_value(word: Word, block: ProgramBlock) -> float:
+    """Return a word's number; raises UnusableInput where it is not above 0."""
+    if word_value(word) <= 0:
+        raise block.refusal(word.text, "use a number above 0")
+    return word_value(word)

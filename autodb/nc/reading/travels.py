@@ -1,0 +1,110 @@
+"""What a program makes the tool do, in three axes: rapids, straight moves, arcs and helices."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import atan2, hypot, tau
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.nc.reading.paths import Feed, FeedPerMinute, Revolutions, Speed
+
+Array = NDArray[np.float64]
+
+PLANES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
+"""Axes of each plane: the two in it, so that G3 turns from first to second, and the third."""
+
+
+class ToolPlace(NamedTuple):
+    """A place of the tool tip, mm; x of a lathe is the radius."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+
+
+@dataclass(frozen=True)
+class Circle:
+    """An arc's plane, its centre there, whether it turns to the left (G3), and whole turns more."""
+
+    plane: str
+    centre: tuple[float, float]
+    left: bool
+    turns: int = 0
+
+
+@dataclass(frozen=True)
+class ProgramMove:
+    """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
+
+    ``tool``: as the program calls it; ``corner``: kind, size in mm and plane of what stands
+    between it and the next move, until that is known.
+    """
+
+    start: ToolPlace
+    end: ToolPlace
+    feed: Feed | None
+    speed: Speed | None
+    line: int
+    tool: str | None
+    circle: Circle | None = None
+    thread: bool = False
+    corner: tuple[str, float, str] | None = None
+
+    @cached_property
+    def _round(self) -> tuple[float, float, float, float]:
+        """Angle of the start, angle passed, radius at the start and at the end."""
+        assert self.circle is not None
+        u, v, _ = PLANES[self.circle.plane]
+        (cu, cv), (s, e) = self.circle.centre, (self.start, self.end)
+        begin = atan2(s[v] - cv, s[u] - cu)
+        turned = (atan2(e[v] - cv, e[u] - cu) - begin) % tau
+        if hypot(e[u] - s[u], e[v] - s[v]) < 1e-9:
+            turned = tau if self.circle.left else 0.0
+        turned = turned if self.circle.left else turned - tau
+        turned += tau * self.circle.turns * (1 if self.circle.left else -1)
+        return begin, turned, hypot(s[u] - cu, s[v] - cv), hypot(e[u] - cu, e[v] - cv)
+
+    @cached_property
+    def length_mm(self) -> float:
+        """Length of the way, mm."""
+        if self.circle is None:
+            return float(np.linalg.norm(np.subtract(self.end, self.start)))
+        w = PLANES[self.circle.plane][2]
+        _, turned, first, last = self._round
+        return hypot(abs(turned) * (first + last) / 2, self.end[w] - self.start[w])
+
+    def places(self, shares: Array) -> Array:
+        """Return places (n, 3), mm, at shares of the way, 0 to 1."""
+        if self.circle is None:
+            return np.asarray(self.start) + shares[:, None] * np.subtract(self.end, self.start)
+        u, v, w = PLANES[self.circle.plane]
+        begin, turned, first, last = self._round
+        angle = begin + shares * turned
+        radius = first + shares * (last - first)
+        found = np.empty((len(shares), 3))
+        found[:, u] = self.circle.centre[0] + radius * np.cos(angle)
+        found[:, v] = self.circle.centre[1] + radius * np.sin(angle)
+        found[:, w] = self.start[w] + shares * (self.end[w] - self.start[w])
+        return found
+
+    def time_s(self) -> float:
+        """Return how long a move at a feed takes at its spindle speed, s; a rapid takes none.
+
+        At a constant cutting speed, the mean over the way of what it takes at each radius.
+        """
+        if self.feed is None or self.speed is None:
+            return 0.0
+        if isinstance(self.feed, FeedPerMinute):
+            return 60.0 * self.length_mm / self.feed.mm
+        if isinstance(self.speed, Revolutions):
+            return 60.0 * self.length_mm / (self.feed.mm * self.speed.rpm)
+        steps = max(int(np.ceil(self.length_mm / 0.05)), 1)
+        x_mm = self.places((np.arange(steps) + 0.5) / steps)[:, 0]
+        return float(np.mean(60.0 * self.length_mm / (self.feed.mm * self.speed.at_rpm(x_mm))))
+
+
+Record = Callable[[ProgramMove], None]
+"""What keeps a move."""
