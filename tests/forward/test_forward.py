@@ -153,7 +153,7 @@ def test_every_operation_is_predicted(operation: Operation) -> None:
         torque_N_m, power_W = getattr(done.torque_N_m, end), getattr(done.power_W, end)
         assert_allclose(power_W, torque_N_m * 1500 * np.pi / 30, rtol=1e-9)
     assert (done.peaks is not None) == (BY_NAME[operation].kind == "end_mill")
-    assert set(BY_NAME) == set(KEYS)
+    assert set(BY_NAME) == {*KEYS, "mill"}  # the path of a program alone says how a mill cuts
 
 
 def test_a_tool_that_cannot_make_a_cut_is_named() -> None:
