@@ -15,7 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_coefficients
 from autodb.pairs.cards import COLUMNS, cards_as_csv, read_cards
-from autodb.pairs.conventional import posterior_of_material
+from autodb.pairs.handbook.conventional import posterior_of_material
 from autodb.pairs.prior import any_metal, of_card
 from autodb.standard.writing import write_once
 

@@ -15,7 +15,7 @@ from autodb.agent.rows.posteriors import (
     pair_name,
 )
 from autodb.errors import UnusableInput
-from autodb.pairs import conventional
+from autodb.pairs.handbook import conventional
 from autodb.pairs.hierarchy import of_relatives
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative

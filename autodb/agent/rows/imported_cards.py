@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.rows.catalogue import find_or_add
 from autodb.cutting.kienzle import ViewRange
 from autodb.pairs.card import UNIT, Bounded, KienzleCard
-from autodb.pairs.conventional import plain_name
+from autodb.pairs.handbook.material_groups import plain_name
 from autodb.store import Store, models
 from autodb.store.models.learning import EVERY
 

@@ -6,8 +6,8 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.pairs.conventional import plain_name
 from autodb.pairs.disagreeing import SensedStandardCut
+from autodb.pairs.handbook.material_groups import plain_name
 from autodb.standard import read_protocol, shipped
 from autodb.standard.matching import MATCH
 from autodb.standard.protocol import CutProtocol

@@ -19,7 +19,7 @@ from autodb.files.part import PartFile
 from autodb.files.side import SideFile
 from autodb.files.tool import ToolFile
 from autodb.live.agentfile import AgentFile
-from autodb.pairs.stated import StatedMaterial
+from autodb.pairs.handbook.stated import StatedMaterial
 from autodb.standard.protocol import CutProtocol
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -23,9 +23,10 @@ from autodb.errors import UnusableInput, near
 from autodb.files.toml import read_toml
 from autodb.fitting import NORMAL_95, Gaussian
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level_of_bounds
+from autodb.pairs.handbook.material_groups import bare_name, grouped_names, material_of_group
+from autodb.pairs.handbook.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card
-from autodb.pairs.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
 
 Array = NDArray[np.float64]
 
@@ -49,7 +50,7 @@ def materials(folder: Path | None = None) -> tuple[StatedMaterial, ...]:
     for path in sorted(place.glob("*.toml")):
         material = read_toml(path, StatedMaterial)
         for name in material.names:
-            other = known.setdefault(plain_name(name), path)
+            other = known.setdefault(bare_name(name), path)
             if other != path:
                 raise UnusableInput(
                     f"{path}: name: '{name}' is in {other.name} already; write one file per "
@@ -62,19 +63,21 @@ def materials(folder: Path | None = None) -> tuple[StatedMaterial, ...]:
 def material_named(name: str, folder: Path | None = None) -> StatedMaterial:
     """Return the material that has a name, written in any case, with or without blanks.
 
+    Of those that ship one without values of its own has its group's (``material_groups``).
+
     Raises UnusableInput naming those there are.
     """
     there = materials(folder)
     for material in there:
-        if plain_name(name) in map(plain_name, material.names):
+        if bare_name(name) in map(bare_name, material.names):
             return material
+    grouped = material_of_group(name) if folder is None else None
+    if grouped is not None:
+        return grouped
     names = [one for material in there for one in material.names]
+    if folder is None:
+        names += grouped_names()
     raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
-
-
-def plain_name(name: str) -> str:
-    """Return a name without case, blanks and dashes: Ti-6Al-4V is Ti6Al4V."""
-    return "".join(c for c in name.casefold() if c not in " -_")
 
 
 def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterior:

@@ -1,0 +1,1 @@
+"""What handbooks, papers and tool makers say of work materials."""
