@@ -26,11 +26,12 @@ def look_command(file: AnyFile, write: Write = False) -> None:
     """
     from autodb.errors import UnusableInput
     from autodb.files.side import SideFile, read_sidefile
+    from autodb.files.targets import write_text
     from autodb.readers import open_bases
     from autodb.records.proposed.columns import propose_channels
     from autodb.records.proposed.written import side_file_of
 
-    target = file.with_suffix(".toml")
+    target = file.parent / f"{file.stem}.toml"
     if write and target.exists():
         raise UnusableInput(f"{target}: is there already; move it away to have it written")
     side = read_sidefile(target) if target.is_file() else SideFile()
@@ -39,7 +40,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
     for base in found:
         _show(file, base)
     if write:
-        target.write_text(side_file_of(found, file.name), encoding="utf-8")
+        write_text(target, side_file_of(found, file.name))
         say(f"written: {target.name}; check it, then: autodb import {file.name}")
 
 

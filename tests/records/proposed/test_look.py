@@ -1,5 +1,6 @@
 """Columns of unknown files are known by what they do; the side file that is proposed reads them."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -172,3 +173,9 @@ def test_a_real_axis_without_names() -> None:
     )
     found = {one.channel: one.column for one in propose_channels(base).proposals}
     assert (found["t"], found["x.position"], found["x.current"]) == ("t", "qm", "vir")
+
+
+def test_a_folder_is_refused(refused: Callable[..., str]) -> None:
+    for folder in (".", "there"):
+        Path("there").mkdir(exist_ok=True)
+        assert f"{folder}: is a folder; give one recording file" in refused("look", folder)
