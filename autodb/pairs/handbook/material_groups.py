@@ -78,7 +78,9 @@ class MaterialGroups(Section):
 @cache
 def material_groups() -> MaterialGroups:
     """Return the groups that ship."""
-    return read_toml(kit("calibration") / "material-groups.toml", MaterialGroups)
+    return read_toml(
+        kit("calibration") / "conventional" / "groups" / "vdi3323.toml", MaterialGroups
+    )
 
 
 def plain_name(name: str) -> str:
