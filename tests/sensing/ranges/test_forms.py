@@ -121,8 +121,8 @@ def test_what_is_not_known_or_does_not_vary_takes_the_line() -> None:
 def test_a_motors_field_beside_its_load_is_told_from_both_ranges(stated: bool) -> None:
     """118 cuts of an induction motor, 2 % scatter of torque, 0.3 A of each range.
 
-    Truth: range² = a² + ((T + T_air)/k)², a and k below 1500 rpm constant, above as 1500/n. A power
-    of the rise alone is off by twice as much and more.
+    Truth: range² = a² + ((T + T_air)/k)², a and k below 1500 rpm constant, above as 1500/n. Of
+    cuts left out it has 0.85 N·m, a power of the rise 1.31 N·m.
     """
     rng, count = np.random.default_rng(38), 118
     rpm, torque = rng.uniform(400.0, 2400.0, count), rng.uniform(2.0, 60.0, count)
@@ -142,7 +142,7 @@ def test_a_motors_field_beside_its_load_is_told_from_both_ranges(stated: bool) -
     trials = try_forms(SPINDLE_FORMS, sensed, target, groups, folds=FOLDS)
     assert best(trials, groups).form is MAGNETISED_OF_SPEED
     rmse = {one.form.kind: one.rmse for one in trials}
-    assert rmse["magnetised-of-speed"] < 0.8 * min(rmse["power"], rmse["power-of-speed"])
+    assert rmse["magnetised-of-speed"] < 0.7 * min(rmse["power"], rmse["power-of-speed"])
     law = MAGNETISED_OF_SPEED.fit(sensed, target)
     off = law.coefficients - [np.log(1.2), 1.5, 1.2, np.log(1500.0)]
     assert np.all(np.abs(off) < 4.0 * np.sqrt(np.diag(law.covariance)))
