@@ -24,13 +24,13 @@ from autodb.signals.segments import (
     LoadLevels,
     air_and_cut,
     cut_segments,
-    fading_levels,
     flagged_runs,
     interrupted,
     slowing_from,
+    stepped_levels,
     two_levels,
 )
-from autodb.signals.steady import SteadySinusoid, steady_sinusoid
+from autodb.signals.steady import SteadySinusoid, steady_sinusoid, strongest_hz
 from autodb.signals.stream import STANDING_HZ, PhaseRange, PhaseStream
 from autodb.signals.vibration import NarrowBand, Turning, chatter
 from autodb.signals.wavelets import moving_average, quasi_static, wavelet_range
@@ -54,7 +54,6 @@ __all__ = [
     "cut_segments",
     "decimate",
     "derivatives",
-    "fading_levels",
     "flagged_runs",
     "held_at_top",
     "interrupted",
@@ -70,6 +69,8 @@ __all__ = [
     "space_vector",
     "standard_error",
     "steady_sinusoid",
+    "stepped_levels",
+    "strongest_hz",
     "three_phase_range",
     "three_phases",
     "touches",

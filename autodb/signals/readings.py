@@ -17,7 +17,7 @@ whole recording at the fastest, less below."""
 SHARE = 0.6
 """A sinusoid is read where it is at least this share of all that moves in and below its octave:
 noise at 5 dB leaves 0.76, a single step of a standing current reaches 0.4."""
-TINY = float(np.finfo(np.float64).tiny)
+TINY = 1e-60  # A², no noise is that small
 
 
 @dataclass

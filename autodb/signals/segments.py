@@ -68,60 +68,40 @@ def two_levels(load: Array) -> LoadLevels | None:
     return LoadLevels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
 
 
-STEPS_S = 0.04
-"""Between moments at which a cut that fades is tried to begin and to end. Chosen."""
-SHORTEST_S = 0.5
-"""of such a cut. Chosen."""
+GONE_SHARE = 0.6
+"""Share of what it is over air that a load loses within the averages where a cut ends. Chosen."""
+CLEAR = 6.0
+"""Standard deviations of its noise by which a load rises at least where a cut begins. Chosen."""
 
 
-def fading_levels(load: Array, arm: Array, begins: Array, *, rate_hz: float) -> LoadLevels | None:
-    """Return the levels of a load (n,) that goes with an arm, and where it is in cut.
+def stepped_levels(load: Array, *, rate_hz: float, margin_s: float = MARGIN_S) -> LoadLevels | None:
+    """Return the levels of a range (n,) that rises suddenly and then changes, as in facing.
 
-    ``arm`` (n,) less its value where the cut begins, plus ``begins`` there (n,), is the arm of a
-    load in a cut that begins there: the load is a constant, and something times the arm from where
-    it begins to where it ends, which are those of least squares. The level in cut is that of the
-    whole arm. None when the two levels are not apart by 6 times what is left.
+    The cut begins in the middle of the largest rise within ``margin_s`` to either side, and ends
+    where most of what the load is over air goes as suddenly, or never. The level in cut is that of
+    its beginning. None when the rise is not clear of what the load does from moment to moment.
     """
-    step = max(1, round(STEPS_S * rate_hz))
-    known = np.isfinite(load)
-    if known.sum() < 10:
+    known, half = np.isfinite(load), round(margin_s * rate_hz)
+    if known.sum() < 10 or len(load) < 4 * half:
         return None
-    rows = np.arange(0, len(load), step)
-    values = np.interp(rows, np.flatnonzero(known), load[known])
-    fewest = max(2, round(SHORTEST_S * rate_hz / step))
-    best = (np.inf, 0, 0, 0.0, 0.0)
-    for begin in range(1, len(rows) - fewest):
-        arms = np.maximum(arm[rows] - arm[rows[begin]] + begins[rows[begin]], 0.0)
-        best = min(best, _best_end(values, arms / begins[rows[begin]], begin, fewest))
-    squares, begin, end, air, rise = best
-    spread = np.sqrt(squares / len(rows))
-    if not np.isfinite(squares) or rise < 6.0 * spread:
+    filled = np.interp(np.arange(len(load)), np.flatnonzero(known), load[known])
+    before, after = filled[: -2 * half], filled[2 * half :]
+    at = int(np.argmax(after - before))
+    air, cut = float(before[at]), float(after[at])
+    quarter = max(1, half // 2)
+    bends = filled[2 * quarter :] - 2.0 * filled[quarter:-quarter] + filled[: -2 * quarter]
+    noise = 1.4826 * float(np.median(np.abs(bends))) / np.sqrt(6.0)
+    if cut - air < CLEAR * noise:
         return None
+    middle = np.sqrt(0.5 * (air**2 + cut**2))  # of a range the square is averaged
+    rising = filled[at : at + 2 * half] > middle
+    begin = at + int(np.argmax(rising))
+    later = slice(begin + half, len(before))
+    over, falls = before[later] - air, (before - after)[later]
+    ends = np.flatnonzero((falls > GONE_SHARE * over) & (over > CLEAR * noise))
     cutting = np.zeros(len(load), dtype=np.bool_)
-    cutting[rows[begin] : rows[end] if end < len(rows) else len(load)] = True
-    return LoadLevels(cutting, air, air + rise)
-
-
-def _best_end(
-    values: Array, share: Array, begin: int, fewest: int
-) -> tuple[float, int, int, float, float]:
-    """Return the squares left, begin, the end of least, the level in air and the rise."""
-    size = len(values)
-    ends = np.arange(begin + fewest, size + 1)
-    own = share[begin:]
-    sum_h, sum_hh, sum_hy = (
-        np.cumsum(column)[ends - begin - 1] for column in (own, own**2, own * values[begin:])
-    )
-    mean = values.mean()
-    across = sum_hy - sum_h * mean
-    within = np.maximum(sum_hh - sum_h**2 / size, 1e-12 * size)
-    rise = across / within
-    squares = np.sum((values - mean) ** 2) - across * rise
-    at = int(np.argmin(np.where(rise > 0.0, squares, np.inf)))
-    if rise[at] <= 0.0:
-        return np.inf, 0, 0, 0.0, 0.0
-    air = mean - rise[at] * sum_h[at] / size
-    return float(squares[at]), begin, int(ends[at]), float(air), float(rise[at])
+    cutting[begin : later.start + int(ends[0]) + half if ends.size else len(load)] = True
+    return LoadLevels(cutting, air, cut)
 
 
 def flagged_runs(flags: Flags, pieces: Sequence[slice] = (slice(0, None),)) -> list[slice]:

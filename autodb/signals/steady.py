@@ -24,6 +24,9 @@ SLIPS = 0.02
 motor's slip at its rated load. Chosen."""
 DRIFTS = 0.02
 """Share of the amplitude by which an offset does, standard deviation. Chosen."""
+FINER, LEAST_PERIODS, STRONG = 8, 1.5, 0.8
+"""Of the strongest swing: how much finer than 1/T it is looked for, its periods at least, and its
+share of all power. Chosen."""
 FEWEST = 50
 """Samples of a part."""
 TINY = 1e-12
@@ -48,19 +51,20 @@ class SteadySinusoid:
 def steady_sinusoid(
     phases_A: Sequence[Array],
     *,
-    rate_hz: float,
+    t_s: Array,
     frequency_hz: float,
     beside: SteadySinusoid | None = None,
 ) -> SteadySinusoid | None:
     """Return the sinusoid of one phase current or three, each (n,), near a frequency.
 
-    ``beside``: that of the same drive in another part, whose offset it has. None where the part is
-    no steady sinusoid. The frequency of three phases is signed as `PhaseRange.frequency_hz` is.
+    ``t_s`` (n,): a clock in which it is steady, that of the spindle's turns where the feed goes
+    with them. ``beside``: that of the same drive in another part, whose offset it has. None where
+    the part is no steady sinusoid. The frequency of three phases is signed as that of `PhaseRange`.
     """
     samples = _samples(phases_A)
-    if samples.shape[1] < FEWEST or not frequency_hz:
+    if samples.shape[1] < FEWEST or not frequency_hz or not np.isfinite(samples).all():
         return None
-    t = (np.arange(samples.shape[1]) - 0.5 * samples.shape[1]) / rate_hz
+    t = t_s - t_s.mean()
 
     def cost(share: float) -> float:
         left = _fit(samples, t, frequency_hz * (1.0 + share), beside)[1]
@@ -74,6 +78,24 @@ def steady_sinusoid(
     ends = grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]
     share = float(minimize_scalar(cost, bounds=ends, method="bounded").x)
     return _sinusoid(samples, t, frequency_hz * (1.0 + share), beside)
+
+
+def strongest_hz(current_A: Array, *, rate_hz: float) -> float:
+    """Return the frequency of the largest swing of a current (n,), Hz; 0 where none stands out.
+
+    Of what swings for a period and a half at least.
+    """
+    size = current_A.size
+    if size < FEWEST or not np.isfinite(current_A).all():
+        return 0.0
+    weighed = (current_A - current_A.mean()) * np.hanning(size)
+    power = np.abs(np.fft.rfft(weighed, n=FINER * size)) ** 2
+    hertz = np.fft.rfftfreq(FINER * size, 1.0 / rate_hz)
+    inside = hertz >= LEAST_PERIODS * rate_hz / size
+    at = int(np.argmax(np.where(inside, power, 0.0)))
+    around = np.abs(hertz - hertz[at]) <= 2.0 * rate_hz / size
+    stands_out = power[around].sum() > STRONG * power[inside].sum()
+    return float(hertz[at]) if stands_out else 0.0
 
 
 def _samples(phases_A: Sequence[Array]) -> Array:

@@ -10,6 +10,12 @@ from autodb import signals
 Array = NDArray[np.float64]
 
 RATE = 1000.0
+
+
+def _clock(phases: list[Array]) -> Array:
+    return np.arange(phases[0].size) / RATE
+
+
 AIR_A, CUT_A, NOISE_A = 2.0, 5.0, 0.02
 RUNS = 60
 
@@ -39,17 +45,15 @@ def test_a_fraction_of_a_period_is_read_beside_what_follows(hertz: float, count:
     for _ in range(RUNS):
         offsets_A = 0.03 * rng.standard_normal(count)
         turning = rng.choice([-1.0, 1.0]) * hertz if count == 3 else hertz
-        cut = signals.steady_sinusoid(
-            _phases(rng, CUT_A, turning, 2.0 / hertz + 1.0, offsets_A),
-            rate_hz=RATE, frequency_hz=1.02 * turning,
-        )  # fmt: skip
+        made = _phases(rng, CUT_A, turning, 2.0 / hertz + 1.0, offsets_A)
+        cut = signals.steady_sinusoid(made, t_s=_clock(made), frequency_hz=1.02 * turning)
         assert cut is not None
         assert_allclose(cut.range_A, CUT_A, rtol=0.002)
         assert_allclose(cut.frequency_hz, turning, rtol=0.002)
+        made = _phases(rng, AIR_A, 0.99 * turning, 0.75, offsets_A)
         air = signals.steady_sinusoid(
-            _phases(rng, AIR_A, 0.99 * turning, 0.75, offsets_A),
-            rate_hz=RATE, frequency_hz=cut.frequency_hz, beside=cut,
-        )  # fmt: skip
+            made, t_s=_clock(made), frequency_hz=cut.frequency_hz, beside=cut
+        )
         assert air is not None
         off.append(air.range_A - AIR_A)
         z.append(off[-1] / air.sd_A)
@@ -62,5 +66,5 @@ def test_what_is_no_steady_sinusoid_is_refused() -> None:
     starts = _phases(rng, AIR_A, 2.0, 1.0, np.zeros(3))
     for phase in starts:
         phase[:700] = phase[700]
-    assert signals.steady_sinusoid(starts, rate_hz=RATE, frequency_hz=2.0) is None
-    assert signals.steady_sinusoid(starts, rate_hz=RATE, frequency_hz=0.0) is None
+    for hertz in (2.0, 0.0):
+        assert signals.steady_sinusoid(starts, t_s=_clock(starts), frequency_hz=hertz) is None

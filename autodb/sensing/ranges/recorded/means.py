@@ -61,6 +61,14 @@ class AxisInCut:
             f"{self.axis}.current.air.sd": found.sd_A,
         }
 
+    def steady_cut(self) -> dict[str, float]:
+        """Return the same in cut, of a drive that turns too seldom to be demodulated."""
+        found = self.load.steady(self.parts.cut, rate_hz=self.rate_hz)
+        if found is None:
+            return {}
+        name = f"{self.axis}.current.range"
+        return {name: found.range_A, f"{name}.sd": found.sd_A}
+
     def pulses(self, segments: Mapping[str, slice]) -> signals.Pulses | None:
         """Return short rises of the range at regular intervals over some parts."""
         parts = [(part.start, self.load.quick_A[part]) for part in segments.values()]
@@ -98,6 +106,8 @@ def air_and_cut_means(one: AxisInCut, notes: list[str]) -> dict[str, float]:
     row = row or {}
     for name, part in segments.items():
         row |= _mean(one, name, part, np.where(kept, values, np.nan), kept)
+    if one.slides and "range" in segments and not np.isfinite(load.range_A[one.parts.cut]).any():
+        row |= one.steady_cut()
     return row
 
 

@@ -77,6 +77,28 @@ class PhaseLoad:
             self.range_A[:end], self.quick_A[:end], self.frequency_hz[:end], envelope, phases
         )
 
+    def feeding_hz(self, part: slice, *, rate_hz: float) -> float:
+        """Return the signed frequency in a part, Hz; 0 where it is not known.
+
+        One phase is demodulated from some six periods on; of fewer the strongest swing counts.
+        """
+        found = self.frequency_hz[part]
+        known = found[np.isfinite(found)]
+        if known.size:
+            return float(np.median(known))
+        return signals.strongest_hz(self.phases_A[0][part], rate_hz=rate_hz)
+
+    def steady(
+        self, part: slice, *, rate_hz: float, turned: Array | None = None
+    ) -> signals.SteadySinusoid | None:
+        """Return the sinusoid of a part, steady in the clock ``turned`` (n,), s."""
+        t_s = np.arange(self.range_A.size) / rate_hz if turned is None else turned
+        return signals.steady_sinusoid(
+            [phase[part] for phase in self.phases_A],
+            t_s=t_s[part],
+            frequency_hz=self.feeding_hz(part, rate_hz=rate_hz),
+        )
+
     def steady_in_air(
         self, air: slice, cut: slice, *, rate_hz: float, speed_rpm: Array | None
     ) -> signals.SteadySinusoid | None:
@@ -84,25 +106,23 @@ class PhaseLoad:
 
         A feed per revolution follows ``speed_rpm`` (n,). None where either part is not steady.
         """
-        lasts = round(max(STEADY_S, STEADY_PERIODS / max(self.turning_hz(cut), 1e-9)) * rate_hz)
-        begins = slice(cut.start, min(cut.start + lasts, cut.stop))
-        turns = self.frequency_hz[begins]
-        known = turns[np.isfinite(turns)]
-        if not known.size:
+        turning_hz = abs(self.feeding_hz(cut, rate_hz=rate_hz))
+        if not turning_hz:
             return None
-        in_cut = signals.steady_sinusoid(
-            [phase[begins] for phase in self.phases_A],
-            rate_hz=rate_hz, frequency_hz=float(np.median(known)),
-        )  # fmt: skip
+        lasts = round(max(STEADY_S, STEADY_PERIODS / turning_hz) * rate_hz)
+        begins = slice(cut.start, min(cut.start + lasts, cut.stop))
+        t_s = np.arange(self.range_A.size) / rate_hz
+        if speed_rpm is not None:
+            t_s = np.cumsum(speed_rpm) / float(np.median(speed_rpm[begins])) / rate_hz
+        in_cut = self.steady(begins, rate_hz=rate_hz, turned=t_s)
         if in_cut is None:
             return None
-        slower = 1.0
-        if speed_rpm is not None:
-            slower = float(np.median(speed_rpm[air]) / np.median(speed_rpm[begins]))
         return signals.steady_sinusoid(
             [phase[air] for phase in self.phases_A],
-            rate_hz=rate_hz, frequency_hz=slower * in_cut.frequency_hz, beside=in_cut,
-        )  # fmt: skip
+            t_s=t_s[air],
+            frequency_hz=in_cut.frequency_hz,
+            beside=in_cut,
+        )
 
 
 def has_phase_currents(channels: Collection[str]) -> bool:

@@ -15,6 +15,9 @@ from autodb.sensing.ranges.recorded.radius import RadiusCourse
 Array = NDArray[np.float64]
 
 SPINDLE = "spindle.current.range"
+FASTER, LONG_S = 1.15, 0.5
+"""Ratio of a speed to that in air up to which its idle range is taken to be the same, and what is
+left of a cut that speeds up sooner. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +71,29 @@ def segments_of(found: CutSignals, recording: Recording) -> signals.CutSegments:
 
 
 def _levels(found: CutSignals, name: str, load: Array) -> signals.LoadLevels | None:
-    """Return a load's levels in air and in cut; a spindle's goes with the radius."""
+    """Return a load's levels in air and in cut; a spindle's changes with the radius."""
     radius = found.radius
     if name != SPINDLE or radius is None or not radius.changes:
         return signals.two_levels(load)
-    return signals.fading_levels(load, radius.moved_mm, radius.begins_mm, rate_hz=found.rate_hz)
+    return signals.stepped_levels(load, rate_hz=found.rate_hz)
 
 
 def _far_enough(parts: signals.CutSegments, found: CutSignals) -> signals.CutSegments:
-    """Return the parts without what of the cut is near the axis."""
+    """Return the parts without what of the cut is near the axis, or turns faster than the air did.
+
+    What the idle spindle takes is known at the speed of the air alone: at constant cutting speed it
+    is another one towards the axis. At least ``LONG_S`` is left of it.
+    """
     if found.radius is None or not found.radius.changes:
         return parts
     begin = (parts.entry.start + parts.entry.stop) // 2
-    return replace(parts, cut=found.radius.high(begin, parts.cut))
+    cut = found.radius.high(begin, parts.cut)
+    if found.speed_rpm is not None:
+        fast = np.flatnonzero(found.speed_rpm[cut] > FASTER * found.speed_rpm[begin])
+        if fast.size:
+            least = round(LONG_S * found.rate_hz)
+            cut = slice(cut.start, min(cut.stop, cut.start + max(int(fast[0]), least)))
+    return replace(parts, cut=cut)
 
 
 def _leading(found: CutSignals) -> list[tuple[str, Array, Array]]:
