@@ -11,7 +11,8 @@ from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
 from autodb.forward import along
-from autodb.forward.limits import Exceeding
+from autodb.forward.cut_figures import CutFigures, JobTotals, cut_figures, job_totals
+from autodb.forward.limits import Exceeding, LimitStanding
 from autodb.forward.prediction import PredictedCut
 from autodb.store import Also, Store, models, nothing_else
 
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
 
-    ``exceeds``: limits that a cut may go beyond.
+    ``exceeds``: limits that a cut may go beyond; ``limits``: how the job stands to all of them;
+    ``figures`` of each cut, ``totals`` of all.
     """
 
     job: Job
@@ -31,6 +33,9 @@ class JobAnswer:
     behind: Behind
     notes: tuple[str, ...]
     exceeds: tuple[Exceeding, ...]
+    limits: tuple[LimitStanding, ...]
+    figures: tuple[CutFigures, ...]
+    totals: JobTotals
 
 
 @dataclass(frozen=True)
@@ -118,7 +123,18 @@ def _answer(
             *said_of_terms(known.posterior, known.tool, (), cuts),
             *_of_program(program, job.tool, cuts),
         )
-    return JobAnswer(job, cuts, known.behind, notes, basis.exceeding(cuts)), states
+    figures = tuple(cut_figures(cut) for cut in cuts)
+    answer = JobAnswer(
+        job=job,
+        cuts=cuts,
+        behind=known.behind,
+        notes=notes,
+        exceeds=basis.exceeding(cuts),
+        limits=basis.standings(cuts),
+        figures=figures,
+        totals=job_totals(figures),
+    )
+    return answer, states
 
 
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:

@@ -26,7 +26,8 @@ from autodb.cutting import tools
 from autodb.errors import near
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.forward.limits import Exceeding, exceeding
+from autodb.forward.cut_figures import CutFigures, cut_figures
+from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
 from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width, wider
@@ -56,7 +57,10 @@ class AskedCut(Protocol):
 
 @dataclass(frozen=True)
 class LookedUp:
-    """What one cut will take, on what that rests, and the limits that it may exceed."""
+    """What one cut will take, on what that rests, and how it stands to the machine's limits.
+
+    ``exceeds``: those that it may go beyond; ``limits``: all, with those that nobody entered.
+    """
 
     material: str
     tool: str
@@ -64,6 +68,8 @@ class LookedUp:
     behind: Behind
     notes: tuple[str, ...]
     exceeds: tuple[Exceeding, ...]
+    limits: tuple[LimitStanding, ...]
+    figures: CutFigures
 
 
 @dataclass(frozen=True)
@@ -175,6 +181,8 @@ class PredictionBasis:
             behind=self.known.behind,
             notes=self.said([cut], [found]),
             exceeds=self.exceeding([found]),
+            limits=self.standings([found]),
+            figures=cut_figures(found),
         )
 
     def said(self, cuts: Sequence[JobCut], found: Sequence[PredictedCut]) -> tuple[str, ...]:
@@ -190,6 +198,10 @@ class PredictionBasis:
     def exceeding(self, found: Sequence[PredictedCut]) -> tuple[Exceeding, ...]:
         """Return the machine's limits that predicted cuts may exceed."""
         return exceeding(found, self.limits)
+
+    def standings(self, found: Sequence[PredictedCut]) -> tuple[LimitStanding, ...]:
+        """Return how predicted cuts stand to each limit that a machine has, entered or not."""
+        return limit_standings(found, self.limits)
 
     def notes(self, cuts: Sequence[AskedCut]) -> Iterable[str]:
         """Say from what an answer is, what is assumed, and what is far from the pair's cuts.
