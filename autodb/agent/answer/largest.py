@@ -7,6 +7,7 @@ its limit. Values between are tried in steps that get finer; all of a step are w
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import floor, log10
 
 import numpy as np
 
@@ -47,10 +48,10 @@ class Largest:
     def statement(self) -> str:
         """The answer to the question, in a line."""
         kept = f"{100 * self.share:.4g} % of each limit with {100 * self.sure:.4g} % probability"
-        ends = (
-            "" if self.ends is None else f"; beyond it {self.ends.axis} {self.ends.quantity} ends"
-        )
-        return f"largest {self.what} within {kept}: {self.value:.4g} {self.unit}{ends}"
+        said = f"largest {self.what} within {kept}: {self.value:.4g} {self.unit}"
+        if self.ends is None:
+            return f"{said}, beyond which is not searched"
+        return f"{said}; what ends it is {self.ends.axis} {self.ends.quantity}"
 
 
 def largest_value(
@@ -90,7 +91,7 @@ def largest_value(
             f"no {what} is small enough: {'' if over is None else over.words} at {tried[0]:.3g} "
             f"{unit}; state other numbers of the cut"
         )
-    there = _with(cut, key, float(f"{best:.4g}"))
+    there = _with(cut, key, _rounded_down(best))
     return Largest(what, getattr(there, key), unit, share, sure, ends, there, basis.look_up(there))
 
 
@@ -113,6 +114,12 @@ def _asked(cut: JobCut, what: str) -> tuple[str, float, str]:
 def _with(cut: JobCut, key: str, value: float) -> JobCut:
     other = {"speed_rpm": None} if key == "speed_m_min" else {}
     return cut.model_copy(update={key: max(value, LEAST), **other})
+
+
+def _rounded_down(value: float) -> float:
+    """Return a value with four digits, none of them larger."""
+    step = 10.0 ** (floor(log10(value)) - 3)
+    return float(f"{step * floor(value / step):.4g}")
 
 
 def _shared(most: AxisLimits, share: float) -> AxisLimits:

@@ -193,9 +193,8 @@ def _completed(stated: dict[str, Any], largest: str) -> dict[str, Any]:
             f"--largest '{largest}': is nothing to look for{near(largest, anything)}"
         )
     option, value = anything[largest]
-    given = [
-        one for one in ((option, "--rpm") if largest == "speed" else (option,)) if one in stated
-    ]
+    options = (option, "--rpm") if largest == "speed" else (option,)
+    given = [one for one in options if one in stated]
     if given:
         raise UnusableInput(f"--largest {largest} and {given[0]} exclude each other; use one")
     return {**stated, option: value}

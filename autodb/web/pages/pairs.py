@@ -62,6 +62,7 @@ def pair(
     machine: str,
     material: Annotated[str, Query(max_length=200)],
     tool: Annotated[str, Query(max_length=200)],
+    *,
     largest: Annotated[str, Query(max_length=20)] = "",
     share: Percent = 80.0,
     sure: Surely = 95.0,
