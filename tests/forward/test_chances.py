@@ -91,4 +91,4 @@ def test_chances_are_those_of_pairs_drawn_from_what_is_known(share: float, quant
 
 def _mean_of(posterior: PairPosterior, cuts: PairCuts, state: Array) -> Array:
     drawn = replace(posterior, state=Gaussian(state, posterior.state.covariance))
-    return expected_means(drawn, cuts)[0]
+    return np.asarray(expected_means(drawn, cuts)[0])

@@ -1,6 +1,7 @@
 """Time, removal rate, specific force and energy of cuts, by sums that are done by hand."""
 
 from math import pi
+from typing import Any
 
 import pytest
 from numpy.testing import assert_allclose
@@ -13,8 +14,8 @@ from tests.helpers.known_pairs import INSERT, known
 
 MILL = ToolOf("mill", {"diameter_mm": 12.0, "teeth": 3, "helix_deg": 30.0, "corner_radius_mm": 0.0})
 DRILL = ToolOf("drill", {"diameter_mm": 8.0})
-TURNED = {"diameter_mm": 40.0, "depth_mm": 2.0, "feed_mm_rev": 0.2, "speed_rpm": 1500.0}
-MILLED = {"depth_mm": 3.0, "feed_mm_tooth": 0.05, "speed_rpm": 3000.0}
+TURNED: Any = {"diameter_mm": 40.0, "depth_mm": 2.0, "feed_mm_rev": 0.2, "speed_rpm": 1500.0}
+MILLED: Any = {"depth_mm": 3.0, "feed_mm_tooth": 0.05, "speed_rpm": 3000.0}
 CUTS = [
     (INSERT, JobCut(operation="turn", length_mm=60.0, **TURNED), pi * 42 * 2 * 0.2 * 1.5, 12.0),
     (INSERT, JobCut(operation="bore", length_mm=60.0, **TURNED), pi * 38 * 2 * 0.2 * 1.5, 12.0),

@@ -1,6 +1,7 @@
 """Each limit of a machine is within, exceeded, or not entered: none is kept by silence."""
 
 import tomllib
+from dataclasses import replace
 
 import pytest
 from numpy.testing import assert_allclose
@@ -65,7 +66,7 @@ def test_a_curve_is_of_constant_torque_and_then_of_constant_power(
     rpm: float, torque: float | None, power: float | None
 ) -> None:
     """Between its points and below the first; where it ends, nothing is given."""
-    cut = PredictedCut("", "turn", rpm, 100.0, *[FORCE] * 5)
+    cut = replace(CUT, speed_rpm=rpm)
     for key, expected in (("torque_N_m", torque), ("power_W", power)):
         found = load_limit(CURVES, key, cut)
         assert (found is None) == (expected is None)
@@ -76,14 +77,14 @@ def test_a_curve_is_of_constant_torque_and_then_of_constant_power(
 def test_where_a_curve_ends_so_does_the_speed() -> None:
     assert fastest_rpm(CURVES) == 4000.0
     assert fastest_rpm(CURVES.model_copy(update={"speed_rpm": 3000.0})) == 3000.0
-    fast = PredictedCut("", "turn", 4500.0, 100.0, *[FORCE] * 5)
+    fast = replace(CUT, speed_rpm=4500.0)
     stands = {one.quantity: one.standing for one in limit_standings([fast], {"spindle": CURVES})}
     assert stands == {"torque": "not entered", "power": "not entered", "speed": "exceeded"}
 
 
 def test_a_cut_that_gets_faster_has_the_torque_of_its_fastest_moment() -> None:
     ends = [Moment(40.0, rpm, 100.0, *[FORCE] * 5) for rpm in (1000.0, 3000.0)]
-    cut = PredictedCut("", "face", 1000.0, 100.0, *[FORCE] * 5, start=ends[0], end=ends[1])
+    cut = replace(CUT, speed_rpm=1000.0, start=ends[0], end=ends[1])
     found = load_limit(CURVES, "torque_N_m", cut)
     assert found is not None
     assert_allclose(found, 0.8 * 20.0, rtol=1e-4)
