@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import acos, pi, radians
+from math import acos, hypot, pi, radians
 
 import numpy as np
 import pytest
@@ -137,7 +137,7 @@ def test_drawn_cuts_are_as_by_hand(kind: str) -> None:
         (made,) = predict(_posterior(law), ToolOf("tool", tool), [asked])
         *forces, torque = by_hand(law)
         found = [made.force_x_N.value, made.force_y_N.value, made.force_z_N.value]
-        assert_allclose(found, forces, rtol=0, atol=WITHIN * np.linalg.norm(forces))
+        assert_allclose(found, forces, rtol=0, atol=WITHIN * hypot(*forces))
         assert_allclose(made.torque_N_m.value, torque, rtol=WITHIN)
         turns = 2.0 * pi * made.speed_rpm / 60.0
         assert_allclose(made.power_W.value, made.torque_N_m.value * turns, rtol=1e-12)

@@ -20,6 +20,7 @@ from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.calibrations import used_beyond
+from autodb.agent.rows.catalogue import refuse_other_geometry
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
@@ -123,6 +124,16 @@ class PredictionBasis:
         """Return what answers about one lot of the material rest on."""
         known = replace(self.known, posterior=replace(self.known.posterior, lot=lot))
         return self if lot is None else replace(self, known=known)
+
+    def with_tool(self, stated: Mapping[str, float]) -> "PredictionBasis":
+        """Return what answers rest on where this is stated of the tool, and nobody said before.
+
+        Raises UnusableInput where it is known otherwise.
+        """
+        known = self.known.tool
+        refuse_other_geometry(known.name, known.numbers, stated)
+        tool = ToolOf(known.name, {**known.numbers, **stated})
+        return replace(self, known=replace(self.known, tool=tool))
 
     def predict(
         self, cuts: Sequence[JobCut]

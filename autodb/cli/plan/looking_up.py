@@ -6,12 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, MachineName, opened_store, say, show, table
-from autodb.cli.plan.predict_and_trace import Json, say_answer, show_figures, show_predicted
+from autodb.cli.plan.predict_and_trace import (
+    Json,
+    ToolPath,
+    say_answer,
+    show_figures,
+    show_predicted,
+    stated_tool,
+)
 
 if TYPE_CHECKING:
-    from autodb.agent.answer.largest import Largest
     from autodb.agent.answer.looking_up import Listed
-    from autodb.agent.answer.prediction_basis import LookedUp
+    from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
     from autodb.files.job import JobCut
 
 OPTIONS = {
@@ -99,6 +105,7 @@ def lookup(
     machine: MachineName,
     material: Material = None,
     tool: ToolName = None,
+    tool_file: ToolPath = None,
     lot: Lot = None,
     operation: Operation = None,
     diameter: Diameter = None,
@@ -137,6 +144,9 @@ def lookup(
     elif share is not None or sure is not None:
         raise UnusableInput("--share and --sure go with --largest; add it, or leave them out")
     cut = _cut(stated) if stated else None
+    geometry: dict[str, float] = {}
+    if tool_file is not None:
+        tool, geometry = stated_tool(tool_file, tool)
     if cut is not None and (material is None or tool is None):
         raise UnusableInput("a cut needs --material and --tool")
     if cut is None and lot is not None:
@@ -145,16 +155,13 @@ def lookup(
         pair_reader = PairReader(session, machine)
         if cut is None:
             _list(machine, pair_reader.pairs(material, tool), json=json)
-        elif largest is not None:
-            from autodb.agent.answer.largest import largest_value
-
-            basis = pair_reader.basis(str(material), str(tool)).of_lot(lot)
-            found = largest_value(
-                basis, cut, largest, share=(share or 100.0) / 100.0, sure=(sure or 95.0) / 100.0
-            )
-            _show_largest(found, json=json)
+            return
+        basis = pair_reader.basis(str(material), str(tool)).of_lot(lot).with_tool(geometry)
+        if largest is None:
+            _answer(basis.look_up(cut), json=json)
         else:
-            _answer(pair_reader.look_up(str(material), str(tool), cut, lot=lot), json=json)
+            shares = (share or 100.0) / 100.0, (sure or 95.0) / 100.0
+            _show_largest(basis, cut, largest, shares, json=json)
 
 
 def _cut(stated: dict[str, Any]) -> "JobCut":
@@ -200,7 +207,18 @@ def _completed(stated: dict[str, Any], largest: str) -> dict[str, Any]:
     return {**stated, option: value}
 
 
-def _show_largest(found: "Largest", *, json: bool) -> None:
+def _show_largest(
+    basis: "PredictionBasis",
+    cut: "JobCut",
+    what: str,
+    shares: tuple[float, float],
+    *,
+    json: bool,
+) -> None:
+    """Print the largest of what is asked for; ``shares``: of each limit, and how surely."""
+    from autodb.agent.answer.largest import largest_value
+
+    found = largest_value(basis, cut, what, share=shares[0], sure=shares[1])
     if json:
         from pydantic import TypeAdapter
 

@@ -22,6 +22,14 @@ if TYPE_CHECKING:
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
 ]
+ToolPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--tool-file",
+        metavar="FILE",
+        help="What is known of the tool: a tool file (TOML), or a tool bit of FreeCAD (.fctb).",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Kind = Annotated[
     str,
@@ -42,6 +50,7 @@ def predict_command(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
     ] = None,
+    tool_file: ToolPath = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
@@ -56,8 +65,9 @@ def predict_command(
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
+    stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_store(db) as store:
-        answer = predict_job(store, machine, asked)
+        answer = predict_job(store, machine, asked, tool=stated)
         limits = limits_of_machine(store, machine)
     _write_predicted(answer, limits, csv, plot)
     if json:
@@ -74,6 +84,19 @@ def predict_command(
         if path is not None:
             say(f"{what}: {path}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
+    """Return a tool file's name and its geometry by name; raises UnusableInput for another tool."""
+    from autodb.errors import UnusableInput
+    from autodb.files.tool import geometry_of, read_tool
+
+    file = read_tool(path)
+    if name is not None and file.name != name:
+        raise UnusableInput(
+            f"{path}: is of tool '{file.name}', and '{name}' is asked for; use one name"
+        )
+    return file.name, geometry_of(file).model_dump(exclude_none=True)
 
 
 def _write_predicted(
