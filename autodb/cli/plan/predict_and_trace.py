@@ -51,11 +51,17 @@ def predict_command(
         typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
     ] = None,
     tool_file: ToolPath = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside", metavar="JOB", help="Another job, to compare; its answer is not kept."
+        ),
+    ] = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
     """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
-    from autodb.agent.answer.predicting import predict_job
+    from autodb.agent.answer.predicting import answer_job, predict_job
     from autodb.agent.rows.machines import limits_of_machine
     from autodb.files.job import read_job
     from autodb.files.targets import check_target
@@ -65,21 +71,30 @@ def predict_command(
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
+    other = None if beside is None else read_job(beside)
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_store(db) as store:
         answer = predict_job(store, machine, asked, tool=stated)
+        compared = () if other is None else (answer, answer_job(store, machine, other))
         limits = limits_of_machine(store, machine)
     _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.answer.predicting import Predicted
+        from autodb.agent.answer.predicting import JobAnswer, Predicted
 
-        say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
+        if compared:
+            say(TypeAdapter(tuple[JobAnswer, ...]).dump_json(compared, indent=1).decode())
+        else:
+            say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
     show_figures(answer.cuts, answer.figures, answer.totals)
     say_answer(answer.cuts, answer)
+    if compared:
+        from autodb.cli.plan.comparing import show_beside
+
+        show_beside(compared)
     for what, path in (("table", csv), ("picture", plot)):
         if path is not None:
             say(f"{what}: {path}")
