@@ -125,7 +125,7 @@ def limit_standings(
     return tuple(_standing(number, one) for number, one in worst.values())
 
 
-def standing_of(probability: float | None) -> Standing:
+def limit_standing(probability: float | None) -> Standing:
     """Return how a limit stands that is exceeded so probably; None: it is not entered."""
     if probability is None:
         return "not entered"
@@ -133,7 +133,7 @@ def standing_of(probability: float | None) -> Standing:
 
 
 def _standing(number: int, one: _Asked) -> LimitStanding:
-    stands = standing_of(one.probability)
+    stands = limit_standing(one.probability)
     cut = None if one.probability is None else number
     return LimitStanding(one.axis, one.quantity, one.unit, stands, one.limit, one.probability, cut)
 

@@ -14,7 +14,7 @@ from autodb.files.job import Job
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import cut_figures
 from autodb.forward.distribution import chance_beyond
-from autodb.forward.limits import LINEAR, SPINDLE, fastest_rpm, load_limit, standing_of
+from autodb.forward.limits import LINEAR, SPINDLE, fastest_rpm, limit_standing, load_limit
 from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 
@@ -103,7 +103,7 @@ def _cells(
     known = (_ends(one.of(some)) for some in (cut, cut.start, cut.end, cut.peaks))
     limit = one.limit(limits, cut)
     chance = one.chance(cut, limit)
-    stands = standing_of(chance) if one.axis in (*limits, SPINDLE) else ""
+    stands = limit_standing(chance) if one.axis in (*limits, SPINDLE) else ""
     return [*chain.from_iterable(known), _number(limit), _number(chance), stands]
 
 

@@ -8,6 +8,7 @@ its limit. Values between are tried in steps that get finer; all of a step are w
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -17,7 +18,8 @@ from autodb.files.job import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
 
-WHAT = ("feed", "depth", "speed")
+Wanted = Literal["feed", "depth", "speed"]
+WHAT: tuple[str, ...] = get_args(Wanted)
 FASTEST_M_MIN = 2000.0
 """Cutting speed up to which is searched. Chosen: aluminium is milled so."""
 SMALLEST = 1e-3

@@ -93,7 +93,7 @@ def _answered(request: Request, machine: str, answered: JobAnswer | None) -> dic
         "plot": predicted.plot(answered, limits),
         "left_out": 0,
         "cuts": shown_cuts(answered, range(len(answered.cuts))),
-        **stands(answered),
+        **limits_shown(answered),
     }
 
 
@@ -105,7 +105,7 @@ def shown_cuts(answered: JobAnswer, which: Iterable[int]) -> list[tuple[Any, ...
     ]
 
 
-def stands(answered: JobAnswer) -> dict[str, Any]:
+def limits_shown(answered: JobAnswer) -> dict[str, Any]:
     """Return what the template shows of an answer's limits and figures."""
     return {
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],

@@ -5,7 +5,7 @@ from fastapi import APIRouter, Request, Response
 from autodb.agent.rows.owner import owner_named
 from autodb.reports import predicted
 from autodb.web.html import piece
-from autodb.web.pages.planner import shown_cuts, stands
+from autodb.web.pages.planner import limits_shown, shown_cuts
 from autodb.web.pages.reading import read_state
 from autodb.web.routes.programs import predicted_program
 from autodb.web.service import Reads
@@ -32,5 +32,5 @@ async def of_program(request: Request, _access: Reads, machine: str) -> Response
         plot=predicted.plot(answer, limits),
         cuts=shown_cuts(answer, listed),
         left_out=len(answer.cuts) - len(listed),
-        **stands(answer),
+        **limits_shown(answer),
     )

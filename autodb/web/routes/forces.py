@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.largest import Largest, largest_value
+from autodb.agent.answer.largest import Largest, Wanted, largest_value
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting
@@ -81,7 +81,7 @@ async def largest_route(
     request: Request,
     _access: Reads,
     machine: MachineName,
-    what: Annotated[str, Query(description="feed, depth or speed.", examples=["feed"])],
+    what: Annotated[Wanted, Query(description="What is to be large.", examples=["feed"])],
     share: Percent = 100.0,
     sure: Surely = 95.0,
 ) -> Response:
