@@ -1,5 +1,6 @@
 """The largest feed, depth or speed that keeps a machine's limits, asked of command and service."""
 
+import csv
 import json
 import re
 from collections.abc import Callable, Iterator
@@ -15,7 +16,7 @@ from autodb.agent.rows.machines import add_machine, as_file, find_machine
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisFile, AxisLimits, MachineFile, SpindleFile
 from autodb.forward.distribution import chance_beyond
-from autodb.store import Store, create_store, open_store
+from autodb.store import Store, create_store, models, open_store
 from tests.conftest import Cli
 
 URL = "sqlite:///autodb.sqlite3"
@@ -97,6 +98,45 @@ def test_the_command_answers_with_the_cut_and_one_line(store: Store, cli: Cli) -
     answer = json.loads(cli(*asked).out)
     assert answer["value"] == answer["cut"]["feed_mm_rev"] == float(found[1])
     assert answer["answer"]["cut"]["feed_mm_min"] > 0.0
+
+
+JOB = """name = "{name}"
+material = "C45"
+tool = "insert"
+[[cut]]
+name = "rough"
+diameter_mm = 50
+depth_mm = {depth}
+feed_mm_rev = 0.3
+speed_m_min = 220
+length_mm = 60
+"""
+
+
+def test_two_jobs_stand_beside_each_other(store: Store, cli: Cli) -> None:
+    """Times and volumes of both, and one answer that is kept; the table has the question."""
+    for name, depth in (("deep", 3.0), ("light", 1.0)):
+        Path(f"{name}.toml").write_text(JOB.format(name=name, depth=depth), "utf-8")
+    asked = ("predict", "deep.toml", "--machine", "m", "--beside", "light.toml", "--csv", "p.csv")
+    said = cli(*asked).out
+    assert re.search(r"time +8\.6 s +8\.6 s", said)
+    assert re.search(r"removed +30\.0 cm³ +9\.6 cm³", said)
+    both = json.loads(cli(*asked, "--json").out)
+    assert [one["job"]["name"] for one in both] == ["deep", "light"]
+    with store.reading() as session:
+        jobs = [one.job["name"] for one in session.query(models.Prediction)]
+    assert jobs == ["deep", "deep"]
+    with Path("p.csv").open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert (row["Fp"], row["Fc"], row["Ff"], row["passive"]) == (
+        "force.x",
+        "force.y",
+        "force.z",
+        "x",
+    )
+    assert row["asked"].startswith("rough: turn, diameter 50 mm")
+    assert (row["force.x.standing"], row["force.z.standing"]) == ("", "within")
+    assert (row["spindle.power.limit"], row["work.material"]) == ("8100", "C45")
 
 
 @pytest.mark.parametrize(
