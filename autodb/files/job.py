@@ -12,6 +12,7 @@ from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
+from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
 
@@ -357,7 +358,7 @@ class Job(Section):
     """A job: machine, material, tool, and its cuts in order or the program that makes them.
 
     ``lot``: of the material, such as a bar or a heat number; what was learnt of that lot alone then
-    counts.
+    counts. ``bar``: the work, and ``shank``: the tool, as round bars that bend.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
@@ -366,6 +367,8 @@ class Job(Section):
     material: str
     tool: str
     lot: str | None = Field(default=None, exclude_if=is_none)
+    bar: BarSection | None = Field(default=None, exclude_if=is_none)
+    shank: BarSection | None = Field(default=None, exclude_if=is_none)
     cut: tuple[JobCut, ...] = Field(default=(), min_length=1, exclude_if=lambda cut: not cut)
     program: JobProgram | None = Field(default=None, exclude_if=is_none)
 

@@ -11,6 +11,7 @@ from autodb import __version__
 from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.files.cut_words import job_in_words
 from autodb.files.machine import AxisLimits
+from autodb.forward.bending import bending_in_words
 from autodb.forward.cut_figures import CutFigures, JobTotals
 from autodb.forward.limits import standings_in_words
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
@@ -49,6 +50,7 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
             for k, (cut, its) in enumerate(zip(answer.cuts, answer.figures, strict=True), start=1)
         ],
         totals=total_rows(answer.totals),
+        bending=list(bending_in_words(answer.cuts, answer.bending)),
         machine_says=[
             f"cut {one.cut} {answer.cuts[one.cut - 1].name}: {one.statement}"
             for one in answer.exceeds

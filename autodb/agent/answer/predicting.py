@@ -12,6 +12,7 @@ from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
 from autodb.forward import along
+from autodb.forward.bending import CutBending, bending_of_job
 from autodb.forward.cut_figures import CutFigures, JobTotals, cut_figures, job_totals
 from autodb.forward.limits import Exceeding, LimitStanding
 from autodb.forward.prediction import PredictedCut
@@ -26,7 +27,7 @@ class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
 
     ``exceeds``: limits that a cut may go beyond; ``limits``: how the job stands to all of them;
-    ``figures`` of each cut, ``totals`` of all.
+    ``figures`` of each cut, ``totals`` of all; ``bending`` of work and tool, where they are stated.
     """
 
     job: Job
@@ -37,6 +38,7 @@ class JobAnswer:
     limits: tuple[LimitStanding, ...]
     figures: tuple[CutFigures, ...]
     totals: JobTotals
+    bending: tuple[CutBending, ...]
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,7 @@ def _answer(
         limits=basis.standings(cuts),
         figures=figures,
         totals=job_totals(figures),
+        bending=bending_of_job(job, cuts),
     )
     return answer, states
 

@@ -65,6 +65,7 @@ def predict_command(
     from autodb.agent.rows.machines import limits_of_machine
     from autodb.files.job import read_job
     from autodb.files.targets import check_target
+    from autodb.forward.bending import bending_in_words
 
     if csv is not None:
         check_target(csv, suffix=".csv", option="--csv")
@@ -90,6 +91,8 @@ def predict_command(
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
     show_figures(answer.cuts, answer.figures, answer.totals)
+    for line in bending_in_words(answer.cuts, answer.bending):
+        say(line)
     say_answer(answer.cuts, answer)
     if compared:
         from autodb.cli.plan.comparing import show_beside

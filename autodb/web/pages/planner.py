@@ -14,6 +14,7 @@ from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.cut_words import FIELDS, cut_in_words
 from autodb.files.job import Job, JobCut
+from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
 from autodb.reports import predicted
 from autodb.reports.figures import number
@@ -111,6 +112,7 @@ def limits_shown(answered: JobAnswer) -> dict[str, Any]:
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
         "limits": list(standings_in_words(answered.limits)),
         "totals": predicted.total_rows(answered.totals),
+        "bending": list(bending_in_words(answered.cuts, answered.bending)),
     }
 
 
