@@ -59,8 +59,8 @@ class Exceeding:
 class LimitStanding:
     """How cuts stand to one limit of a machine; None where it is not entered, or says nothing.
 
-    ``cut``: the one (number from 1) that most probably exceeds it, with that ``probability``, and
-    ``limit``: what the machine gives there.
+    ``cut``: the one (number from 1) that most probably exceeds it, with that ``probability``, None
+    of a travel; ``limit``: what the machine gives there.
     """
 
     axis: str
@@ -108,12 +108,14 @@ def exceeding(
 
 
 def limit_standings(
-    cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]
+    cuts: Sequence[PredictedCut],
+    limits: Mapping[str, AxisLimits],
+    spans_mm: Mapping[str, float] | None = None,
 ) -> tuple[LimitStanding, ...]:
     """Return how cuts stand to each limit that machines have, entered or not.
 
     One that is entered for some of the cuts alone, as a curve that others go beyond, is judged by
-    these.
+    these. ``spans_mm``: how far cuts reach along axes, where that is known.
     """
     worst: dict[tuple[str, str], tuple[int, _Asked]] = {}
     for number, cut in enumerate(cuts, start=1):
@@ -122,7 +124,21 @@ def limit_standings(
             known = worst.setdefault(key, (number, one))[1].probability
             if one.probability is not None and (known is None or one.probability > known):
                 worst[key] = number, one
-    return tuple(_standing(number, one) for number, one in worst.values())
+    travels = [
+        _Asked(axis, "travel", "mm", *_travel(limits[axis], span))
+        for axis, span in (spans_mm or {}).items()
+        if axis in limits
+    ]
+    loads = [_standing(number, one) for number, one in worst.values()]
+    return (*loads, *(_standing(None, one) for one in travels))
+
+
+def _travel(most: AxisLimits, span_mm: float) -> tuple[float | None, float | None]:
+    """Return how far an axis goes, and whether a span is more: then no place of it is right."""
+    if most.travel_low_mm is None or most.travel_high_mm is None:
+        return None, None
+    whole = most.travel_high_mm - most.travel_low_mm
+    return whole, float(span_mm > whole)
 
 
 def limit_standing(probability: float | None) -> Standing:
@@ -132,7 +148,7 @@ def limit_standing(probability: float | None) -> Standing:
     return "within" if probability <= MAY_BE else "exceeded"
 
 
-def _standing(number: int, one: _Asked) -> LimitStanding:
+def _standing(number: int | None, one: _Asked) -> LimitStanding:
     stands = limit_standing(one.probability)
     cut = None if one.probability is None else number
     return LimitStanding(one.axis, one.quantity, one.unit, stands, one.limit, one.probability, cut)

@@ -17,6 +17,7 @@ from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     Followed,
+    feed_spans_mm,
     lines_joined,
     part_begins,
     program_of_job,
@@ -68,6 +69,11 @@ def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Fo
     return Followed(
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
         (*done.notes, *_said(plunged)),
+        feed_spans_mm(
+            (one.tool, *(dict(zip("xyz", at, strict=True)) for at in (one.start, one.end)))
+            for one in done.travels
+            if one.feed is not None
+        ),
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from autodb.forward.limits import (
     load_limit,
     standings_in_words,
 )
+from autodb.forward.line_parts import feed_spans_mm
 from autodb.forward.prediction import Interval, Moment, PredictedCut
 
 FORCE = Interval(500.0, 402.0, 598.0)
@@ -88,6 +89,25 @@ def test_a_cut_that_gets_faster_has_the_torque_of_its_fastest_moment() -> None:
     found = load_limit(CURVES, "torque_N_m", cut)
     assert found is not None
     assert_allclose(found, 0.8 * 20.0, rtol=1e-4)
+
+
+def test_what_reaches_further_than_a_travel_fits_nowhere() -> None:
+    limits = {
+        "x": AxisLimits(travel_low_mm=-10.0, travel_high_mm=150.0),
+        "z": AxisLimits(travel_low_mm=0.0, travel_high_mm=100.0),
+        "y": AxisLimits(),
+    }
+    found = limit_standings([CUT], limits, {"x": 40.0, "z": 100.1, "y": 5.0, "w": 3.0})
+    stands = {one.axis: one.standing for one in found if one.quantity == "travel"}
+    assert stands == {"x": "within", "z": "exceeded", "y": "not entered"}
+
+
+def test_a_tool_s_feeds_span_its_own_places() -> None:
+    """Offsets of another tool do not count: the widest of each is what has to fit."""
+    fed: list[tuple[str | None, dict[str, float], dict[str, float]]] = [
+        ("1", {"z": 0.0}, {"z": -40.0}), ("2", {"z": 200.0}, {"z": 180.0}),
+    ]  # fmt: skip
+    assert feed_spans_mm(fed) == {"z": 40.0}
 
 
 @pytest.mark.parametrize(

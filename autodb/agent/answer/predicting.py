@@ -145,7 +145,7 @@ def _answer(
         behind=known.behind,
         notes=notes,
         exceeds=basis.exceeding(cuts),
-        limits=basis.standings(cuts),
+        limits=basis.standings(cuts, None if program is None else program.spans_mm),
         figures=figures,
         totals=job_totals(figures),
         bending=bending_of_job(job, cuts),

@@ -210,9 +210,14 @@ class PredictionBasis:
         """Return the machine's limits that predicted cuts may exceed."""
         return exceeding(found, self.limits)
 
-    def standings(self, found: Sequence[PredictedCut]) -> tuple[LimitStanding, ...]:
-        """Return how predicted cuts stand to each limit that a machine has, entered or not."""
-        return limit_standings(found, self.limits)
+    def standings(
+        self, found: Sequence[PredictedCut], spans_mm: Mapping[str, float] | None = None
+    ) -> tuple[LimitStanding, ...]:
+        """Return how predicted cuts stand to each limit that a machine has, entered or not.
+
+        ``spans_mm``: how far they reach along axes.
+        """
+        return limit_standings(found, self.limits, spans_mm)
 
     def notes(self, cuts: Sequence[AskedCut]) -> Iterable[str]:
         """Say from what an answer is, what is assumed, and what is far from the pair's cuts.
