@@ -4,7 +4,7 @@ The stock is a block; each step meets what those before have left, so that a cor
 the width that it has there. Lines that only go down are not predicted, and said; drills are.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -70,11 +70,15 @@ def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Fo
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
         (*done.notes, *_said(plunged)),
         feed_spans_mm(
-            (one.tool, *(dict(zip("xyz", at, strict=True)) for at in (one.start, one.end)))
+            (one.tool, _by_axis(one.start), _by_axis(one.end))
             for one in done.travels
             if one.feed is not None
         ),
     )  # fmt: skip
+
+
+def _by_axis(place: Iterable[float]) -> dict[str, float]:
+    return dict(zip("xyz", place, strict=True))
 
 
 def _said(plunged: Sequence[int]) -> Iterator[str]:
