@@ -59,6 +59,13 @@ Network = Annotated[
     ),
 ]
 
+Update = Annotated[
+    bool,
+    typer.Option(
+        "--update",
+        help="Add the recordings to those that the calibrations in use were made on.",
+    ),
+]
 OfTable = Annotated[
     bool,
     typer.Option(
@@ -161,6 +168,7 @@ def calibrate_command(
     card: CardFile = None,
     network: Network = False,
     of_table: OfTable = False,
+    update: Update = False,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, tested on held-out groups; a rule decides if it is usable."""
@@ -176,12 +184,15 @@ def calibrate_command(
     chosen = read_protocol(protocol) if protocol else None
     if not recordings and machine is None:
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+    if update and (machine is None or not recordings):
+        raise UnusableInput("--update needs --machine NAME and recordings to add")
     if card is not None:
         _check_card(card)
     if machine is None:
         done = _calibrate_files(recordings or [], columns, chosen)
     else:
-        done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
+        added = AskedRecordings(recordings or [], machine, columns, db)
+        done = _calibrate_machine(added, chosen, update=update)
     moved = moved_over(done, chosen)
     _show_calibrations(done.calibrations)
     for one, sentences in zip(done.calibrations, moved, strict=True):
@@ -219,7 +230,7 @@ def _calibrate_files(
         with_errors_of_dynamometer,
     )
     from autodb.files.checksums import checksum
-    from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+    from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 
     axes = tuple(COMPONENT_OF_AXIS)
     with working(f"calibrating on {', '.join(file.name for file in files)}"):
@@ -232,25 +243,24 @@ def _calibrate_files(
 
 
 def _calibrate_machine(
-    machine: str,
-    files: list[Path],
-    columns: Path | None,
-    protocol: "CutProtocol | None",
-    db: str | None,
+    asked: AskedRecordings, protocol: "CutProtocol | None", *, update: bool
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import each_used
     from autodb.agent.ingest.importing import import_file
-    from autodb.agent.sense.calibrating import calibrate_machine
+    from autodb.agent.sense.calibrating import calibrate_machine, calibrated_on
 
-    with opened_store(db) as store, working(f"calibrating {machine}") as progress:
+    machine = str(asked.machine)
+    with opened_store(asked.db) as store, working(f"calibrating {machine}") as progress:
 
         def number_of(file: Path) -> int:
-            done = import_file(store, file, machine=machine, columns=columns)
+            done = import_file(store, file, machine=machine, columns=asked.columns)
             for note in done.notes:
                 say(f"{file.name}: {note}")
             return done.recording_id
 
-        only = each_used(files, number_of, tell=say) if files else None
+        only = each_used(asked.files, number_of, tell=say) if asked.files else None
+        if only is not None and update:
+            only = sorted({*only, *calibrated_on(store, machine)})
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
