@@ -149,7 +149,7 @@ def test_a_pair_s_page_answers_with_the_largest_feed(
 ) -> None:
     asked = pair | CUT | {"largest": "feed", "share": "80", "sure": "95"}
     html = client.get(f"{MACHINE}/pair?{urlencode(asked)}").text
-    (said,) = [one for one in _said(html) if "largest feed" in one]
+    (said,) = [one for one in _said(html) if "Largest feed" in one]
     found = re.search(r"with 95 % probability: (0\.\d+) mm/rev; what ends it is", said)
     assert found is not None
     got = client.get(

@@ -95,6 +95,7 @@ def pair(
         known=known,
         words=cut_in_words(asked),
         said=said,
+        answered=found is not None,
         whats=WHAT,
         share=share,
         sure=sure,
