@@ -6,10 +6,10 @@ At radius ρ, from the web w to R, with κ half the point angle, θ the helix at
     tan α = ρ/R tan θ / sin κ - tan ω cos κ    sin ω = w/ρ
 
 what is across the axis cancels between the lips. The chisel edge, as wide as the web, stands at a
-rake of -κ; a thin shear zone has no chip there (φ + β - α goes beyond 90°), and what sticks to it
-is taken to cut at STUCK_DEG. So thrust, which the chisel edge makes the most of, is a guess where
-torque is not. Source: geometry of a plain two-lip drill; the web is a share of the diameter where
-it is not known.
+rake of -κ, and lips next to it at even less; a thin shear zone has no chip there (φ + β - α goes
+beyond 90°), and what sticks to them is taken to cut at STUCK_DEG. So thrust, which the chisel edge
+makes the most of, is a guess where torque is not. Source: geometry of a plain two-lip drill; the
+web is a share of the diameter where it is not known.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 
 ALONG_LIP = 16
 STUCK_DEG = -30.0
-"""Rake of what sticks to the chisel edge. Chosen: work in front of a blunt edge slides at 30 to 45°
-to it."""
+"""Rake of what sticks to the chisel edge, and the least of a lip. Chosen: work in front of a blunt
+edge slides at 30 to 45° to it."""
 WEB_SHARE = 0.15
 """Thickness of the web over the diameter, where it is not known. Chosen: plain twist drills."""
 
@@ -60,10 +60,12 @@ def drill_elements(drill: Drill, cuts: DrilledCuts) -> Elements:
     step = (rim - web) / ALONG_LIP
     radius = web + step * (np.arange(ALONG_LIP) + 0.5)
     lean = np.arcsin(web / radius)
+    stuck = np.radians(STUCK_DEG)
     rake = np.arctan(
         radius / rim * np.tan(np.radians(drill.helix_deg)) / np.sin(kappa)
         - np.tan(lean) * np.cos(kappa)
     )
+    rake = np.maximum(rake, stuck)
 
     # Lips, then the chisel edge, two of each
     where = np.append(radius, 0.5 * web)
@@ -76,7 +78,7 @@ def drill_elements(drill: Drill, cuts: DrilledCuts) -> Elements:
         edge=Edge(
             0.5 * cuts.feed_mm[:, None] * np.sin(entering),
             2.0 * np.pi / 1000.0 * where * rpm,
-            np.append(rake, np.radians(STUCK_DEG))[None],
+            np.append(rake, stuck)[None],
             np.append(np.arcsin(np.sin(kappa) * web / radius), 0.0)[None],
         ),
         width_mm=width[None],

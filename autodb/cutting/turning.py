@@ -1,5 +1,7 @@
 """Geometry of turning: what stands still, the torque arm, speeds about the axis."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,27 @@ TURNED = ("turn", "face", "taper", "contour")
 """Operations that leave a turned surface: the passive force is that off it."""
 PASSIVE_AXIS = {"turn": "x", "face": "z"}
 """Axis that stands still in an operation, so that its current shows no load (P1 section 5)."""
+
+ROLE_WORDS = {"Fp": "passive force Fp", "Fc": "cutting force Fc", "Ff": "feed force Ff", "": ""}
+FORCE_ROLES = {
+    **dict.fromkeys(("turn", "bore", "thread"), ("Fp", "Fc", "Ff")),
+    **dict.fromkeys(("face", "groove"), ("Ff", "Fc", "Fp")),
+    **dict.fromkeys(("taper", "contour"), ("", "Fc", "")),
+    "drill": ("", "", "Ff"),
+}
+"""What the forces along x, y and z of operations are called (ISO 3002-4); of a path that is oblique
+to the axes, and of mills, those along x and z are none of these alone."""
+
+
+def force_role(component: str, operations: Iterable[str]) -> str:
+    """Return what a force is called in all of some operations: Fp, Fc, Ff, or nothing.
+
+    >>> force_role("y", ["turn", "face"]), force_role("x", ["turn", "face"])
+    ('Fc', '')
+    """
+    along = "xyz".index(component)
+    roles = {FORCE_ROLES.get(operation, ("", "", ""))[along] for operation in operations}
+    return roles.pop() if len(roles) == 1 else ""
 
 
 def effective_radius_mm(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, degrees, pi
+from math import atan2, degrees, hypot, pi
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -12,6 +12,7 @@ from pydantic.config import JsonDict
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
+from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
 
@@ -21,7 +22,7 @@ Operation = Literal[
 ]  # fmt: skip
 OPERATIONS: tuple[str, ...] = get_args(Operation)
 SPEEDS = ("speed_rpm", "speed_m_min")
-ANY_CUT = ("name", "operation", *SPEEDS, "cutting_time_s", "flank_wear_mm")
+ANY_CUT = ("name", "operation", *SPEEDS, "length_mm", "cutting_time_s", "flank_wear_mm")
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Keys:
 
 _TURNED = ("diameter_mm", "depth_mm", "feed_mm_rev")
 _MILLED = ("depth_mm", "feed_mm_tooth")
-_PROFILE = Keys("turning_insert", _TURNED, ("end_diameter_mm", "length_mm", "direction_deg"))
+_PROFILE = Keys("turning_insert", _TURNED, ("end_diameter_mm", "direction_deg"))
 KEYS = {
     "turn": Keys("turning_insert", _TURNED),
     "face": Keys("turning_insert", _TURNED, ("end_diameter_mm",)),
@@ -102,7 +103,8 @@ class JobCut(Section):
     """One cut; give the spindle speed or the cutting speed. What no machine does is refused.
 
     Turning: ``diameter_mm`` is the machined diameter at the tool tip, ``end_diameter_mm`` the one
-    at the end of a cut whose radius changes, ``length_mm`` how far it goes along the axis;
+    at the end of a cut whose radius changes, ``length_mm`` how far it goes (of a taper or contour
+    along the axis), from which its time and energy follow;
     ``depth_mm`` lies across the feed. Milling: ``direction_deg`` of the feed from +x towards +y.
     ``cutting_time_s`` on the edge before the cut and ``flank_wear_mm`` give the state of the edge.
     """
@@ -205,6 +207,20 @@ class JobCut(Section):
             "cutting.speed": rpm * per_rev_m,
         }
         return {name: value for name, value in stated.items() if value is not None}
+
+    @property
+    def path_mm(self) -> float | None:
+        """How far the tool goes along its feed; None where that is not stated.
+
+        A face and a profile that state where they end also go as far across the axis.
+        """
+        if self.operation in ("face", "taper", "contour"):
+            if self.end_diameter_mm is None or self.diameter_mm is None:
+                return self.length_mm if self.operation == "face" else None
+            along = 0.0 if self.operation == "face" else self.length_mm
+            across = 0.5 * (self.diameter_mm - self.end_diameter_mm)
+            return None if along is None else hypot(along, across)
+        return self.length_mm
 
     @property
     def changes_diameter(self) -> bool:
@@ -342,7 +358,7 @@ class Job(Section):
     """A job: machine, material, tool, and its cuts in order or the program that makes them.
 
     ``lot``: of the material, such as a bar or a heat number; what was learnt of that lot alone then
-    counts.
+    counts. ``bar``: the work, and ``shank``: the tool, as round bars that bend.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
@@ -351,6 +367,8 @@ class Job(Section):
     material: str
     tool: str
     lot: str | None = Field(default=None, exclude_if=is_none)
+    bar: BarSection | None = Field(default=None, exclude_if=is_none)
+    shank: BarSection | None = Field(default=None, exclude_if=is_none)
     cut: tuple[JobCut, ...] = Field(default=(), min_length=1, exclude_if=lambda cut: not cut)
     program: JobProgram | None = Field(default=None, exclude_if=is_none)
 

@@ -24,11 +24,23 @@ Dialect = Literal[
 Counterweight = Literal["none", "weight", "gas", "hydraulic", "spring"]
 
 
+Curve = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=2)]
+"""Pairs of a speed, rpm, rising, and what a motor gives there."""
+
+
 class AxisLimits(Section):
-    """What an axis may carry and where it may go; a rotary axis or spindle has torque and rpm."""
+    """What an axis may carry and where it may go; a rotary axis or spindle has torque and rpm.
+
+    ``torque_curve`` (N·m) and ``power_curve`` (W) of a spindle's motor over the spindle's speed: a
+    share ``efficiency`` of them reaches the spindle; ``torque_N_m`` and ``power_W`` hold there.
+    """
 
     force_N: Positive | None = None
     torque_N_m: Positive | None = None
+    power_W: Positive | None = None
+    torque_curve: Curve | None = None
+    power_curve: Curve | None = None
+    efficiency: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = None
     speed_mm_min: Positive | None = None
     speed_rpm: Positive | None = None
     travel_low_mm: Finite | None = None
@@ -39,6 +51,17 @@ class AxisLimits(Section):
         low, high = self.travel_low_mm, self.travel_high_mm
         if low is not None and high is not None and low >= high:
             raise ValueError(f"travel_low_mm {low:g} is not below travel_high_mm {high:g}")
+        return self
+
+    @model_validator(mode="after")
+    def _curves(self) -> "AxisLimits":
+        curves = {"torque_curve": self.torque_curve, "power_curve": self.power_curve}
+        for name, curve in curves.items():
+            rpm = [speed for speed, _ in curve or ()]
+            if rpm != sorted(set(rpm)):
+                raise ValueError(f"{name}: state [rpm, value] with speeds that rise")
+        if self.efficiency is not None and not any(curves.values()):
+            raise ValueError("efficiency goes with torque_curve or power_curve; state one")
         return self
 
 

@@ -11,8 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PositiveInt, ValidationError, model_validator
 
-from autodb.errors import near
+from autodb.errors import UnusableInput, near
 from autodb.files.toml import Finite, Positive, Section, read_toml
+from autodb.files.tool_bit import SUFFIX, tool_of_bit
 
 ToolKind = Literal["turning_insert", "end_mill", "drill"]
 Angle = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
@@ -88,8 +89,18 @@ class ToolFile(Section):
 
 
 def read_tool(path: Path) -> ToolFile:
-    """Read a tool file; raises UnusableInput with file and key."""
-    return read_toml(path, ToolFile)
+    """Read a tool file, or a tool bit of FreeCAD; raises UnusableInput with file and key."""
+    if path.suffix.lower() != SUFFIX:
+        return read_toml(path, ToolFile)
+    try:
+        said = tool_of_bit(path)
+        return ToolFile.model_validate(said)
+    except OSError as error:
+        raise UnusableInput(f"{path}: {error.strerror}; name a file that is there") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None
 
 
 def geometry_of(tool: ToolFile) -> Geometry:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.forward.course import OverTime, over_time
-from autodb.forward.job_cuts import turn_peaks
+from autodb.forward.job_cuts import teeth_of, turn_peaks
 from autodb.forward.prediction import PredictedCut, ToolOf, not_read
 from autodb.pairs.engaged import (
     BAND_HIGH,
@@ -81,7 +81,7 @@ def predict_lines(
                 return _cuts(tool, some, rows, source)
 
             for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-                whole = _predicted(posterior, line, its)
+                whole = _predicted(posterior, tool, line, its)
                 mills = name in BANDS
                 found[id(line)] = _in_turns(whole, posterior, tool, line) if mills else whole
     return tuple(found[id(line)] for line in lines)
@@ -125,8 +125,11 @@ def _in_turns(
     return replace(cut, peaks=replace(peaks, speed_rpm=line.fastest_rpm), start=None, end=None)
 
 
-def _predicted(posterior: PairPosterior, line: ProgramLine, its: OverTime) -> PredictedCut:
+def _predicted(
+    posterior: PairPosterior, tool: ToolOf, line: ProgramLine, its: OverTime
+) -> PredictedCut:
     x, y, z, torque, power = its.mean
+    feed = max(row[FEED] * row[RPM] for row in (*line.steps, *line.extremes))
     return PredictedCut(
         name=line.name,
         operation=line.operation,
@@ -141,6 +144,9 @@ def _predicted(posterior: PairPosterior, line: ProgramLine, its: OverTime) -> Pr
         passive=not_read(posterior, line.operation),
         start=its.start,
         end=its.end,
+        feed_mm_min=feed * teeth_of(line.operation, line.numbers or tool.numbers),
+        removal_mm3_min=its.removal_mm3_min,
+        time_s=float(line.time_s.sum()),
     )
 
 

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting.elements import removal_mm3_min
 from autodb.forward.prediction import Interval, Moment, Peaks, intervals, moment, passive_known
 from autodb.pairs.engaged import Conditions
 from autodb.pairs.forecast import Shares, expected_means, forecast
@@ -42,12 +43,16 @@ class Stepped(Protocol):
 
 @dataclass(frozen=True)
 class OverTime:
-    """Of one cut: the mean of each quantity in time, the largest ones, and the two ends."""
+    """Of one cut: the mean of each quantity in time, the largest ones, and the two ends.
+
+    ``removal_mm3_min``: what it takes off, in the mean.
+    """
 
     mean: tuple[Interval, ...]
     peaks: Peaks
     start: Moment
     end: Moment
+    removal_mm3_min: float
 
 
 Engaged = Callable[[Sequence[Conditions]], PairCuts]
@@ -76,7 +81,8 @@ def over_time(
             forecast(posterior, largest),
         )
     )
-    return [_of_cut(one, k, means[k], at_ends, peaks) for k, one in enumerate(some)]
+    removal = Shares(begins[:-1], share).means(removal_mm3_min(steps.elements)).tolist()
+    return [_of_cut(one, k, (means[k], removal[k]), at_ends, peaks) for k, one in enumerate(some)]
 
 
 def _largest(
@@ -96,7 +102,7 @@ def _largest(
 def _of_cut(
     one: Stepped,
     k: int,
-    mean: Sequence[Interval],
+    mean: tuple[Sequence[Interval], float],
     at_ends: Sequence[Sequence[Interval]],
     largest: Sequence[Sequence[Interval]],
 ) -> OverTime:
@@ -104,4 +110,4 @@ def _of_cut(
     x, y, z, torque, power = (each[quantity] for quantity, each in enumerate(own))
     peaks = Peaks(x, y, z, torque, power)
     start, end = map(moment, one.ends, at_ends[2 * k : 2 * k + 2])
-    return OverTime(tuple(mean), peaks, start, end)
+    return OverTime(tuple(mean[0]), peaks, start, end, mean[1])

@@ -4,14 +4,14 @@ A cut that goes from one diameter to another is taken in steps of equal time: at
 revolution and one spindle speed its radius changes evenly.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import endmill, tools
-from autodb.cutting.elements import Elements
+from autodb.cutting.elements import Elements, removal_mm3_min
 from autodb.files.job import JobCut
 from autodb.forward.course import over_time
 from autodb.forward.prediction import (
@@ -27,6 +27,7 @@ from autodb.pairs.engaged import (
     BANDS,
     BY_NAME,
     CUTTING_TIME,
+    FEED,
     RPM,
     SPEED,
     Conditions,
@@ -70,23 +71,27 @@ def _steady(
 ) -> Iterator[PredictedCut]:
     """Yield what cuts of one operation take that stay the same over their time."""
     rows = [cut.conditions(tool.diameter_mm) for cut in cuts]
-    expected = forecast(posterior, operation.cuts(tool.numbers, rows, called=tool.name))
+    engaged = operation.cuts(tool.numbers, rows, called=tool.name)
+    expected = forecast(posterior, engaged)
     known = passive_known(posterior, operation.name)
     means = intervals(expected, operation=operation.name, known=known)
-    for cut, row, mean in zip(cuts, rows, means, strict=True):
+    removal = removal_mm3_min(engaged.elements).tolist()
+    for cut, row, mean, taken in zip(cuts, rows, means, removal, strict=True):
         mills = cut.operation in BANDS
         peaks = turn_peaks(posterior, tool, cut.operation, row) if mills else None
-        yield _predicted(posterior, cut, row, mean, peaks=peaks)
+        whole = _predicted(posterior, tool, cut, row, mean)
+        yield replace(whole, peaks=peaks, removal_mm3_min=taken)
 
 
 def _predicted(
     posterior: PairPosterior,
+    tool: ToolOf,
     cut: JobCut,
     conditions: Conditions,
     mean: Sequence[Interval],
-    *,
-    peaks: Peaks | None,
 ) -> PredictedCut:
+    feed_mm_rev = conditions[FEED] * teeth_of(cut.operation, tool.numbers)
+    feed_mm_min, path_mm = feed_mm_rev * conditions[RPM], cut.path_mm
     return PredictedCut(
         name=cut.name,
         operation=cut.operation,
@@ -97,9 +102,15 @@ def _predicted(
         force_z_N=mean[2],
         torque_N_m=mean[3],
         power_W=mean[4],
-        peaks=peaks,
         passive=not_read(posterior, cut.operation),
+        feed_mm_min=feed_mm_min,
+        time_s=None if path_mm is None else 60.0 * path_mm / feed_mm_min,
     )
+
+
+def teeth_of(operation: str, numbers: Mapping[str, float]) -> int:
+    """Return how many times a tool's feed its path goes on in a turn: a mill's is of a tooth."""
+    return int(numbers["teeth"]) if operation in BANDS else 1
 
 
 @dataclass(frozen=True)
@@ -135,8 +146,9 @@ def _changing(
 
     for cut, its in zip(cuts, over_time(posterior, some, engaged), strict=True):
         row = cut.conditions(tool.diameter_mm)
-        whole = _predicted(posterior, cut, row, its.mean, peaks=its.peaks)
-        yield replace(whole, start=its.start, end=its.end)
+        whole = _predicted(posterior, tool, cut, row, its.mean)
+        taken = its.removal_mm3_min
+        yield replace(whole, peaks=its.peaks, start=its.start, end=its.end, removal_mm3_min=taken)
 
 
 def turn_peaks(

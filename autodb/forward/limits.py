@@ -1,21 +1,39 @@
-"""How likely a predicted cut goes beyond what a machine's axes and spindle give.
+"""How predicted cuts stand to what a machine gives: within, exceeded, or not entered.
 
-A prediction is a normal force, of a mill its peak within a turn, of a program's line the largest
-along it; its probability beyond a limit in either direction follows. A spindle speed is asked for,
-not predicted: above its limit it is sure.
+A prediction is a distribution, of a mill that of its peak within a turn, of a program's line that
+of the largest along it; its probability beyond a limit in either direction follows. Speeds of
+spindle and feed are asked for, not predicted: one above its limit is sure.
+
+What a motor gives changes with speed. Between two points of a curve its power is a straight line:
+exactly so where its torque is constant, and where its power is. Below the first its torque is
+constant; where the last ends, so does the spindle's speed. A cut whose speed changes has the least
+of what its slowest and its fastest moment leave.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import erfc, sqrt
+from typing import Literal
 
+import numpy as np
+
+from autodb.cutting.elements import RAD_S_A_RPM
 from autodb.files.machine import AxisLimits
-from autodb.fitting import NORMAL_95
-from autodb.forward.prediction import Interval, Peaks, PredictedCut
+from autodb.forward.distribution import chance_beyond
+from autodb.forward.prediction import Interval, PredictedCut
+from autodb.pairs.engaged import BANDS
 
 WORTH_SAYING = 0.001
 """Probability from which a limit is spoken of. Chosen."""
+MAY_BE = 0.025
+"""Probability up to which a limit counts as kept: the 95 % interval then ends within it."""
 SPINDLE = "spindle"
+LINEAR = ("x", "y", "z")
+FEEDS = {
+    "turn": "z", "bore": "z", "thread": "z", "drill": "z", "face": "x", "groove": "x",
+    "taper": "xz", "contour": "xz", **dict.fromkeys(BANDS, "xy"),
+}  # fmt: skip
+"""Axes that feed, by operation. Where a path is oblique to them the feed is that of the path."""
+Standing = Literal["not entered", "within", "exceeded"]
 
 
 @dataclass(frozen=True)
@@ -31,58 +49,172 @@ class Exceeding:
     @property
     def statement(self) -> str:
         """The line for the planner, without the cut."""
-        limit = f"{self.axis}'s {self.limit:g} {self.unit}"
-        if self.unit == "rpm":
+        limit = f"{self.axis}'s {self.limit:.6g} {self.unit}"
+        if self.unit in ("rpm", "mm/min"):
             return f"faster than {limit}"
         return f"{probability_words(self.probability)} chance to exceed {limit}"
+
+
+@dataclass(frozen=True)
+class LimitStanding:
+    """How cuts stand to one limit of a machine; None where it is not entered, or says nothing.
+
+    ``cut``: the one (number from 1) that most probably exceeds it, with that ``probability``, None
+    of a travel; ``limit``: what the machine gives there.
+    """
+
+    axis: str
+    quantity: str
+    unit: str
+    standing: Standing
+    limit: float | None = None
+    probability: float | None = None
+    cut: int | None = None
+
+    @property
+    def words(self) -> str:
+        """Whose it is and what, with its limit and the chance to exceed it."""
+        what = f"{self.axis} {self.quantity}"
+        if self.limit is None or self.probability is None:
+            return what
+        stated = f"{what} {self.limit:.6g} {self.unit}"
+        if self.standing == "within" and self.probability < WORTH_SAYING:
+            return stated
+        return f"{stated} ({probability_words(self.probability)} chance to exceed it)"
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What of one cut meets one limit: which, None where none is entered, and how probably."""
+
+    axis: str
+    quantity: str
+    unit: str
+    limit: float | None
+    probability: float | None
 
 
 def exceeding(
     cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]
 ) -> tuple[Exceeding, ...]:
     """Return the limits, by axis, that cuts may exceed, in the order of the cuts."""
-    found = []
-    for number, cut in enumerate(cuts, start=1):
-        for axis, most in limits.items():
-            worst = cut if cut.peaks is None else cut.peaks
-            torque = worst.torque_N_m if axis == SPINDLE else None
-            for predicted, limit, unit in (
-                (_force(worst, axis), most.force_N, "N"),
-                (torque, most.torque_N_m, "N·m"),
-            ):
-                if predicted is not None and limit is not None:
-                    chance = probability_beyond(predicted, limit)
-                    if chance >= WORTH_SAYING:
-                        found.append(Exceeding(number, axis, limit, unit, chance))
-            fastest = most.speed_rpm if axis == SPINDLE else None
-            if fastest is not None and _fastest_rpm(cut) > fastest:
-                found.append(Exceeding(number, axis, fastest, "rpm", 1.0))
-    return tuple(found)
+    return tuple(
+        Exceeding(number, one.axis, one.limit, one.unit, one.probability)
+        for number, cut in enumerate(cuts, start=1)
+        for one in _asked(cut, limits)
+        if one.limit is not None and one.probability is not None
+        if one.probability >= WORTH_SAYING
+    )
 
 
-def probability_beyond(predicted: Interval, limit: float) -> float:
-    """Return the probability that a predicted value is larger in size than a limit.
+def limit_standings(
+    cuts: Sequence[PredictedCut],
+    limits: Mapping[str, AxisLimits],
+    spans_mm: Mapping[str, float] | None = None,
+) -> tuple[LimitStanding, ...]:
+    """Return how cuts stand to each limit that machines have, entered or not.
 
-    Each side of the value is a normal's with that side's half of the interval.
+    One that is entered for some of the cuts alone, as a curve that others go beyond, is judged by
+    these. ``spans_mm``: how far cuts reach along axes, where that is known.
     """
-    above = _beyond(limit - predicted.value, predicted.high - predicted.value)
-    return above + _beyond(limit + predicted.value, predicted.value - predicted.low)
+    worst: dict[tuple[str, str], tuple[int, _Asked]] = {}
+    for number, cut in enumerate(cuts, start=1):
+        for one in _asked(cut, limits):
+            key = one.axis, one.quantity
+            known = worst.setdefault(key, (number, one))[1].probability
+            if one.probability is not None and (known is None or one.probability > known):
+                worst[key] = number, one
+    travels = [
+        _Asked(axis, "travel", "mm", *_travel(limits[axis], span))
+        for axis, span in (spans_mm or {}).items()
+        if axis in limits
+    ]
+    loads = [_standing(number, one) for number, one in worst.values()]
+    return (*loads, *(_standing(None, one) for one in travels))
 
 
-def _beyond(off: float, half: float) -> float:
-    """Return the probability to be off by more, with half a 95 % interval that wide."""
-    if half == 0.0:
-        return float(off < 0.0)
-    return 0.5 * erfc(NORMAL_95 * off / (sqrt(2.0) * half))
+def _travel(most: AxisLimits, span_mm: float) -> tuple[float | None, float | None]:
+    """Return how far an axis goes, and whether a span is more: then no place of it is right."""
+    if most.travel_low_mm is None or most.travel_high_mm is None:
+        return None, None
+    whole = most.travel_high_mm - most.travel_low_mm
+    return whole, float(span_mm > whole)
 
 
-def _force(cut: PredictedCut | Peaks, axis: str) -> Interval | None:
-    return {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}.get(axis)
+def limit_standing(probability: float | None) -> Standing:
+    """Return how a limit stands that is exceeded so probably; None: it is not entered."""
+    if probability is None:
+        return "not entered"
+    return "within" if probability <= MAY_BE else "exceeded"
 
 
-def _fastest_rpm(cut: PredictedCut) -> float:
-    along = None if cut.peaks is None else cut.peaks.speed_rpm
-    return cut.speed_rpm if along is None else along
+def _standing(number: int | None, one: _Asked) -> LimitStanding:
+    stands = limit_standing(one.probability)
+    cut = None if one.probability is None else number
+    return LimitStanding(one.axis, one.quantity, one.unit, stands, one.limit, one.probability, cut)
+
+
+def _asked(cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> Iterator[_Asked]:
+    """Yield what of a cut meets limits: of the machine's linear axes, and of its spindle."""
+    worst = cut if cut.peaks is None else cut.peaks
+    for axis in LINEAR:
+        if axis not in limits:
+            continue
+        force: Interval = getattr(worst, f"force_{axis}_N")
+        yield _load(axis, "force", "N", force, limits[axis].force_N)
+        if axis in FEEDS.get(cut.operation, "") and cut.feed_mm_min is not None:
+            most = limits[axis].speed_mm_min
+            yield _speed(axis, "feed", "mm/min", cut.feed_mm_min, most)
+    spindle = limits.get(SPINDLE, AxisLimits())
+    torque = load_limit(spindle, "torque_N_m", cut)
+    yield _load(SPINDLE, "torque", "N·m", worst.torque_N_m, torque)
+    yield _load(SPINDLE, "power", "W", worst.power_W, load_limit(spindle, "power_W", cut))
+    yield _speed(SPINDLE, "speed", "rpm", max(_speeds_rpm(cut)), fastest_rpm(spindle))
+
+
+def _load(axis: str, quantity: str, unit: str, predicted: Interval, limit: float | None) -> _Asked:
+    chance = None if limit is None else chance_beyond(predicted, limit)
+    return _Asked(axis, quantity, unit, limit, chance)
+
+
+def _speed(axis: str, quantity: str, unit: str, asked: float, limit: float | None) -> _Asked:
+    return _Asked(axis, quantity, unit, limit, None if limit is None else float(asked > limit))
+
+
+def load_limit(most: AxisLimits, key: str, cut: PredictedCut) -> float | None:
+    """Return what an axis or a spindle gives in a cut, by key of its limits; None: not entered."""
+    known = [getattr(most, key)]
+    for rpm in _speeds_rpm(cut) if key in ("torque_N_m", "power_W") else ():
+        turns = RAD_S_A_RPM * rpm
+        share = 1.0 if most.efficiency is None else most.efficiency
+        if key == "torque_N_m":
+            powers = [(speed, RAD_S_A_RPM * speed * at) for speed, at in most.torque_curve or ()]
+            given_W = _motor_power_W(powers, rpm)
+            known.append(None if given_W is None else share * given_W / turns)
+        else:
+            given_W = _motor_power_W(most.power_curve or (), rpm)
+            known.append(None if given_W is None else share * given_W)
+    return min((one for one in known if one is not None), default=None)
+
+
+def _motor_power_W(curve: Sequence[tuple[float, float]], rpm: float) -> float | None:
+    """Return the power at a speed of a curve of power over speeds; None where it has ended."""
+    if not curve or rpm > curve[-1][0]:
+        return None
+    speeds, powers = zip((0.0, 0.0), *curve, strict=True)
+    return float(np.interp(rpm, speeds, powers))
+
+
+def fastest_rpm(most: AxisLimits) -> float | None:
+    """Return the fastest that a spindle turns: as stated, or where its curves end."""
+    ends = [curve[-1][0] for curve in (most.torque_curve, most.power_curve) if curve]
+    return min((one for one in (most.speed_rpm, *ends) if one is not None), default=None)
+
+
+def _speeds_rpm(cut: PredictedCut) -> tuple[float, ...]:
+    """Return the spindle's speeds at moments of a cut, the fastest and the slowest among them."""
+    at = [one.speed_rpm for one in (cut.peaks, cut.start, cut.end) if one is not None]
+    return (cut.speed_rpm, *(rpm for rpm in at if rpm is not None))
 
 
 def probability_words(probability: float) -> str:
@@ -90,3 +222,11 @@ def probability_words(probability: float) -> str:
     if probability > 0.999:
         return "over 99.9 %"
     return f"{100.0 * probability:.2g} %" if probability < 0.995 else f"{100 * probability:.1f} %"
+
+
+def standings_in_words(standings: Sequence[LimitStanding]) -> Iterator[str]:
+    """Say, a line each, which limits are exceeded, which are kept and which nobody entered."""
+    for standing in ("exceeded", "within", "not entered"):
+        some = [one.words for one in standings if one.standing == standing]
+        if some:
+            yield f"limits {standing}: {', '.join(some)}"

@@ -3,8 +3,8 @@
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 
@@ -35,7 +35,8 @@ class Followed:
     """A program followed through its stock: the lines that cut, and how long it feeds, s.
 
     ``tools``: what the program calls the tools that cut; ``removed_mm3`` of the stock; ``notes``:
-    what was taken of the program that it does not say.
+    what was taken of the program that it does not say. ``spans_mm``: how far, by axis, a tool's
+    feeds reach from their lowest to their highest place.
     """
 
     source: str
@@ -45,11 +46,27 @@ class Followed:
     tools: tuple[str, ...]
     removed_mm3: float = 0.0
     notes: tuple[str, ...] = ()
+    spans_mm: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def cutting_s(self) -> float:
         """How long the lines cut, s."""
         return float(sum(line.time_s.sum() for line in self.lines))
+
+
+def feed_spans_mm(
+    fed: Iterable[tuple[str | None, Mapping[str, float], Mapping[str, float]]],
+) -> dict[str, float]:
+    """Return how far feeds reach, by axis: the widest of what each tool's starts and ends span."""
+    places: dict[tuple[str | None, str], list[float]] = {}
+    for tool, *ends in fed:
+        for place in ends:
+            for axis, at in place.items():
+                places.setdefault((tool, axis), []).append(at)
+    spans: dict[str, float] = {}
+    for (_, axis), some in places.items():
+        spans[axis] = max(spans.get(axis, 0.0), max(some) - min(some))
+    return spans
 
 
 def program_of_job(asked: JobProgram) -> tuple[str, str]:

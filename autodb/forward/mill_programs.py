@@ -4,7 +4,7 @@ The stock is a block; each step meets what those before have left, so that a cor
 the width that it has there. Lines that only go down are not predicted, and said; drills are.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -17,6 +17,7 @@ from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     Followed,
+    feed_spans_mm,
     lines_joined,
     part_begins,
     program_of_job,
@@ -68,7 +69,16 @@ def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Fo
     return Followed(
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
         (*done.notes, *_said(plunged)),
+        feed_spans_mm(
+            (one.tool, _by_axis(one.start), _by_axis(one.end))
+            for one in done.travels
+            if one.feed is not None
+        ),
     )  # fmt: skip
+
+
+def _by_axis(place: Iterable[float]) -> dict[str, float]:
+    return dict(zip("xyz", place, strict=True))
 
 
 def _said(plunged: Sequence[int]) -> Iterator[str]:

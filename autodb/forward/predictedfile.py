@@ -9,8 +9,12 @@ from dataclasses import dataclass
 from itertools import chain
 
 from autodb.files import csvtext
+from autodb.files.cut_words import job_in_words
+from autodb.files.job import Job
 from autodb.files.machine import AxisLimits
-from autodb.forward.limits import SPINDLE, probability_beyond
+from autodb.forward.cut_figures import cut_figures
+from autodb.forward.distribution import chance_beyond
+from autodb.forward.limits import LINEAR, SPINDLE, fastest_rpm, limit_standing, load_limit
 from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 
@@ -21,49 +25,71 @@ class PredictedQuantity:
     channel: str
     field: str
     unit: str
-    axis: str | None = None
-    key: str = ""
+    axis: str
+    key: str
 
     def of(self, some: PredictedCut | Peaks | Moment | None) -> Interval | None:
         """Return the interval of a cut, its peaks or a moment; None where there are none."""
         found: Interval | None = getattr(some, self.field, None)
         return found
 
-    def limit(self, limits: Mapping[str, AxisLimits]) -> float | None:
-        """Return the limit of the machine; None where it states none."""
-        stated = limits.get(self.axis or "")
-        found: float | None = getattr(stated, self.key, None)
-        return found
+    def limit(self, limits: Mapping[str, AxisLimits], cut: PredictedCut) -> float | None:
+        """Return what the machine gives of it in a cut; None where its limit is not entered."""
+        stated = limits.get(self.axis)
+        return None if stated is None else load_limit(stated, self.key, cut)
+
+    def chance(self, cut: PredictedCut, limit: float | None) -> float | None:
+        """Return the probability that a cut's peak, or mean, exceeds a limit, if there is one."""
+        worst = self.of(cut.peaks or cut)
+        return None if worst is None or limit is None else chance_beyond(worst, limit)
 
 
 QUANTITIES = (
-    *(PredictedQuantity(f"force.{a}", f"force_{a}_N", "N", a, "force_N") for a in ("x", "y", "z")),
+    *(PredictedQuantity(f"force.{a}", f"force_{a}_N", "N", a, "force_N") for a in LINEAR),
     PredictedQuantity("torque.spindle", "torque_N_m", "N·m", SPINDLE, "torque_N_m"),
-    PredictedQuantity("spindle.power", "power_W", "W"),
+    PredictedQuantity("spindle.power", "power_W", "W", SPINDLE, "power_W"),
 )
 ENDS = ("", ".low", ".high")
+FIGURES = (
+    *("feed.speed", "time", "removal"),
+    *(f"{name}{end}" for name in ("specific.force", "energy") for end in ENDS),
+    *("Fp", "Fc", "Ff", "passive"),
+)
+"""Feed mm/min, time s, removal rate cm³/min, specific force N/mm², energy kJ; the channels that are
+the passive, the cutting and the feed force, and the component that is known from the law alone."""
 STATISTICS = ("", ".start", ".end", ".peak")
 """What is known of a quantity over the time of a cut; first its mean."""
 
 
-def prediction_as_csv(cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]) -> str:
-    """Return predicted cuts as CSV; ``limits``: of the machine's axes by name."""
+def prediction_as_csv(
+    cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits], *, asked: Job | None = None
+) -> str:
+    """Return predicted cuts as CSV; ``limits``: of the machine's axes by name.
+
+    ``asked``: the job, whose material, tool and cuts in words each row ends with.
+    """
     columns = [
         *("cut", "name", "operation", "spindle.speed", "spindle.speed.limit", "cutting.speed"),
+        *FIGURES,
         *chain.from_iterable(_columns(one) for one in QUANTITIES),
     ]
-    rows = (_row(number, cut, limits) for number, cut in enumerate(cuts, start=1))
+    rows = [_row(number, cut, limits) for number, cut in enumerate(cuts, start=1)]
+    if asked is not None:
+        words = list(job_in_words(asked)) if asked.program is None else [cut.name for cut in cuts]
+        for row, said in zip(rows, words, strict=True):
+            row += [asked.material, asked.tool, said]
+        columns += ["work.material", "tool", "asked"]
     return csvtext.rows_as_csv([columns, *rows])
 
 
 def _columns(one: PredictedQuantity) -> list[str]:
-    limit = [f"{one.channel}.limit", f"{one.channel}.chance"] if one.axis else []
-    return [*(f"{one.channel}{of}{end}" for of in STATISTICS for end in ENDS), *limit]
+    known = (f"{one.channel}{of}{end}" for of in STATISTICS for end in ENDS)
+    return [*known, *(f"{one.channel}.{what}" for what in ("limit", "chance", "standing"))]
 
 
 def _row(number: int, cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> list[str]:
-    fastest = limits[SPINDLE].speed_rpm if SPINDLE in limits else None
-    speeds = [_number(cut.speed_rpm), _number(fastest), _number(cut.speed_m_min)]
+    fastest = fastest_rpm(limits.get(SPINDLE, AxisLimits()))
+    speeds = [_number(cut.speed_rpm), _number(fastest), _number(cut.speed_m_min), *_figures(cut)]
     cells = [_cells(one, cut, limits) for one in QUANTITIES]
     return [f"{number}", cut.name, cut.operation, *speeds, *chain.from_iterable(cells)]
 
@@ -71,14 +97,23 @@ def _row(number: int, cut: PredictedCut, limits: Mapping[str, AxisLimits]) -> li
 def _cells(
     one: PredictedQuantity, cut: PredictedCut, limits: Mapping[str, AxisLimits]
 ) -> list[str]:
-    """Return mean, ends, peak, limit, and the probability that the peak, or mean, exceeds it."""
-    mean, *ends, peak = (one.of(some) for some in (cut, cut.start, cut.end, cut.peaks))
-    known = [*chain.from_iterable(_ends(each) for each in (mean, *ends, peak))]
-    if one.axis is None:
-        return known
-    worst, limit = peak or mean, one.limit(limits)
-    chance = None if worst is None or limit is None else probability_beyond(worst, limit)
-    return [*known, _number(limit), _number(chance)]
+    """Return mean, ends, peak, limit, the probability that the peak, or mean, exceeds it, and how
+    it stands, where the machine has such an axis.
+    """
+    known = (_ends(one.of(some)) for some in (cut, cut.start, cut.end, cut.peaks))
+    limit = one.limit(limits, cut)
+    chance = one.chance(cut, limit)
+    stands = limit_standing(chance) if one.axis in (*limits, SPINDLE) else ""
+    return [*chain.from_iterable(known), _number(limit), _number(chance), stands]
+
+
+def _figures(cut: PredictedCut) -> list[str]:
+    """Return the cells of FIGURES."""
+    its = cut_figures(cut)
+    intervals = chain.from_iterable(map(_ends, (its.specific_N_mm2, its.energy_kJ)))
+    channels = {role: its.roles.get(role, "") for role in ("Fp", "Fc", "Ff")}
+    feeds = _number(cut.feed_mm_min), _number(its.time_s), _number(its.removal_cm3_min)
+    return [*feeds, *intervals, *channels.values(), "" if cut.passive is None else cut.passive]
 
 
 def _ends(interval: Interval | None) -> list[str]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.turning import PASSIVE_AXIS, TURNED
+from autodb.cutting.turning import TURNED, force_role
 from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
@@ -90,7 +90,9 @@ class PredictedCut:
     along it, speeds those at its largest diameter, ``peaks`` the largest, and ``start`` and ``end``
     what it begins and ends with. ``passive``: the component that no drive of the machine senses and
     nobody measured, known from the law alone. ``state``: the process state that it is predicted in;
-    None: the pair's usual one.
+    None: the pair's usual one. ``feed_mm_min``: its fastest along the
+    path; ``removal_mm3_min``: what it takes off, in the mean; ``time_s``: how long it cuts, None
+    where nobody says how far.
     """
 
     name: str
@@ -107,6 +109,9 @@ class PredictedCut:
     state: str | None = None
     start: Moment | None = None
     end: Moment | None = None
+    feed_mm_min: float | None = None
+    removal_mm3_min: float | None = None
+    time_s: float | None = None
 
     @property
     def of_what(self) -> str:
@@ -144,7 +149,9 @@ class ToolOf:
 
 def not_read(posterior: PairPosterior, operation: str) -> str | None:
     """Return the passive component of an operation, where it is known from the law alone."""
-    return None if operation in posterior.passive else PASSIVE_AXIS.get(operation)
+    if operation in posterior.passive:
+        return None
+    return next((one for one in COLUMNS if force_role(one, [operation]) == "Fp"), None)
 
 
 def passive_known(posterior: PairPosterior, operation: str) -> PassiveKnown | None:

@@ -21,6 +21,7 @@ from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram,
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     Followed,
+    feed_spans_mm,
     lines_joined,
     part_begins,
     program_of_job,
@@ -85,8 +86,13 @@ def follow(
     tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
     fed_s = float(_step_s(done.steps).sum())
     return Followed(
-        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3, program.notes
-    )
+        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3, program.notes,
+        feed_spans_mm(
+            (m.tool, {"x": m.start.x_mm, "z": m.start.z_mm}, {"x": m.end.x_mm, "z": m.end.z_mm})
+            for m in program.moves
+            if not isinstance(m, Rapid)
+        ),
+    )  # fmt: skip
 
 
 def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:

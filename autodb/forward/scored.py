@@ -18,13 +18,14 @@ n_r = k / (1 + (k - 1) rho) (Kish 1965, 8.2).
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import erfc, exp, isclose, pi, sqrt
+from math import erfc, exp, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
 from scipy.special import betaincinv
 
 from autodb.fitting import NORMAL_95
+from autodb.forward.distribution import wider_interval
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
@@ -205,18 +206,6 @@ def _variance(some: Iterable[Scored], begun: float) -> tuple[float, int, int]:
         if abs(variance - before) < SETTLED * before:
             break
     return variance, len(quantities), len(cuts)
-
-
-def wider_interval(one: Interval, factor: float) -> Interval:
-    """Return an interval with its standard deviation times a factor.
-
-    One that is as far from its value on both sides is normal, any other normal in its logarithm.
-    """
-    rise, fall = one.high - one.value, one.value - one.low
-    if isclose(rise, fall, rel_tol=1e-6) or one.low * one.high <= 0.0:
-        return Interval(one.value, one.value - factor * fall, one.value + factor * rise)
-    low, high = ((end / one.value) ** factor for end in (one.low, one.high))
-    return Interval(one.value, one.value * low, one.value * high)
 
 
 _Predicted = TypeVar("_Predicted", PredictedCut, Moment, Peaks)

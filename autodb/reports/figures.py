@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
+from autodb.cutting.turning import ROLE_WORDS, force_role
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
@@ -54,14 +56,6 @@ TALL_PX = 500
 BUTTONS_PX = 28
 """What a tall plot leaves above its title for the buttons."""
 
-FORCE_ROLES = {
-    "turn": ("passive force Fp", "cutting force Fc", "feed force Ff"),
-    "face": ("feed force Ff", "cutting force Fc", "passive force Fp"),
-    "taper": ("", "cutting force Fc", ""),
-    "contour": ("", "cutting force Fc", ""),
-}
-"""What the forces along x, y and z of operations of turning are called (ISO 3002-4)."""
-
 
 def force_title(component: str, operations: Iterable[str]) -> str:
     """Return the title of a force, with its name in turning where all operations give it one.
@@ -69,9 +63,7 @@ def force_title(component: str, operations: Iterable[str]) -> str:
     >>> force_title("y", ["turn", "face"]), force_title("x", ["turn", "face"])
     ('Force Y (cutting force Fc)', 'Force X')
     """
-    along = "xyz".index(component)
-    roles = {FORCE_ROLES.get(operation, ("", "", ""))[along] for operation in operations}
-    role = roles.pop() if len(roles) == 1 else ""
+    role = ROLE_WORDS[force_role(component, operations)]
     return f"Force {component.upper()}" + (f" ({role})" if role else "")
 
 

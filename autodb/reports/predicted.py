@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from autodb import __version__
 from autodb.agent.answer.predicting import JobAnswer, Predicted
+from autodb.files.cut_words import job_in_words
 from autodb.files.machine import AxisLimits
+from autodb.forward.bending import bending_in_words
+from autodb.forward.cut_figures import CutFigures, JobTotals
+from autodb.forward.limits import standings_in_words
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import Interval
 from autodb.reports import figures
@@ -23,6 +27,7 @@ NAMED = 24
 FAR = 3.0
 """A limit this many times beyond what is predicted would press it flat: only the title says it.
 Chosen."""
+UNKNOWN = "not known: no length is stated"
 GAP = 0.06
 """What is left between two quantities, a share of the picture."""
 PLACES = {"start": -0.24, "mean": -0.08, "peak": 0.08, "end": 0.24}
@@ -38,6 +43,14 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
         title=f"{job.name}: predicted forces",
         name=job.name,
         pair=f"{job.material} / {job.tool}",
+        asked=list(job_in_words(job)),
+        limits=list(standings_in_words(answer.limits)),
+        figures=[
+            (cut.name or f"cut {k}", figure_rows(its))
+            for k, (cut, its) in enumerate(zip(answer.cuts, answer.figures, strict=True), start=1)
+        ],
+        totals=total_rows(answer.totals),
+        bending=list(bending_in_words(answer.cuts, answer.bending)),
         machine_says=[
             f"cut {one.cut} {answer.cuts[one.cut - 1].name}: {one.statement}"
             for one in answer.exceeds
@@ -52,16 +65,46 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
     )
 
 
+def figure_rows(its: CutFigures) -> list[tuple[str, str]]:
+    """Return what a planner counts of a cut: what it is, and how much."""
+    return [
+        ("Time", _amount(its.time_s, "s")),
+        ("Removal rate", _amount(its.removal_cm3_min, "cm³/min")),
+        ("Specific force", _reach(its.specific_N_mm2, "N/mm²")),
+        ("Energy", _reach(its.energy_kJ, "kJ")),
+    ]
+
+
+def total_rows(its: JobTotals) -> list[tuple[str, str]]:
+    """Return what a planner counts of a job: what it is, and how much."""
+    return [
+        ("Time", _amount(its.time_s, "s")),
+        ("Removed", _amount(its.removed_cm3, "cm³")),
+        ("Energy", _reach(its.energy_kJ, "kJ")),
+    ]
+
+
+def _amount(value: float | None, unit: str) -> str:
+    return UNKNOWN if value is None else figures.quantity(value, unit)
+
+
+def _reach(one: Interval | None, unit: str) -> str:
+    if one is None:
+        return UNKNOWN
+    return f"{figures.number(one.value)} ({figures.span(one.low, one.high, unit)})"
+
+
 def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     """Return the picture of an answer, with the limits of the machine's axes by name."""
     operations = [cut.operation for cut in answer.cuts]
-    titles = [_title(one, operations, one.limit(limits)) for one in QUANTITIES]
+    given = {one: [one.limit(limits, cut) for cut in answer.cuts] for one in QUANTITIES}
+    titles = [_title(one, operations, given[one]) for one in QUANTITIES]
     made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
         traces = _traces(one, answer)
         for trace in traces:
             made.add_trace(trace, row=row, col=1)
-        _draw_limit(made, row, one, answer, one.limit(limits))
+        _draw_limit(made, row, one, answer, given[one])
     numbers = list(range(1, len(answer.cuts) + 1))
     if len(numbers) <= NAMED:
         names = [
@@ -74,10 +117,16 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
 
 
-def _title(one: PredictedQuantity, operations: Sequence[str], limit: float | None) -> str:
+def _title(
+    one: PredictedQuantity, operations: Sequence[str], limits: Sequence[float | None]
+) -> str:
     what = {"torque.spindle": "Spindle torque", "spindle.power": "Cutting power"}
     name = what.get(one.channel) or figures.force_title(one.channel[-1], operations)
-    return f"{name} [{one.unit}]" + ("" if limit is None else f", limit ± {limit:g} {one.unit}")
+    stated = sorted({limit for limit in limits if limit is not None})
+    if not stated:
+        return f"{name} [{one.unit}]"
+    least = "" if len(stated) == 1 else " at least"
+    return f"{name} [{one.unit}], limit{least} ± {stated[0]:.4g} {one.unit}"
 
 
 def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
@@ -123,11 +172,18 @@ def _marked(
 
 
 def _draw_limit(
-    made: go.Figure, row: int, one: PredictedQuantity, answer: JobAnswer, limit: float | None
+    made: go.Figure,
+    row: int,
+    one: PredictedQuantity,
+    answer: JobAnswer,
+    limits: Sequence[float | None],
 ) -> None:
     """Draw a limit on the sides of zero where forces are, unless it is FAR beyond them."""
-    if limit is None:
+    level = np.array([np.nan if limit is None else limit for limit in limits])
+    if np.isnan(level).all():
         return
+    level = np.append(level, level[-1])
+    across = np.append(np.arange(len(limits)), len(limits)) + 0.5
     ends = [
         end
         for cut in answer.cuts
@@ -136,12 +192,10 @@ def _draw_limit(
         for end in (found.low, found.high)
     ]
     for reach, side in ((max(ends), 1.0), (-min(ends), -1.0)):
-        if reach * FAR >= limit:
-            across = np.array([0.5, len(answer.cuts) + 0.5])
-            line = {"dash": "dash", "width": 1.5}
-            level = np.full(2, side * limit)
+        if reach * FAR >= np.nanmin(level):
+            line = {"dash": "dash", "width": 1.5, "shape": "hv"}
             made.add_trace(
-                figures.line_trace(across, level, tone="warn", name="limit", line=line),
+                figures.line_trace(across, side * level, tone="warn", name="limit", line=line),
                 row=row,
                 col=1,
             )

@@ -13,7 +13,6 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import JSONResponse, PlainTextResponse
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.store import open_store
 from autodb.store.watched import Watched
 from autodb.web import pages
@@ -22,6 +21,7 @@ from autodb.web.http.guard import Guard, Rate
 from autodb.web.http.logs import TEXT, Metrics
 from autodb.web.http.problems import problems
 from autodb.web.http.settings import Settings
+from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.children import Children
 from autodb.web.receive.imports import Imports
 from autodb.web.refusals import handle

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
-from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.agent.operate.access import Access, Role, access_of, is_token
 from autodb.agent.rows.owner import owner_named
 from autodb.store import Store
@@ -19,6 +18,7 @@ from autodb.web.http.guard import Rate
 from autodb.web.http.logs import Metrics
 from autodb.web.http.sessions import HEADER, SAFE, Sessions
 from autodb.web.http.settings import ReaderBounds, Settings
+from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.apart import Task
 from autodb.web.receive.children import Children, Unable
 from autodb.web.receive.imports import Imports

@@ -6,7 +6,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.files.machine import AxisLimits
-from autodb.forward.limits import exceeding, probability_beyond
+from autodb.forward.distribution import chance_beyond
+from autodb.forward.limits import exceeding
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 
 CUT = PredictedCut(
@@ -24,11 +25,11 @@ CUT = PredictedCut(
 
 def test_the_probability_is_the_normals() -> None:
     """Half at the limit, 2.5 % where the interval ends, in either direction."""
-    assert_allclose(probability_beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
-    assert_allclose(probability_beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
-    assert_allclose(probability_beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
-    assert_allclose(probability_beyond(Interval(10.0, -2.0, 22.0), 0.0), 1.0)
-    assert probability_beyond(Interval(5.0, 5.0, 5.0), 4.0) == 1.0
+    assert_allclose(chance_beyond(CUT.force_y_N, 900.0), 0.5, atol=1e-12)
+    assert_allclose(chance_beyond(CUT.force_y_N, 1096.0), 0.025, atol=1e-6)
+    assert_allclose(chance_beyond(CUT.force_z_N, 498.0), 0.025, atol=1e-6)
+    assert_allclose(chance_beyond(Interval(10.0, -2.0, 22.0), 0.0), 1.0)
+    assert chance_beyond(Interval(5.0, 5.0, 5.0), 4.0) == 1.0
 
 
 def test_limits_are_named_by_axis_in_the_order_of_cuts() -> None:

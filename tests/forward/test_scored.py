@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.fitting import NORMAL_95
+from autodb.forward.distribution import wider_interval
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, PredictedCut
 from autodb.forward.scored import (
@@ -14,7 +15,6 @@ from autodb.forward.scored import (
     Scored,
     score_of,
     wider,
-    wider_interval,
     width_of,
 )
 

@@ -15,7 +15,11 @@ from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_coefficients
 from autodb.pairs.cards import COLUMNS, cards_as_csv, read_cards
-from autodb.pairs.handbook.conventional import posterior_of_material
+from autodb.pairs.handbook.conventional import (
+    along_lines,
+    material_named,
+    posterior_of_material,
+)
 from autodb.pairs.prior import any_metal, of_card
 from autodb.standard.writing import write_once
 
@@ -123,8 +127,10 @@ def test_little_knowledge_leaves_a_card_that_can_be_read(tmp_path: Path) -> None
 
 
 def test_no_card_says_that_the_specific_force_grows_with_the_chip() -> None:
-    """Titanium's chip ratio is past 1 in thick chips; in thin ones it has a card."""
-    law = posterior_of_material("Ti6Al4V").law
+    """Titanium's lines alone have a ratio past 1 in thick chips; in thin ones they have a card."""
+    stated = material_named("Ti6Al4V").shear
+    assert stated is not None
+    law = along_lines(stated).law
     with pytest.raises(UnusableInput, match=r"'Ti6Al4V': m_c is -0\.\d+ over chips of 0.05 to 0.4"):
         kienzle_card("Ti6Al4V", law, ViewRange(), source="belief")
     thin = kienzle_card("Ti6Al4V", law, ViewRange(0.02, 0.15), source="belief")

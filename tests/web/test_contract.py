@@ -25,8 +25,8 @@ from schemathesis.core.failures import FailureGroup
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.refreshing import refresh
-from autodb.agent.rows.machines import add_machine
-from autodb.files.machine import LATHE
+from autodb.agent.rows.machines import add_machine, as_file, find_machine, update_machine
+from autodb.files.machine import LATHE, AxisFile, AxisLimits
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import create_store, models, open_store
 from autodb.web.http.settings import RequestLimits, Settings
@@ -61,6 +61,12 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     shops.add(store, "lathe-0", fleets.on_machine(rng, fleet, [key]), cuts=8, rng=rng)
     add_machine(store, "a/b c", LATHE)
     refresh(store, "lathe-0")
+    with store.reading() as session:
+        file = as_file(find_machine(session, "lathe-0"))
+    limited = AxisFile(carries="work", limits=AxisLimits(torque_N_m=200.0))
+    update_machine(
+        store, "lathe-0", file.model_copy(update={"axes": {**file.axes, "spindle": limited}})
+    )
     with store.writing() as session:
         drifts = models.Mismatch(
             recording_id=1, channel="z.current", term="sensor_drift", kind="missing",

@@ -8,11 +8,11 @@ import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import inspect, select
 
-from autodb.agent.answer.lookup_cache import LookupCache
 from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
 from autodb.store import Store, create_store, models, open_store
 from autodb.store.watched import Watched
+from autodb.web.lookup_cache import LookupCache
 from tests.helpers.asked import API, CUT
 from tests.helpers.servers import Server
 

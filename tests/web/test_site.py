@@ -133,6 +133,34 @@ def test_limits_are_drawn_into_the_maps(client: TestClient, pair: dict[str, str]
     assert "limit 900 N" in html
 
 
+def test_the_planner_says_how_every_limit_stands(client: TestClient, pair: dict[str, str]) -> None:
+    """A limit that nobody entered is said, and none is green by silence; figures beside them."""
+    light = CUT | {"depth_mm": "0.2", "feed_mm_rev": "0.1", "length_mm": "100"}
+    text = _text(client.get(f"{MACHINE}/plan?{urlencode(pair | light)}").text)
+    assert "Limits within: x force 600 N, z force 900 N, spindle torque 30 N·m" in text
+    assert "Limits not entered: z feed, spindle power, spindle speed" in text
+    assert re.search(r"Energy of all cuts: [\d.]+ \(", text)
+    heavy = _text(client.get(f"{MACHINE}/plan?{urlencode(pair | CUT)}").text)
+    assert re.search(r"Limits exceeded: .*spindle torque 30 N·m \(", heavy)
+
+
+def test_a_pair_s_page_answers_with_the_largest_feed(
+    client: TestClient, pair: dict[str, str]
+) -> None:
+    asked = pair | CUT | {"largest": "feed", "share": "80", "sure": "95"}
+    html = client.get(f"{MACHINE}/pair?{urlencode(asked)}").text
+    (said,) = [one for one in _said(html) if "Largest feed" in one]
+    found = re.search(r"with 95 % probability: (0\.\d+) mm/rev; what ends it is", said)
+    assert found is not None
+    got = client.get(
+        f"/api/v1{MACHINE}/largest", params=pair | CUT | {"what": "feed", "share": 80}
+    ).json()
+    assert got["value"] == float(found[1])
+    assert f'value="{float(found[1]):g}"' in html
+    refused = client.get(f"{MACHINE}/pair?{urlencode(pair | CUT | {'largest': 'feet'})}").text
+    assert "nothing to look for" in _said(refused)[0]
+
+
 def test_machines_are_found_by_a_part_of_their_name(client: TestClient) -> None:
     assert "lathe-1" in _text(client.get("/?like=LATHE").text)
     assert STRANGE not in _text(client.get("/?like=LATHE").text)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.files.job import KEYS, JobCut
-from autodb.forward.limits import probability_beyond
+from autodb.files.machine import AxisLimits
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import PredictedCut
 from autodb.pairs.engaged import DEPTH, FEED
@@ -26,7 +26,8 @@ ALONE = 2.0
 class Layer:
     """One quantity over a map: mean, and the chance to exceed the machine's limit, (n, m).
 
-    ``limit``: None where the machine states none; then ``chance`` is nought.
+    ``limit``: at the cut in the middle; None where the machine states none; where none is stated
+    ``chance`` is nought.
     """
 
     quantity: PredictedQuantity
@@ -71,7 +72,8 @@ def force_map(basis: PredictionBasis, cut: JobCut) -> ForceMap:
     ]
     found, _ = basis.predict(asked)
     shape = (len(across), len(feeds))
-    layers = tuple(_layer(one, found, shape, one.limit(basis.limits)) for one in QUANTITIES)
+    (here,), _ = basis.predict([cut])
+    layers = tuple(_layer(one, basis.limits, found, shape, here) for one in QUANTITIES)
     known = (learnt[FEED], learnt[DEPTH]) if depths is not None and FEED in learnt else None
     return ForceMap(cut, feed_key, across_key, feeds, across, layers, known)
 
@@ -85,13 +87,11 @@ def _around(value: float, learnt: tuple[float, float] | None, count: int) -> Arr
 
 def _layer(
     one: PredictedQuantity,
+    limits: Mapping[str, AxisLimits],
     cuts: tuple[PredictedCut, ...],
     shape: tuple[int, int],
-    limit: float | None,
+    here: PredictedCut,
 ) -> Layer:
     mean = np.array([getattr(cut, one.field).value for cut in cuts]).reshape(shape)
-    if limit is None:
-        return Layer(one, mean, np.zeros(shape), None)
-    worst = [one.of(cut.peaks or cut) for cut in cuts]
-    chance = np.array([0.0 if each is None else probability_beyond(each, limit) for each in worst])
-    return Layer(one, mean, chance.reshape(shape), limit)
+    chance = np.array([one.chance(cut, one.limit(limits, cut)) or 0.0 for cut in cuts])
+    return Layer(one, mean, chance.reshape(shape), one.limit(limits, here))

@@ -1,17 +1,20 @@
 """Predict a job from the posterior of the machine's pair, and keep what was answered."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_basis_of
 from autodb.agent.answer.said_of_terms import said_of_terms
 from autodb.agent.learn.known import Behind, known_of
+from autodb.agent.rows.catalogue import pair_id, refuse_other_geometry
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
 from autodb.forward import along
-from autodb.forward.limits import Exceeding
+from autodb.forward.bending import CutBending, bending_of_job
+from autodb.forward.cut_figures import CutFigures, JobTotals, cut_figures, job_totals
+from autodb.forward.limits import Exceeding, LimitStanding
 from autodb.forward.prediction import PredictedCut
 from autodb.store import Also, Store, models, nothing_else
 
@@ -23,7 +26,8 @@ if TYPE_CHECKING:
 class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
 
-    ``exceeds``: limits that a cut may go beyond.
+    ``exceeds``: limits that a cut may go beyond; ``limits``: how the job stands to all of them;
+    ``figures`` of each cut, ``totals`` of all; ``bending`` of work and tool, where they are stated.
     """
 
     job: Job
@@ -31,6 +35,10 @@ class JobAnswer:
     behind: Behind
     notes: tuple[str, ...]
     exceeds: tuple[Exceeding, ...]
+    limits: tuple[LimitStanding, ...]
+    figures: tuple[CutFigures, ...]
+    totals: JobTotals
+    bending: tuple[CutBending, ...]
 
 
 @dataclass(frozen=True)
@@ -40,16 +48,28 @@ class Predicted(JobAnswer):
     prediction_id: int
 
 
-def predict_job(store: Store, machine: str, job: Job, *, also: Also = nothing_else) -> Predicted:
+def predict_job(
+    store: Store,
+    machine: str,
+    job: Job,
+    *,
+    also: Also = nothing_else,
+    tool: Mapping[str, float] | None = None,
+) -> Predicted:
     """Predict every cut of a job; the prediction is stored with the parameters it used.
 
     A pair that the machine has not cut is predicted from a related one or from conventional values,
-    and the notes say so. ``also``: what else is written in its transaction. Raises UnusableInput
-    for an unknown machine, a program that is broken, or where the tool cannot make a cut.
+    and the notes say so. ``also``: what else is written in its transaction; ``tool``: what is
+    stated of the tool's geometry, which is kept with it. Raises UnusableInput for an unknown
+    machine, a program that is broken, or where the tool cannot make a cut or is another one.
     """
     program = _followed(store, machine, job)
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
+        if tool is not None:
+            known = known_of(session, owner, job.material, job.tool)
+            refuse_other_geometry(job.tool, known.tool.numbers, tool)
+            pair_id(session, job.material, job.tool, tool)
         known = known_of(session, owner, job.material, job.tool)
         basis = prediction_basis_of(session, owner, job.material, known)
         answer, states = _answer(basis, job, program)
@@ -118,7 +138,19 @@ def _answer(
             *said_of_terms(known.posterior, known.tool, (), cuts),
             *_of_program(program, job.tool, cuts),
         )
-    return JobAnswer(job, cuts, known.behind, notes, basis.exceeding(cuts)), states
+    figures = tuple(cut_figures(cut) for cut in cuts)
+    answer = JobAnswer(
+        job=job,
+        cuts=cuts,
+        behind=known.behind,
+        notes=notes,
+        exceeds=basis.exceeding(cuts),
+        limits=basis.standings(cuts, None if program is None else program.spans_mm),
+        figures=figures,
+        totals=job_totals(figures),
+        bending=bending_of_job(job, cuts),
+    )
+    return answer, states
 
 
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:

@@ -20,13 +20,15 @@ from autodb.agent.learn.known import Behind, KnownPair
 from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.calibrations import used_beyond
+from autodb.agent.rows.catalogue import refuse_other_geometry
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.forward.limits import Exceeding, exceeding
+from autodb.forward.cut_figures import CutFigures, cut_figures
+from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
 from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width, wider
@@ -56,7 +58,10 @@ class AskedCut(Protocol):
 
 @dataclass(frozen=True)
 class LookedUp:
-    """What one cut will take, on what that rests, and the limits that it may exceed."""
+    """What one cut will take, on what that rests, and how it stands to the machine's limits.
+
+    ``exceeds``: those that it may go beyond; ``limits``: all, with those that nobody entered.
+    """
 
     material: str
     tool: str
@@ -64,6 +69,8 @@ class LookedUp:
     behind: Behind
     notes: tuple[str, ...]
     exceeds: tuple[Exceeding, ...]
+    limits: tuple[LimitStanding, ...]
+    figures: CutFigures
 
 
 @dataclass(frozen=True)
@@ -117,6 +124,16 @@ class PredictionBasis:
         """Return what answers about one lot of the material rest on."""
         known = replace(self.known, posterior=replace(self.known.posterior, lot=lot))
         return self if lot is None else replace(self, known=known)
+
+    def with_tool(self, stated: Mapping[str, float]) -> "PredictionBasis":
+        """Return what answers rest on where this is stated of the tool, and nobody said before.
+
+        Raises UnusableInput where it is known otherwise.
+        """
+        known = self.known.tool
+        refuse_other_geometry(known.name, known.numbers, stated)
+        tool = ToolOf(known.name, {**known.numbers, **stated})
+        return replace(self, known=replace(self.known, tool=tool))
 
     def predict(
         self, cuts: Sequence[JobCut]
@@ -175,6 +192,8 @@ class PredictionBasis:
             behind=self.known.behind,
             notes=self.said([cut], [found]),
             exceeds=self.exceeding([found]),
+            limits=self.standings([found]),
+            figures=cut_figures(found),
         )
 
     def said(self, cuts: Sequence[JobCut], found: Sequence[PredictedCut]) -> tuple[str, ...]:
@@ -190,6 +209,15 @@ class PredictionBasis:
     def exceeding(self, found: Sequence[PredictedCut]) -> tuple[Exceeding, ...]:
         """Return the machine's limits that predicted cuts may exceed."""
         return exceeding(found, self.limits)
+
+    def standings(
+        self, found: Sequence[PredictedCut], spans_mm: Mapping[str, float] | None = None
+    ) -> tuple[LimitStanding, ...]:
+        """Return how predicted cuts stand to each limit that a machine has, entered or not.
+
+        ``spans_mm``: how far they reach along axes.
+        """
+        return limit_standings(found, self.limits, spans_mm)
 
     def notes(self, cuts: Sequence[AskedCut]) -> Iterable[str]:
         """Say from what an answer is, what is assumed, and what is far from the pair's cuts.

@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.errors import UnusableInput
 from autodb.store import lock_catalogue, models
 
 Named = TypeVar("Named", models.Material, models.Tool)
@@ -62,6 +63,18 @@ def numbers_of(tool: models.Tool) -> dict[str, float]:
     """Return what is known of a tool's geometry, by name."""
     known = {name: getattr(tool, name) for name in GEOMETRY}
     return {name: value for name, value in known.items() if value is not None}
+
+
+def refuse_other_geometry(
+    tool: str, known: Mapping[str, float], stated: Mapping[str, float]
+) -> None:
+    """Raise UnusableInput where something else is known of a tool than is stated."""
+    for name, value in stated.items():
+        if name in known and known[name] != value:
+            raise UnusableInput(
+                f"tool '{tool}': {name} is {known[name]:g} here and {value:g} in the file; give "
+                "another tool another name"
+            )
 
 
 def _called(session: Session, table: type[Named], name: str) -> Named | None:

@@ -8,6 +8,7 @@ from sqlalchemy.orm.attributes import flag_modified
 
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.files.machine import (
+    SPINDLE,
     AxisFile,
     AxisLimits,
     Gear,
@@ -28,6 +29,10 @@ _AXIS = (
 LIMITS = {
     "force_N": "limit_force_N",
     "torque_N_m": "limit_torque_N_m",
+    "power_W": "limit_power_W",
+    "torque_curve": "limit_torque_curve",
+    "power_curve": "limit_power_curve",
+    "efficiency": "limit_efficiency",
     "speed_mm_min": "limit_speed_mm_min",
     "speed_rpm": "limit_speed_rpm",
     "travel_low_mm": "travel_low_mm",
@@ -195,7 +200,19 @@ def as_file(machine: models.Machine) -> MachineFile:
 
 def limits_of(machine: models.Machine) -> dict[str, AxisLimits]:
     """Return what the axes of a machine may carry and where they may go, by name."""
-    return {axis.name: _limits(axis) for axis in machine.axes}
+    stated = {axis.name: _limits(axis) for axis in machine.axes}
+    return with_fastest(stated, machine.max_speed_rpm)
+
+
+def with_fastest(
+    limits: dict[str, AxisLimits], max_speed_rpm: float | None
+) -> dict[str, AxisLimits]:
+    """Return limits of axes with the fastest speed of the spindle that a machine states."""
+    own = limits.get(SPINDLE, AxisLimits())
+    known = [rpm for rpm in (own.speed_rpm, max_speed_rpm) if rpm is not None]
+    if not known:
+        return limits
+    return {**limits, SPINDLE: own.model_copy(update={"speed_rpm": min(known)})}
 
 
 def limits_of_machine(store: Store, name: str) -> dict[str, AxisLimits]:

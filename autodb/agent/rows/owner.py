@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.machines import LIMITS, find_machine, limits_of
+from autodb.agent.rows.machines import LIMITS, find_machine, limits_of, with_fastest
 from autodb.files.machine import AxisLimits
 from autodb.store import models
 
@@ -31,7 +31,8 @@ def owner_named(session: Session, name: str) -> Owner:
     rows = session.connection().execute(_NAMED, {"name": name}).all()
     if not rows:
         return owner_of(find_machine(session, name))
-    return Owner(rows[0].id, name, {axis: _limits(own) for _, axis, *own in rows if axis})
+    limits = {axis: _limits(own) for _, _, axis, *own in rows if axis}
+    return Owner(rows[0].id, name, with_fastest(limits, rows[0].max_speed_rpm))
 
 
 def _limits(columns: list[Any]) -> AxisLimits:
@@ -41,7 +42,7 @@ def _limits(columns: list[Any]) -> AxisLimits:
 def _named() -> Select[Any]:
     columns = (getattr(models.Axis, column) for column in LIMITS.values())
     return (
-        select(models.Machine.id, models.Axis.name, *columns)
+        select(models.Machine.id, models.Machine.max_speed_rpm, models.Axis.name, *columns)
         .outerjoin(models.Axis, models.Axis.machine_id == models.Machine.id)
         .where(models.Machine.name == bindparam("name"))
         .order_by(models.Axis.id)

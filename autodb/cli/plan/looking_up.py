@@ -6,11 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, MachineName, opened_store, say, show, table
-from autodb.cli.plan.predict_and_trace import Json, say_answer, show_predicted
+from autodb.cli.plan.predict_and_trace import (
+    Json,
+    ToolPath,
+    say_answer,
+    show_figures,
+    show_predicted,
+    stated_tool,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed
-    from autodb.agent.answer.prediction_basis import LookedUp
+    from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
     from autodb.files.job import JobCut
 
 OPTIONS = {
@@ -70,11 +77,35 @@ CuttingTime = Annotated[
 ]
 FlankWear = Annotated[float | None, _number("--flank-wear", "MM", "Flank wear of the edge.")]
 
+Wanted = Annotated[
+    str | None,
+    typer.Option(
+        "--largest",
+        metavar="WHAT",
+        help="Look for the largest feed, depth or speed that keeps the machine's limits.",
+    ),
+]
+Share = Annotated[
+    float | None,
+    typer.Option(
+        "--share", metavar="PERCENT", min=1.0, max=100.0,
+        help="Of each force, torque and power limit, with --largest; 100 where none is given.",
+    ),
+]  # fmt: skip
+Sure = Annotated[
+    float | None,
+    typer.Option(
+        "--sure", metavar="PERCENT", min=50.0, max=99.9,
+        help="How surely limits are kept, with --largest; 95 where none is given.",
+    ),
+]  # fmt: skip
+
 
 def lookup(
     machine: MachineName,
     material: Material = None,
     tool: ToolName = None,
+    tool_file: ToolPath = None,
     lot: Lot = None,
     operation: Operation = None,
     diameter: Diameter = None,
@@ -90,6 +121,9 @@ def lookup(
     pocket_diameter: PocketDiameter = None,
     cutting_time: CuttingTime = None,
     flank_wear: FlankWear = None,
+    largest: Wanted = None,
+    share: Share = None,
+    sure: Sure = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
@@ -105,7 +139,14 @@ def lookup(
         "--flank-wear": flank_wear,
     }  # fmt: skip
     stated = {option: value for option, value in given.items() if value is not None}
+    if largest is not None:
+        stated = _completed(stated, largest)
+    elif share is not None or sure is not None:
+        raise UnusableInput("--share and --sure go with --largest; add it, or leave them out")
     cut = _cut(stated) if stated else None
+    geometry: dict[str, float] = {}
+    if tool_file is not None:
+        tool, geometry = stated_tool(tool_file, tool)
     if cut is not None and (material is None or tool is None):
         raise UnusableInput("a cut needs --material and --tool")
     if cut is None and lot is not None:
@@ -114,8 +155,13 @@ def lookup(
         pair_reader = PairReader(session, machine)
         if cut is None:
             _list(machine, pair_reader.pairs(material, tool), json=json)
+            return
+        basis = pair_reader.basis(str(material), str(tool)).of_lot(lot).with_tool(geometry)
+        if largest is None:
+            _answer(basis.look_up(cut), json=json)
         else:
-            _answer(pair_reader.look_up(str(material), str(tool), cut, lot=lot), json=json)
+            shares = (share or 100.0) / 100.0, (sure or 95.0) / 100.0
+            _show_largest(basis, cut, largest, shares, json=json)
 
 
 def _cut(stated: dict[str, Any]) -> "JobCut":
@@ -142,6 +188,46 @@ def _cut(stated: dict[str, Any]) -> "JobCut":
         said = re.sub(r"\w+", lambda word: OPTIONS.get(word[0], word[0]), message)
         said = said.replace("--operation '", "operation '")
         raise UnusableInput(f"{where}{said}") from None
+
+
+def _completed(stated: dict[str, Any], largest: str) -> dict[str, Any]:
+    """Return what options state, with any value of what is asked for; raises UnusableInput."""
+    from autodb.errors import UnusableInput, near
+
+    anything = {"feed": ("--feed", 0.1), "depth": ("--depth", 1.0), "speed": ("--speed", 100.0)}
+    if largest not in anything:
+        raise UnusableInput(
+            f"--largest '{largest}': is nothing to look for{near(largest, anything)}"
+        )
+    option, value = anything[largest]
+    options = (option, "--rpm") if largest == "speed" else (option,)
+    given = [one for one in options if one in stated]
+    if given:
+        raise UnusableInput(f"--largest {largest} and {given[0]} exclude each other; use one")
+    return {**stated, option: value}
+
+
+def _show_largest(
+    basis: "PredictionBasis",
+    cut: "JobCut",
+    what: str,
+    shares: tuple[float, float],
+    *,
+    json: bool,
+) -> None:
+    """Print the largest of what is asked for; ``shares``: of each limit, and how surely."""
+    from autodb.agent.answer.largest import largest_value
+
+    found = largest_value(basis, cut, what, share=shares[0], sure=shares[1])
+    if json:
+        from pydantic import TypeAdapter
+
+        from autodb.agent.answer.largest import Largest
+
+        say(TypeAdapter(Largest).dump_json(found, indent=1).decode())
+        return
+    _answer(found.answer, json=False)
+    say(found.statement)
 
 
 def _list(machine: str, pairs: "list[Listed]", *, json: bool) -> None:
@@ -177,4 +263,5 @@ def _answer(answer: "LookedUp", *, json: bool) -> None:
         say(TypeAdapter(LookedUp).dump_json(answer, indent=1).decode())
         return
     show_predicted(f"{answer.material} / {answer.tool}", [answer.cut])
+    show_figures([answer.cut], [answer.figures])
     say_answer([answer.cut], answer)

@@ -15,11 +15,20 @@ if TYPE_CHECKING:
     from autodb.agent.answer.tracing import Node
     from autodb.agent.learn.known import Behind
     from autodb.files.machine import AxisLimits
-    from autodb.forward.limits import Exceeding
+    from autodb.forward.cut_figures import CutFigures, JobTotals
+    from autodb.forward.limits import Exceeding, LimitStanding
     from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
+]
+ToolPath = Annotated[
+    Path | None,
+    typer.Option(
+        "--tool-file",
+        metavar="FILE",
+        help="What is known of the tool: a tool file (TOML), or a tool bit of FreeCAD (.fctb).",
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Kind = Annotated[
@@ -41,37 +50,71 @@ def predict_command(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
     ] = None,
+    tool_file: ToolPath = None,
+    beside: Annotated[
+        Path | None,
+        typer.Option(
+            "--beside", metavar="JOB", help="Another job, to compare; its answer is not kept."
+        ),
+    ] = None,
     json: Json = False,
     db: Database = None,
 ) -> None:
     """Predict forces, torque and power of a job's cuts, with 95 % intervals."""
-    from autodb.agent.answer.predicting import predict_job
+    from autodb.agent.answer.predicting import answer_job, predict_job
     from autodb.agent.rows.machines import limits_of_machine
     from autodb.files.job import read_job
     from autodb.files.targets import check_target
+    from autodb.forward.bending import bending_in_words
 
     if csv is not None:
         check_target(csv, suffix=".csv", option="--csv")
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
+    other = None if beside is None else read_job(beside)
+    stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_store(db) as store:
-        answer = predict_job(store, machine, asked)
+        answer = predict_job(store, machine, asked, tool=stated)
+        compared = () if other is None else (answer, answer_job(store, machine, other))
         limits = limits_of_machine(store, machine)
     _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.answer.predicting import Predicted
+        from autodb.agent.answer.predicting import JobAnswer, Predicted
 
-        say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
+        if compared:
+            say(TypeAdapter(tuple[JobAnswer, ...]).dump_json(compared, indent=1).decode())
+        else:
+            say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
+    show_figures(answer.cuts, answer.figures, answer.totals)
+    for line in bending_in_words(answer.cuts, answer.bending):
+        say(line)
     say_answer(answer.cuts, answer)
+    if compared:
+        from autodb.cli.plan.comparing import show_beside
+
+        show_beside(compared)
     for what, path in (("table", csv), ("picture", plot)):
         if path is not None:
             say(f"{what}: {path}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
+    """Return a tool file's name and its geometry by name; raises UnusableInput for another tool."""
+    from autodb.errors import UnusableInput
+    from autodb.files.tool import geometry_of, read_tool
+
+    file = read_tool(path)
+    if name is not None and file.name != name:
+        raise UnusableInput(
+            f"{path}: is of tool '{file.name}', and '{name}' is asked for; use one name"
+        )
+    return file.name, geometry_of(file).model_dump(exclude_none=True)
 
 
 def _write_predicted(
@@ -82,7 +125,7 @@ def _write_predicted(
     if csv is not None:
         from autodb.forward.predictedfile import prediction_as_csv
 
-        write_text(csv, prediction_as_csv(answer.cuts, limits))
+        write_text(csv, prediction_as_csv(answer.cuts, limits, asked=answer.job))
     if plot is not None:
         from autodb.reports.predicted import render_prediction
 
@@ -104,12 +147,46 @@ class AnswerOptions(Protocol):
     def exceeds(self) -> "tuple[Exceeding, ...]":
         """The limits that a cut may exceed."""
 
+    @property
+    def limits(self) -> "tuple[LimitStanding, ...]":
+        """How the cuts stand to all limits."""
+
+
+def show_figures(
+    cuts: "Sequence[PredictedCut]",
+    figures: "Sequence[CutFigures]",
+    totals: "JobTotals | None" = None,
+) -> None:
+    """Print what a planner counts of cuts: time, removal rate, specific force, energy."""
+    rows = table("", "cut", ">time s", ">removal cm³/min", ">specific force N/mm²", ">energy kJ")
+    for cut, one in zip(cuts, figures, strict=True):
+        rows.add_row(
+            cut.name or cut.operation,
+            _amount(one.time_s),
+            _amount(one.removal_cm3_min),
+            "" if one.specific_N_mm2 is None else interval(one.specific_N_mm2),
+            "" if one.energy_kJ is None else interval(one.energy_kJ),
+        )
+    show(rows)
+    if totals is None or len(figures) == 1 or totals.time_s is None:
+        return
+    energy = "" if totals.energy_kJ is None else f", {interval(totals.energy_kJ)} kJ"
+    say(f"all cuts: {totals.time_s:.1f} s, {totals.removed_cm3 or 0.0:.1f} cm³{energy}")
+
+
+def _amount(value: float | None) -> str:
+    return "" if value is None else f"{value:.1f}"
+
 
 def say_answer(cuts: "Sequence[PredictedCut]", answer: AnswerOptions) -> None:
-    """Print below predicted cuts which limits they may exceed, the notes, and what is behind it."""
+    """Print below predicted cuts how they stand to limits, the notes, and what is behind it."""
+    from autodb.forward.limits import standings_in_words
+
     for one in answer.exceeds:
         name = cuts[one.cut - 1].name
         say(f"cut {one.cut} '{name}': {one.statement}" if name else one.statement)
+    for line in standings_in_words(answer.limits):
+        say(line)
     for note in answer.notes:
         say(note)
     say(f"95 % intervals; behind it: {behind_words(answer.behind)}")
@@ -124,10 +201,11 @@ def behind_words(behind: "Behind") -> str:
 
 def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
     """Print predicted cuts; below the means their start and end, where these differ, and peaks."""
-    rows = table(
-        title, "cut", ">rpm", ">m/min", ">force.x N", ">force.y N", ">force.z N", ">torque N·m",
-        ">power W",
-    )  # fmt: skip
+    from autodb.cutting.turning import force_role
+
+    operations = [cut.operation for cut in cuts]
+    heads = (f">{force_role(axis, operations)} force.{axis} N".replace("> ", ">") for axis in "xyz")
+    rows = table(title, "cut", ">rpm", ">m/min", *heads, ">torque N·m", ">power W")
     for cut in cuts:
         forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
         name = cut.name or cut.operation

@@ -86,10 +86,16 @@ def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterio
 
 
 def posterior_of_values(material: StatedMaterial) -> PairPosterior:
-    """Return the posterior that a material's values leave."""
-    if material.shear is not None:
-        return along_lines(material.shear)
-    return of_card(card_of_material(material))
+    """Return the posterior that a material's values leave.
+
+    Kienzle's numbers beside lines are readings of the law that these say.
+    """
+    if material.shear is None:
+        return of_card(card_of_material(material))
+    lines = along_lines(material.shear)
+    if material.kienzle is None:
+        return lines
+    return of_card(kienzle_of(material.name, material.kienzle).card, start=lines)
 
 
 def card_of_material(material: StatedMaterial) -> CardForces:
@@ -101,7 +107,7 @@ def card_of_material(material: StatedMaterial) -> CardForces:
         return _linear(material.linear_edge)
     if material.table is not None:
         return _tabled(material.table)
-    if material.kienzle is not None:
+    if material.shear is None and material.kienzle is not None:
         return kienzle_of(material.name, material.kienzle).card
     raise UnusableInput(
         f"'{material.name}' states the parameters of the law and no specific forces; use a card "

@@ -2,8 +2,9 @@
 
 A file has one of four sections, after what was found to read: `[shear]`, the five numbers of the
 thin-shear-zone law; `[linear_edge]`, its chip and edge coefficients; `[table]`, specific forces
-over feed; `[kienzle]`. Bounds are taken as those of 95 %. Specific forces hold at `rake_deg`; where
-the source does not say a rake, they are taken for those at 0.
+over feed; `[kienzle]`, which may also stand beside `[shear]`. Bounds are taken as those of 95 %.
+Specific forces hold at `rake_deg`; where the source does not say a rake, they are taken for those
+at 0.
 """
 
 from statistics import median
@@ -181,8 +182,12 @@ class StatedMaterial(Section):
 
     @model_validator(mode="after")
     def _one_kind(self) -> "StatedMaterial":
-        if len(self.kinds) != 1:
-            raise ValueError("give one of [shear], [linear_edge], [table] and [kienzle]")
+        both = self.shear is not None and self.kienzle is not None
+        if len(self.kinds) != (2 if both else 1):
+            raise ValueError(
+                "give one of [shear], [linear_edge], [table] and [kienzle], or [shear] with "
+                "[kienzle]"
+            )
         return self
 
     @property

@@ -7,7 +7,7 @@ from autodb.agent.answer.overview import MachineSeen, MismatchSaid
 from autodb.agent.ingest.importing import Imported
 from autodb.agent.operate.access import Noted
 from autodb.agent.sense.sensors import Sensor
-from autodb.forward.limits import Exceeding
+from autodb.forward.limits import Exceeding, LimitStanding
 from autodb.forward.prediction import PredictedCut
 
 
@@ -80,6 +80,7 @@ class BatchLine:
     row: int
     cut: PredictedCut | None = None
     exceeds: tuple[Exceeding, ...] = ()
+    limits: tuple[LimitStanding, ...] = ()
     problem: str | None = None
 
 

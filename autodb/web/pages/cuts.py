@@ -1,11 +1,11 @@
 """Cuts as a form states them, and as a page says them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from starlette.datastructures import QueryParams
 
 from autodb.errors import UnusableInput
+from autodb.files.cut_words import FIELDS
 from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
@@ -16,31 +16,6 @@ MOST = 50
 """Cuts of a form. Chosen: more come as a program or by the API."""
 
 
-@dataclass(frozen=True)
-class FormField:
-    """A number of a cut in a form: its key, what it is called, and its unit."""
-
-    key: str
-    called: str
-    unit: str
-
-
-FIELDS = (
-    FormField("diameter_mm", "Diameter", "mm"),
-    FormField("end_diameter_mm", "End diameter", "mm"),
-    FormField("length_mm", "Length", "mm"),
-    FormField("depth_mm", "Depth", "mm"),
-    FormField("width_mm", "Width", "mm"),
-    FormField("feed_mm_rev", "Feed", "mm/rev"),
-    FormField("feed_mm_tooth", "Feed", "mm/tooth"),
-    FormField("speed_m_min", "Cutting speed", "m/min"),
-    FormField("speed_rpm", "or spindle speed", "rpm"),
-    FormField("direction_deg", "Direction", "deg"),
-    FormField("ramp_deg", "Ramp", "deg"),
-    FormField("pocket_diameter_mm", "Pocket", "mm"),
-    FormField("cutting_time_s", "Edge has cut", "s"),
-    FormField("flank_wear_mm", "Flank wear", "mm"),
-)
 SHOWN = {
     operation: [*KEYS[operation].needs, *KEYS[operation].may, *ANY_CUT] for operation in OPERATIONS
 }
@@ -83,17 +58,6 @@ def cut_rows(cuts: Sequence[JobCut]) -> list[dict[str, str]]:
         }
         for cut in cuts
     ]
-
-
-def cut_in_words(cut: JobCut) -> str:
-    """Return a cut in one line."""
-    stated = ((one, getattr(cut, one.key)) for one in FIELDS)
-    said = [
-        f"{one.called.removeprefix('or ').lower()} {value:g} {one.unit}"
-        for one, value in stated
-        if value is not None
-    ]
-    return ", ".join([cut.operation, *said])
 
 
 def prediction_spans(

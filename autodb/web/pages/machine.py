@@ -22,7 +22,8 @@ from autodb.web.service import Reads
 PASSES = 20
 """Refreshes that are shown. Chosen."""
 LIMITS = (
-    ("force_N", "N"), ("torque_N_m", "N·m"), ("speed_mm_min", "mm/min"), ("speed_rpm", "rpm"),
+    ("force_N", "N"), ("torque_N_m", "N·m"), ("power_W", "W"), ("speed_mm_min", "mm/min"),
+    ("speed_rpm", "rpm"),
 )  # fmt: skip
 
 router = APIRouter()
@@ -109,6 +110,11 @@ def _limits(one: AxisLimits) -> str:
     said = [f"{value:g} {unit}" for value, unit in stated if value is not None]
     if one.travel_low_mm is not None and one.travel_high_mm is not None:
         said.append(f"{one.travel_low_mm:g} to {one.travel_high_mm:g} mm")
+    for curve, unit in ((one.torque_curve, "N·m"), (one.power_curve, "W")):
+        if curve is not None:
+            said.append(", ".join(f"{value:g} {unit} at {rpm:g} rpm" for rpm, value in curve))
+    if one.efficiency is not None:
+        said.append(f"efficiency {one.efficiency:g}")
     return ", ".join(said)
 
 

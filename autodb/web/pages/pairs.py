@@ -8,26 +8,31 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.coefficients import machine_coefficients
 from autodb.agent.answer.force_map import force_map
+from autodb.agent.answer.largest import WHAT, Largest, largest_value
 from autodb.agent.answer.looking_up import PairReader
+from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
+from autodb.errors import UnusableInput
 from autodb.files.coefficients import BoundedValue
+from autodb.files.cut_words import FIELDS, cut_in_words
 from autodb.files.job import JobCut
+from autodb.forward.limits import standings_in_words
 from autodb.reports.figures import force_title, number
 from autodb.reports.page import learning_plot, learnt_words
 from autodb.reports.pair import force_map_plots
+from autodb.reports.predicted import figure_rows
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import (
-    FIELDS,
     SHOWN,
-    cut_in_words,
     cut_rows,
     prediction_spans,
     read_cuts,
     stated_rows,
 )
 from autodb.web.pages.reading import day, read_state
+from autodb.web.routes.forces import Percent, Surely
 from autodb.web.service import Reads, service_of
 
 UNITS = {"1": "", "N/mm^2": "N/mm²"}
@@ -57,11 +62,20 @@ def pair(
     machine: str,
     material: Annotated[str, Query(max_length=200)],
     tool: Annotated[str, Query(max_length=200)],
+    *,
+    largest: Annotated[str, Query(max_length=20)] = "",
+    share: Percent = 80.0,
+    sure: Surely = 95.0,
 ) -> Response:
-    """Show what a pair takes: of one cut, over feed and depth, and how well that is known."""
+    """Show what a pair takes: of one cut, over feed and depth, and how well that is known.
+
+    ``largest``: what the largest is asked of, that keeps a share of each limit.
+    """
     basis = service_of(request).lookup_cache.basis(machine, material, tool).basis
     stated = read_cuts(stated_rows(request.query_params))
     asked = stated[0] if stated else _usual(request, machine, material, tool)
+    found, said = _largest(basis, asked, largest, share, sure)
+    asked = asked if found is None else found.cut
     known = basis.look_up(asked)
     drawn = force_map(basis, asked)
     curves = read_state(
@@ -80,7 +94,14 @@ def pair(
         tool=tool,
         known=known,
         words=cut_in_words(asked),
+        said=said,
+        answered=found is not None,
+        whats=WHAT,
+        share=share,
+        sure=sure,
         spans=prediction_spans(known.cut),
+        figures=figure_rows(known.figures),
+        limits=list(standings_in_words(known.limits)),
         fields=FIELDS,
         shown=SHOWN,
         rows=cut_rows([asked]),
@@ -94,6 +115,19 @@ def pair(
         if basis.known.own
         else [],
     )
+
+
+def _largest(
+    basis: PredictionBasis, cut: JobCut, what: str, share: float, sure: float
+) -> tuple[Largest | None, str]:
+    """Return the largest that is asked for, if anything is, and what is said of it."""
+    if not what:
+        return None, ""
+    try:
+        found = largest_value(basis, cut, what, share=share / 100.0, sure=sure / 100.0)
+    except UnusableInput as error:
+        return None, str(error)
+    return found, found.statement
 
 
 def _usual(request: Request, machine: str, material: str, tool: str) -> JobCut:

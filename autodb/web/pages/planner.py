@@ -1,6 +1,6 @@
 """The job planner: what a job's cuts take, which limits they may exceed, what to cut next."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
@@ -12,14 +12,15 @@ from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
+from autodb.files.cut_words import FIELDS, cut_in_words
 from autodb.files.job import Job, JobCut
+from autodb.forward.bending import bending_in_words
+from autodb.forward.limits import standings_in_words
 from autodb.reports import predicted
 from autodb.reports.figures import number
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import (
-    FIELDS,
     SHOWN,
-    cut_in_words,
     cut_rows,
     prediction_spans,
     read_cuts,
@@ -92,8 +93,26 @@ def _answered(request: Request, machine: str, answered: JobAnswer | None) -> dic
         "answer": answered,
         "plot": predicted.plot(answered, limits),
         "left_out": 0,
-        "cuts": [(cut, prediction_spans(cut, answered.cuts)) for cut in answered.cuts],
+        "cuts": shown_cuts(answered, range(len(answered.cuts))),
+        **limits_shown(answered),
+    }
+
+
+def shown_cuts(answered: JobAnswer, which: Iterable[int]) -> list[tuple[Any, ...]]:
+    """Return what the template shows of some of an answer's cuts: what they take, and figures."""
+    cuts, figures = answered.cuts, answered.figures
+    return [
+        (cuts[k], prediction_spans(cuts[k], cuts), predicted.figure_rows(figures[k])) for k in which
+    ]
+
+
+def limits_shown(answered: JobAnswer) -> dict[str, Any]:
+    """Return what the template shows of an answer's limits and figures."""
+    return {
         "exceeds": [(answered.cuts[one.cut - 1].name, one.statement) for one in answered.exceeds],
+        "limits": list(standings_in_words(answered.limits)),
+        "totals": predicted.total_rows(answered.totals),
+        "bending": list(bending_in_words(answered.cuts, answered.bending)),
     }
 
 

@@ -5,7 +5,7 @@ from fastapi import APIRouter, Request, Response
 from autodb.agent.rows.owner import owner_named
 from autodb.reports import predicted
 from autodb.web.html import piece
-from autodb.web.pages.cuts import prediction_spans
+from autodb.web.pages.planner import limits_shown, shown_cuts
 from autodb.web.pages.reading import read_state
 from autodb.web.routes.programs import predicted_program
 from autodb.web.service import Reads
@@ -30,7 +30,7 @@ async def of_program(request: Request, _access: Reads, machine: str) -> Response
         "_answer.html.j2",
         answer=answer,
         plot=predicted.plot(answer, limits),
-        cuts=[(answer.cuts[k], prediction_spans(answer.cuts[k], answer.cuts)) for k in listed],
+        cuts=shown_cuts(answer, listed),
         left_out=len(answer.cuts) - len(listed),
-        exceeds=[(answer.cuts[one.cut - 1].name, one.statement) for one in answer.exceeds],
+        **limits_shown(answer),
     )

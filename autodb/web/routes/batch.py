@@ -47,9 +47,10 @@ _BODY = {
     response_class=StreamingResponse,
     responses={
         200: {
-            "description": "A line of JSON a cut, `row` counted from 1, in their order: its `cut` "
-            "and the limits that it `exceeds`, or the `problem` with it; last, how many were "
-            "`answered` and `refused`. An answer without that last line was cut off.",
+            "description": "A line of JSON a cut, `row` counted from 1, in their order: its `cut`, "
+            "the limits that it `exceeds` and how it stands to all `limits`, or the `problem` with "
+            "it; last, how many were `answered` and `refused`. An answer without that last line "
+            "was cut off.",
             "content": {NDJSON: {"schema": {"type": "string"}}},
         },
         **problems(401, 404, 413, 422, 429, 503),
@@ -127,7 +128,7 @@ def _predicted(basis: PredictionBasis, asked: Sequence[tuple[int, JobCut]]) -> d
         alone = [_predicted(basis, [one]) for one in asked]
         return {number: row for some in alone for number, row in some.items()}
     return {
-        number: BatchLine(number, cut, basis.exceeding([cut]))
+        number: BatchLine(number, cut, basis.exceeding([cut]), basis.standings([cut]))
         for (number, _), cut in zip(asked, found, strict=True)
     }
 

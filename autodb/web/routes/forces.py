@@ -1,9 +1,12 @@
 """Look-ups and predictions: what cuts will take, before they are made."""
 
+from functools import partial
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Request, Response
+from fastapi import APIRouter, Body, Query, Request, Response
+from starlette.concurrency import run_in_threadpool
 
+from autodb.agent.answer.largest import Largest, Wanted, largest_value
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting
@@ -23,6 +26,13 @@ from autodb.web.routes.machines import MachineName, documented_answer
 from autodb.web.service import Operates, Reads, service_of
 
 router = APIRouter()
+OF_LARGEST = ("what", "share", "sure")
+Percent = Annotated[
+    float, Query(ge=1.0, le=100.0, description="Of each limit on a load, in per cent.")
+]
+Surely = Annotated[
+    float, Query(ge=50.0, le=99.9, description="How surely it is kept, in per cent.")
+]
 JOB = {
     "shaft": {
         "summary": "Two cuts of a shaft",
@@ -59,6 +69,37 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
     service.metrics.cuts.inc()
     answer = found.basis.of_lot(query.get(LOT)).look_up(cut)
     return responses.conditional(request, LookedUp, answer, found.mark)
+
+
+@router.get(
+    "/machines/{machine:path}/largest",
+    summary="Largest feed, depth or speed",
+    openapi_extra={"parameters": parameters_of_a_cut()},
+    **documented_answer(Largest),
+)
+async def largest_route(
+    request: Request,
+    _access: Reads,
+    machine: MachineName,
+    what: Annotated[Wanted, Query(description="What is to be large.", examples=["feed"])],
+    share: Percent = 100.0,
+    sure: Surely = 95.0,
+) -> Response:
+    """Say up to which feed, depth or speed a cut keeps a share of the limits of its machine.
+
+    What the cut states of it does not count. Nothing is kept.
+    """
+    query = {k: text for k, text in request.query_params.items() if k not in OF_LARGEST}
+    material, tool = pair_of(query)
+    service = service_of(request)
+    found = service.lookup_cache.basis(machine, material, tool)
+    basis = found.basis.of_lot(query.get(LOT))
+    answer = await run_in_threadpool(
+        partial(
+            largest_value, basis, cut_of_query(query), what, share=share / 100.0, sure=sure / 100.0
+        )
+    )
+    return json_answer(Largest, answer, found.mark)
 
 
 AJob = Annotated[Job, Body(openapi_examples=JOB)]

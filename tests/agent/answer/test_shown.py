@@ -24,7 +24,7 @@ from autodb.assets import kit
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.forward.limits import probability_beyond
+from autodb.forward.distribution import chance_beyond
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import DEPTH, FEED
 from autodb.reports.pair import force_map_plots
@@ -82,9 +82,7 @@ def test_a_cell_of_a_map_is_the_cut_that_it_stands_for(basis: PredictionBasis) -
     assert_allclose(by_field["force_y_N"].mean[row, column], alone.force_y_N.value, rtol=1e-9)
     torque = by_field["torque_N_m"]
     assert torque.limit == 30.0
-    assert_allclose(
-        torque.chance[row, column], probability_beyond(alone.torque_N_m, 30.0), rtol=1e-6
-    )
+    assert_allclose(torque.chance[row, column], chance_beyond(alone.torque_N_m, 30.0), rtol=1e-6)
     assert by_field["power_W"].limit is None
     assert not by_field["power_W"].chance.any()
 

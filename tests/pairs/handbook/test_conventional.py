@@ -17,6 +17,7 @@ from autodb.fitting import NORMAL_95, Gaussian
 from autodb.pairs.forecast import forecast
 from autodb.pairs.handbook import conventional
 from autodb.pairs.handbook.conventional import (
+    along_lines,
     card_of_material,
     fitted_kienzle,
     material_named,
@@ -156,8 +157,15 @@ def test_what_a_posterior_leaves_open_is_what_the_card_does(name: str) -> None:
     assert np.all(share < 0.5 * _share_95(any_metal().law, CHIPS_MM))
 
 
+def _lines() -> Gaussian:
+    """Return what the lines of titanium's source say, without its group."""
+    stated = material_named("Ti6Al4V").shear
+    assert stated is not None
+    return along_lines(stated).law
+
+
 def test_titanium_has_its_source_s_lines() -> None:
-    law = posterior_of_material("Ti6Al4V").law.mean
+    law = _lines().mean
     for rake_deg in (0.0, conventional.RAKE_DEG):
         edge = _edge(np.array([shear.THICKNESS_MM]), rake_deg)
         ratio = (1.755 - 0.028 * rake_deg) * shear.THICKNESS_MM ** (0.331 - 0.0082 * rake_deg)
@@ -172,7 +180,7 @@ def test_titanium_has_its_source_s_lines() -> None:
 
 def test_titanium_between_the_rakes_is_near_the_lines() -> None:
     """The law's rake is exponential, the source's is straight: 1 % at most apart."""
-    law = posterior_of_material("Ti6Al4V").law.mean
+    law = _lines().mean
     for rake_deg in (5.0, 10.0):
         rake_rad = np.radians(rake_deg)
         friction = np.arctan(np.exp(law[shear.BETA] + law[shear.BETA_RAKE] * rake_rad))
@@ -191,7 +199,7 @@ def test_titanium_s_bounds_are_those_of_its_numbers() -> None:
     sd = np.array([one.upper - one.lower for one in shear_.read]) / (2 * NORMAL_95)
     drawn = middle[:, None] + sd[:, None] * rng.standard_normal((len(middle), count))
     spread = np.std(conventional._coordinates(drawn), axis=0)
-    posterior = posterior_of_material("Ti6Al4V").law
+    posterior = _lines()
     places = list(conventional.PLACES)
     # n = 4000: the estimate's own sd is 1.1 %, and numbers ± 15 % bend their logarithms by 1 %
     assert_allclose(np.sqrt(np.diag(posterior.covariance))[places], spread, rtol=0.06)
@@ -199,6 +207,20 @@ def test_titanium_s_bounds_are_those_of_its_numbers() -> None:
     assert_allclose(posterior.mean[others], any_metal().law.mean[others])
     assert np.all(np.linalg.eigvalsh(posterior.covariance) > -1e-12)
     assert np.all(_share_95(posterior, TITANIUM_MM[1:3]) < 0.2)
+
+
+def test_titanium_s_forces_rise_by_its_lines_alone_and_fall_with_its_group() -> None:
+    """From 0.1 to 0.4 mm at rake 0; in thin chips, and in the edge, the lines still count."""
+    chips = np.array([0.1, 0.2, 0.4])
+    specific = [
+        shear.per_width(law.mean, _edge(chips))[0] / chips
+        for law in (_lines(), posterior_of_material("Ti6Al4V").law)
+    ]
+    assert np.all(np.diff(specific[0]) > 0.0)
+    assert np.all(np.diff(specific[1]) < 0.0)
+    assert_allclose(specific[1][0], specific[0][0], rtol=0.15)
+    found = shear.law_values(posterior_of_material("Ti6Al4V").law.mean)
+    assert_allclose([found[k] for k in ("K_te", "K_re")], [24, 43], rtol=0.05)
 
 
 @pytest.mark.parametrize("rake_deg", [-6.0, 0.0, 6.0])
