@@ -46,13 +46,10 @@ OptionalMachine = Annotated[
 @contextmanager
 def opened_store(db: str | None) -> "Iterator[Store]":
     """Open the database of ``--db`` and close it again."""
-    from autodb.store import database_url, open_store
+    from autodb.store import database_url, opened
 
-    store = open_store(database_url(db))
-    try:
+    with opened(database_url(db)) as store:
         yield store
-    finally:
-        store.close()
 
 
 def from_anywhere(db: str | None) -> str:
@@ -63,16 +60,14 @@ def from_anywhere(db: str | None) -> str:
     from sqlalchemy.engine import make_url
 
     from autodb.errors import UnusableInput
-    from autodb.store import database_url, file_of, on_server, shown_url
+    from autodb.store import database_url, on_server, shown_url, whole_url
 
     url = database_url(db)
-    if not on_server(url):
-        return str(make_url(url).set(database=str(file_of(url).resolve())))
-    if make_url(url).password is not None:
+    if on_server(url) and make_url(url).password is not None:
         raise UnusableInput(
             f"{shown_url(url)}: others can read a command's password; put it into ~/.pgpass"
         )
-    return url
+    return whole_url(url)
 
 
 def read_one(
@@ -87,20 +82,11 @@ def read_one(
 
     Where its stamps are those of ``like``, its rows are laid out alike.
     """
-    from autodb.errors import UnusableInput
-    from autodb.records import Recording, open_source
-    from autodb.records.resample import common_times_s, read_at
+    from autodb.records import open_source
+    from autodb.records.resample import one_base
 
-    if group is not None and resample_hz is not None:
-        raise UnusableInput("give either --group or --resample: one reads a part, the other all")
     source = open_source(path, columns=columns)
-    if resample_hz is None:
-        only = len(source.bases) == 1 and like is not None
-        base = source.choose(None if only else group)
-        return base.read(like=like if isinstance(like, Recording) else None)
-    if isinstance(like, Recording):
-        return read_at(source, like.t_s)
-    return read_at(source, common_times_s(source, resample_hz))
+    return one_base(source, group=group, resample_hz=resample_hz, like=like)
 
 
 @contextmanager

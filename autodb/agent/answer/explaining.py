@@ -22,6 +22,7 @@ from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
+from autodb.files.side import StatedColumns
 from autodb.pairs.forecast import means_of_lots
 from autodb.records import CutTable, Recording
 from autodb.sensing.ranges import chosen
@@ -52,7 +53,7 @@ class AgainstMachine:
 
 
 def explain_with_machine(
-    store: Store, machine: str, path: Path, *, columns: Path | None = None
+    store: Store, machine: str, path: Path, *, columns: StatedColumns = None
 ) -> AgainstMachine:
     """Explain a recording against the machine's own stored models.
 

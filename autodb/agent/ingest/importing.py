@@ -25,7 +25,7 @@ from autodb.agent.rows.content import of_series
 from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.files.side import SideFile
+from autodb.files.side import SideFile, StatedColumns
 from autodb.records import EDGE, CutTable, RecordingSource, edge_codes
 from autodb.records.plausible import left_out_operations, refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
@@ -79,7 +79,7 @@ def import_file(
     path: Path,
     *,
     machine: str,
-    columns: Path | None = None,
+    columns: StatedColumns = None,
     progress: Callable[[str], None] | None = None,
     kept: KeepAt | None = None,
     looked_at: bool = False,

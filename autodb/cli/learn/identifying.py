@@ -219,13 +219,9 @@ def moves_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read moves of an axis over time, refused where a channel cannot be what it claims."""
-    from autodb.records.plausible import refuse_doubtful
-    from autodb.records.summary import summary_of
-    from autodb.sensing.drives.moves.prepared import effort_axis
+    from autodb.agent.sense.identifying import check_moves
 
-    moves = read_over_time(path, columns, group, resample)
-    refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
-    return moves
+    return check_moves(read_over_time(path, columns, group, resample), axis)
 
 
 def say_time(recording: "records.Recording") -> None:
@@ -238,13 +234,9 @@ def read_over_time(
     path: Path, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read a recording over time."""
-    from autodb.errors import UnusableInput
-    from autodb.records import CutTable
+    from autodb.records.resample import over_time
 
-    found = read_one(path, columns=columns, group=group, resample_hz=resample)
-    if isinstance(found, CutTable):
-        raise UnusableInput(f"{path}: is a table of cuts; use a recording over time")
-    return found
+    return over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
 
 
 def _fitted_names(model: "Identified") -> list[str]:
