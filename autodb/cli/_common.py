@@ -46,9 +46,9 @@ OptionalMachine = Annotated[
 @contextmanager
 def opened_store(db: str | None) -> "Iterator[Store]":
     """Open the database of ``--db`` and close it again."""
-    from autodb.store import database_url, opened
+    from autodb.store import database_url, opened_database
 
-    with opened(database_url(db)) as store:
+    with opened_database(database_url(db)) as store:
         yield store
 
 

@@ -157,7 +157,7 @@ StatedColumns = Path | SideFile | None
 """A side file on the disk or as it is; None: the one beside the recording, where there is one."""
 
 
-def side_of(said: Mapping[str, Any], *, where: str) -> SideFile:
+def stated_side(said: Mapping[str, Any], *, where: str) -> SideFile:
     """Return a side file of what a program says: all of it, or its channels alone.
 
     Raises UnusableInput as ``read_sidefile`` does.

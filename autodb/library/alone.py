@@ -8,7 +8,7 @@ from autodb.library.found import ExplainResult, IdentifyResult
 from autodb.library.given import ColumnsGiven, Given, Units, pair_taken, taken
 from autodb.records import CutTable, Recording
 from autodb.records.plausible import doubts
-from autodb.records.resample import one_base, over_time
+from autodb.records.resample import one_base, only_over_time
 from autodb.records.summary import summary_of
 from autodb.sensing.drives import feed_axis
 
@@ -86,7 +86,7 @@ def identify_data(
     coulomb  0.800      A
     """
     moves = check_moves(
-        over_time(one_base(taken(recording, columns=columns, units=units).source())), axis
+        only_over_time(one_base(taken(recording, columns=columns, units=units).source())), axis
     )
     refuse_faults(moves, axis)
     return IdentifyResult(feed_axis.identify(moves, axis=axis, terms=terms), moves)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from autodb.agent.rows.machines import add_machine, machine_names, the_machine
+from autodb.agent.rows.machines import add_machine, machines_at_work, the_machine
 from autodb.files.machine import LATHE, MachineFile, read_machine_file
 from autodb.files.toml import checked
 from autodb.library.machine import ShopMachine
-from autodb.store import create_store, database_url, opened, shown_url, whole_url
+from autodb.store import create_store, database_url, opened_database, shown_url, whole_url
 
 
 @dataclass(frozen=True, repr=False)
@@ -21,15 +21,15 @@ class Database:
 
     def machines(self) -> list[str]:
         """Return the names of the machines that are at work."""
-        with opened(self.url) as store, store.reading() as session:
-            return machine_names(session)
+        with opened_database(self.url) as store, store.reading() as session:
+            return machines_at_work(session)
 
     def machine(self, name: str | None = None) -> ShopMachine:
         """Return a machine that is there; without a name, the only one.
 
         Raises UnusableInput naming the machines that there are.
         """
-        with opened(self.url) as store, store.reading() as session:
+        with opened_database(self.url) as store, store.reading() as session:
             return ShopMachine(self.url, the_machine(session, name))
 
     def add_machine(
@@ -40,7 +40,7 @@ class Database:
         ``file``: its machine file, or what that says; without it, a lathe with x, z and spindle.
         Raises UnusableInput where it is there and differs.
         """
-        with opened(self.url) as store:
+        with opened_database(self.url) as store:
             add_machine(store, name, _said(file))
         return ShopMachine(self.url, name)
 
@@ -79,5 +79,5 @@ def open_database(
     url = database_url(None if database is None else os.fspath(database))
     if create:
         create_store(url)
-    with opened(url):
+    with opened_database(url):
         return Database(whole_url(url))

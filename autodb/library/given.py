@@ -10,10 +10,10 @@ import pyarrow as pa
 
 from autodb.errors import UnusableInput, near
 from autodb.files.job import Job, JobCut, read_job
-from autodb.files.side import SideFile, StatedColumns, side_of
+from autodb.files.side import SideFile, StatedColumns, stated_side
 from autodb.files.toml import checked
 from autodb.records import RecordingSource, open_source
-from autodb.records.frames import arrow_of, columns_of, frame_source, is_frame, is_nothing
+from autodb.records.frames import arrow_of, frame_columns, frame_source, is_frame, is_nothing
 
 Given = Any
 """A file by its path, or a data frame: of pandas, or of any library that narwhals knows."""
@@ -78,7 +78,7 @@ def pair_taken(
     """
     side = _columns(columns)
     stated = _by_column(units or {}, side)
-    there = {name: columns_of(one) for name, one in
+    there = {name: frame_columns(one) for name, one in
              (("recording", recording), ("simulation", simulation)) if is_frame(one)}  # fmt: skip
     known = sorted(set().union(*there.values()))
     for column in stated:
@@ -96,7 +96,7 @@ def pair_taken(
 def _columns(said: ColumnsGiven) -> StatedColumns:
     if said is None or isinstance(said, SideFile):
         return said
-    return Path(said) if isinstance(said, str | os.PathLike) else side_of(said, where="columns")
+    return Path(said) if isinstance(said, str | os.PathLike) else stated_side(said, where="columns")
 
 
 def _by_column(units: Units, side: StatedColumns) -> dict[str, str]:
@@ -126,11 +126,11 @@ def job_of(given: Any, *, material: str | None, tool: str | None, lot: str | Non
         return given if isinstance(given, Job) else read_job(Path(given))
     if material is None or tool is None:
         raise UnusableInput("the cuts of a data frame need material and tool")
-    cuts = cuts_of(given, name="job")
+    cuts = asked_cuts(given, name="job")
     return Job(name="cuts", material=material, tool=tool, lot=lot, cut=cuts)
 
 
-def cuts_of(given: Any, *, name: str) -> tuple[JobCut, ...]:
+def asked_cuts(given: Any, *, name: str) -> tuple[JobCut, ...]:
     """Return the cuts of a data frame, a row each; raises UnusableInput naming the row."""
     if not is_frame(given):
         raise UnusableInput(
@@ -138,11 +138,11 @@ def cuts_of(given: Any, *, name: str) -> tuple[JobCut, ...]:
         )
     rows = arrow_of(given, name=name).to_pylist()
     return tuple(
-        cut_of(row, where=f"{name}: row {number}") for number, row in enumerate(rows, start=1)
+        asked_cut(row, where=f"{name}: row {number}") for number, row in enumerate(rows, start=1)
     )
 
 
-def cut_of(said: Mapping[str, Any], *, where: str) -> JobCut:
+def asked_cut(said: Mapping[str, Any], *, where: str) -> JobCut:
     """Return a cut of what is said of it, but for what is not known; raises UnusableInput."""
     known = {key: value for key, value in said.items() if not is_nothing(value)}
     numbers = {key: float(value) if type(value) is int else value for key, value in known.items()}

@@ -34,14 +34,14 @@ from autodb.library.given import (
     InMemory,
     OnDisk,
     Units,
-    cut_of,
-    cuts_of,
+    asked_cut,
+    asked_cuts,
     job_of,
     taken,
 )
-from autodb.records.resample import one_base, over_time
+from autodb.records.resample import one_base, only_over_time
 from autodb.standard import read_protocol
-from autodb.store import Store, opened
+from autodb.store import Store, opened_database
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,7 +70,7 @@ class ShopMachine:
         Raises UnusableInput with the column and row; then nothing is stored.
         """
         one = taken(recording, columns=columns, units=units, name=name or "frame")
-        with opened(self.url) as store:
+        with opened_database(self.url) as store:
             if isinstance(one, OnDisk):
                 _refuse_name(one.path, name, folder)
                 done = import_file(store, one.path, machine=self.name, columns=one.columns)
@@ -91,7 +91,7 @@ class ShopMachine:
         """
         chosen = None if protocol is None else read_protocol(protocol)
         numbers = None if recordings is None else list(recordings)
-        with opened(self.url) as store:
+        with opened_database(self.url) as store:
             done = calibrate_machine(store, self.name, recordings=numbers, protocol=chosen)
         return CalibrateResult(done, self.name, chosen)
 
@@ -101,7 +101,7 @@ class ShopMachine:
         ``inbox``: a folder whose recordings are imported first.
         """
         folder = None if inbox is None else Inbox(Path(inbox), None)
-        with opened(self.url) as store:
+        with opened_database(self.url) as store:
             return RefreshResult(refresh(store, self.name, inbox=folder))
 
     def predict(
@@ -119,7 +119,7 @@ class ShopMachine:
         ``material`` and ``tool``. Raises UnusableInput with the key or row.
         """
         asked = job_of(job, material=material, tool=tool, lot=lot)
-        with opened(self.url) as store:
+        with opened_database(self.url) as store:
             answer = predict_job(store, self.name, asked)
             return PredictResult(answer, limits_of_machine(store, self.name))
 
@@ -139,15 +139,15 @@ class ShopMachine:
         """
         if (cuts is None) == (not cut):
             raise UnusableInput("give either a data frame of cuts, or one cut by its keys")
-        asked = (cut_of(cut, where="cut"),) if cuts is None else cuts_of(cuts, name="cuts")
-        with opened(self.url) as store, store.reading() as session:
+        asked = (asked_cut(cut, where="cut"),) if cuts is None else asked_cuts(cuts, name="cuts")
+        with opened_database(self.url) as store, store.reading() as session:
             basis = PairReader(session, self.name).basis(material, tool).of_lot(lot)
             found = tuple(basis.look_up(one) for one in asked)
         return LookupResult(found, asked, basis.limits)
 
     def pairs(self, material: str | None = None, tool: str | None = None) -> PairsResult:
         """Return the work-tool pairs that the machine has learnt, or those of one of the two."""
-        with opened(self.url) as store, store.reading() as session:
+        with opened_database(self.url) as store, store.reading() as session:
             return PairsResult(tuple(PairReader(session, self.name).pairs(material, tool)))
 
     def explain(
@@ -164,7 +164,7 @@ class ShopMachine:
         The recording is kept too, to be explained alone: nothing is learnt from it.
         """
         one = taken(recording, columns=columns, units=units, name=name or "frame")
-        with opened(self.url) as store, _as_file(store, one, name, folder) as (path, own):
+        with opened_database(self.url) as store, _as_file(store, one, name, folder) as (path, own):
             found = explain_with_machine(store, self.name, path, columns=own)
         return ExplainResult(found.explained, found.kept)
 
@@ -181,8 +181,8 @@ class ShopMachine:
     ) -> IdentifyResult:
         """Identify the terms of an axis from its moves; they are the next version of its model."""
         one = taken(recording, columns=columns, units=units, name=name or "frame")
-        moves = check_moves(over_time(one_base(one.source())), axis)
-        with opened(self.url) as store, _as_file(store, one, name, folder) as (path, own):
+        moves = check_moves(only_over_time(one_base(one.source())), axis)
+        with opened_database(self.url) as store, _as_file(store, one, name, folder) as (path, own):
             kept = identify_on_machine(
                 store, self.name, path, moves, columns=own, axis=axis, terms=terms
             )

@@ -11,7 +11,7 @@ from autodb.files.channels import TEXT_COLUMNS, is_channel, unit_of
 from autodb.files.side import FileColumn, SideFile
 from autodb.files.units import RAW, conversion
 from autodb.readers import Columns
-from autodb.readers.text.cells import parted
+from autodb.readers.text.cells import name_and_unit
 from autodb.records.tables import EDGE, Array
 from autodb.timing.dates import seconds_of
 
@@ -40,7 +40,7 @@ def specs(columns: tuple[str, ...], side: SideFile) -> dict[str, FileColumn]:
 def _own(columns: tuple[str, ...]) -> Iterator[tuple[str, str, str | None]]:
     """Yield each column that is named as a channel, the channel, and a unit behind its name."""
     for name in columns:
-        bare, unit = parted(name)
+        bare, unit = name_and_unit(name)
         if is_channel(name):
             yield name, name, None
         elif unit and is_channel(bare) and bare not in columns:

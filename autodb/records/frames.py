@@ -14,7 +14,7 @@ from autodb.errors import UnusableInput, near
 from autodb.files.side import SideFile
 from autodb.files.text import TextSection
 from autodb.readers._base import numpy_columns, refuse_twice
-from autodb.records.source import RecordingSource, source_of
+from autodb.records.source import RecordingSource, assembled_source
 
 UNIT = b"unit"
 """Key under which a column of an Arrow table, and of the Parquet file of it, says its unit."""
@@ -50,7 +50,7 @@ def arrow_of(frame: Any, *, name: str, units: Mapping[str, str] | None = None) -
     return pa.table(arrays, schema=pa.schema(fields))
 
 
-def columns_of(frame: Any) -> list[str]:
+def frame_columns(frame: Any) -> list[str]:
     """Return the names of a data frame's columns, and of its index where it has one."""
     return [str(column) for column in nw.from_native(_with_index(frame)).collect_schema().names()]
 
@@ -65,7 +65,7 @@ def frame_source(table: pa.Table, *, name: str, side: SideFile) -> RecordingSour
     base = readers.ColumnSet("", tuple(table.column_names), blocks, said)
     if side.csv != TextSection():
         raise UnusableInput(f"{name}: [csv] says how a text file is written; leave it out")
-    return source_of(Path(name), [base], side)
+    return assembled_source(Path(name), [base], side)
 
 
 def _known_as(name: str, frame: Any) -> "nw.DataFrame[Any]":

@@ -81,7 +81,7 @@ def one_base(
     return read_at(source, common_times_s(source, resample_hz))
 
 
-def over_time(found: Recording | CutTable) -> Recording:
+def only_over_time(found: Recording | CutTable) -> Recording:
     """Return a recording over time; raises UnusableInput where it is a table of cuts."""
     if isinstance(found, CutTable):
         raise UnusableInput(f"{found.path}: is a table of cuts; use a recording over time")

@@ -225,7 +225,7 @@ def open_source(path: Path, *, columns: StatedColumns = None) -> RecordingSource
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     side = read_sidefile(side_path) if side_path else SideFile()
-    return source_of(path, readers.open_bases(path, side.csv), side)
+    return assembled_source(path, readers.open_bases(path, side.csv), side)
 
 
 def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
@@ -233,10 +233,12 @@ def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
 
     Raises UnusableInput for a file that cannot be used.
     """
-    return source_of(path, readers.open_bases(path, side.csv), side)
+    return assembled_source(path, readers.open_bases(path, side.csv), side)
 
 
-def source_of(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:
+def assembled_source(
+    path: Path, opened: Sequence[readers.ColumnSet], side: SideFile
+) -> RecordingSource:
     """Return what time bases and a side file are; raises UnusableInput with all their problems."""
     everywhere = [column for base in opened for column in base.columns]
     wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())

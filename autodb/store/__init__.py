@@ -57,7 +57,7 @@ __all__ = [
     "nothing_else",
     "on_server",
     "open_store",
-    "opened",
+    "opened_database",
     "pointing_nowhere",
     "retried",
     "revisions",
@@ -135,7 +135,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
 
 
 @contextmanager
-def opened(url: str) -> Iterator[Store]:
+def opened_database(url: str) -> Iterator[Store]:
     """Open a database as ``open_store`` does, and close it again."""
     store = open_store(url)
     try:

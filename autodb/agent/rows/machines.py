@@ -248,7 +248,7 @@ def working_machine(session: Session, name: str) -> models.Machine:
     return machine
 
 
-def machine_names(session: Session) -> list[str]:
+def machines_at_work(session: Session) -> list[str]:
     """Return the names of the machines that are not retired."""
     at_work = select(models.Machine.name).where(models.Machine.retired_at.is_(None))
     return list(session.scalars(at_work.order_by(models.Machine.name)))
@@ -261,7 +261,7 @@ def the_machine(session: Session, name: str | None) -> str:
     """
     if name is not None:
         return find_machine(session, name).name
-    names = machine_names(session)
+    names = machines_at_work(session)
     if not names:
         raise NotThere("no machine yet; add one with 'autodb machine add NAME'")
     if len(names) > 1:

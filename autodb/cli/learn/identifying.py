@@ -234,9 +234,9 @@ def read_over_time(
     path: Path, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read a recording over time."""
-    from autodb.records.resample import over_time
+    from autodb.records.resample import only_over_time
 
-    return over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
+    return only_over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
 
 
 def _fitted_names(model: "Identified") -> list[str]:

@@ -86,7 +86,7 @@ def planned_case(number: int) -> PlannedCase:
 def draw_concealed(seed: int, *, family: int = PROOF, asked: PlannedCase | None = None) -> Case:
     """The case of a seed, 1, 2, ...; ``asked`` hides something else than the plan says.
 
-    >>> draw_concealed(3).hidden
+    >>> draw(3).hidden
     ()
     """
     plan = asked or planned_case(seed)

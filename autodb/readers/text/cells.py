@@ -81,13 +81,13 @@ def unit_within(name: str) -> str:
     >>> unit_within("Fx [kN]"), unit_within("Time (s)"), unit_within("load (left)")
     ('kN', 's', '')
     """
-    return parted(name)[1]
+    return name_and_unit(name)[1]
 
 
-def parted(name: str) -> tuple[str, str]:
+def name_and_unit(name: str) -> tuple[str, str]:
     """Return a column's name, and the unit of ours that stands in brackets behind it, or nothing.
 
-    >>> parted("force.x [kN]"), parted("load (left)")
+    >>> name_and_unit("force.x [kN]"), name_and_unit("load (left)")
     (('force.x', 'kN'), ('load (left)', ''))
     """
     found = _IN_BRACKETS.match(name)
