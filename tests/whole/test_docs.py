@@ -81,7 +81,7 @@ def test_numbers_may_differ_by_rounding_alone() -> None:
 def test_the_command_reference_is_the_command_line() -> None:
     page = make.COMMANDS_PAGE.read_text("utf-8")
     assert commands.filled(page) == page
-    assert "| `--machine NAME` | required | Name of the machine. |" in page
+    assert "| `--machine NAME` | the only one | Name of the machine. |" in page
 
 
 def test_the_reference_of_the_library_is_its_docstrings() -> None:

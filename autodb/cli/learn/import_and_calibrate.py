@@ -9,6 +9,7 @@ from autodb.cli._common import (
     Columns,
     Database,
     OptionalMachine,
+    default_machine,
     opened_store,
     say,
     show,
@@ -71,9 +72,10 @@ OfTable = Annotated[
 def import_(
     files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
 ) -> None:
-    """Import recordings and cut tables; each file enters once. Without --machine only look.
+    """Import recordings and cut tables; each file enters once.
 
-    Material cards (CSV) belong to no machine and enter without it.
+    Where the database has several machines, or none, and --machine says none, it only looks.
+    Material cards (CSV) belong to no machine.
     """
     from autodb.agent.ingest.gathering import each_used
     from autodb.pairs.cards import is_card
@@ -84,6 +86,7 @@ def import_(
         with opened_store(db) as store:
             for file in cards:
                 _import_cards(store, file)
+    machine = machine or (default_machine(db) if recordings else None)
     if machine is None:
         for file in recordings:
             _look(file, columns)
@@ -174,6 +177,8 @@ def calibrate_command(
     from autodb.standard import read_protocol
 
     chosen = read_protocol(protocol) if protocol else None
+    if not recordings and machine is None:
+        machine = default_machine(db)
     if not recordings and machine is None:
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
     if card is not None:

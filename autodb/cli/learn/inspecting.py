@@ -8,7 +8,20 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, OptionalMachine, opened_store, say, show, table
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineAlone,
+    MachineName,
+    OptionalMachine,
+    named_machine,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+)
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -60,13 +73,20 @@ def inspect_command(
 
 
 def sensors_command(
-    name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
+    alone: MachineAlone = None,
+    machine: MachineName = None,
+    json: Json = False,
+    db: Database = None,
 ) -> None:
     """List a machine's force sensors, the error of each, and since when they are in use."""
     from autodb.agent.sense.sensors import sensors_of
 
-    with opened_store(db) as store, store.reading() as session:
+    asked = named_machine(machine, alone)
+    with opened_machine(db, asked) as (store, name), store.reading() as session:
         found, not_sensed = sensors_of(session, name)
+    if json:
+        say_json({"sensors": found, "not_sensed": not_sensed})
+        return
     rows = table(
         f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
     )  # fmt: skip

@@ -8,11 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    MachineName,
+    opened_machine,
+    opened_store,
+    say,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
-from autodb.cli._common import MachineName
 
 CHECK_FAILED = 1
 EXAMPLES = 3
@@ -263,7 +271,7 @@ Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, m
 
 def withdraw_command(
     recording: Number,
-    machine: MachineName,
+    machine: MachineName = None,
     why: Annotated[
         str | None, typer.Option("--why", metavar="TEXT", help="Why; a trace says it.")
     ] = None,
@@ -279,18 +287,21 @@ def withdraw_command(
 
     if undo == (why is not None):
         raise UnusableInput("withdraw needs --why TEXT or --undo; give one of them")
-    with opened_store(db) as store, working(f"learning {machine} anew") as progress:
+    with (
+        opened_machine(db, machine) as (store, name),
+        working(f"learning {name} anew") as progress,
+    ):
         if why is None:
-            done = take_again(store, machine, recording)
+            done = take_again(store, name, recording)
         else:
-            done = withdraw(store, machine, recording, why=why)
-        learnt = refresh(store, machine, progress=progress)
+            done = withdraw(store, name, recording, why=why)
+        learnt = refresh(store, name, progress=progress)
     what = "are used again" if undo else "are no longer used"
     cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
     say(f"recording {recording}: {cuts} {what}")
     for line in done.taken_back:
         say(f"taken back: {line}")
     if any(line.startswith("calibration") for line in done.taken_back):
-        say(f"'autodb calibrate --machine {machine}' fits current to force without it")
+        say(f"'autodb calibrate --machine {name}' fits current to force without it")
     for line in learnt.lines():
         say(line)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table
-from autodb.cli.plan.predict_and_trace import Json, say_answer, show_predicted
+from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
+from autodb.cli.plan.predict_and_trace import say_answer, show_predicted
 
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed
@@ -72,7 +72,7 @@ FlankWear = Annotated[float | None, _number("--flank-wear", "MM", "Flank wear of
 
 
 def lookup(
-    machine: MachineName,
+    machine: MachineName = None,
     material: Material = None,
     tool: ToolName = None,
     lot: Lot = None,
@@ -110,10 +110,10 @@ def lookup(
         raise UnusableInput("a cut needs --material and --tool")
     if cut is None and lot is not None:
         raise UnusableInput("--lot goes with a cut; state one, or leave --lot out")
-    with opened_store(db) as store, store.reading() as session:
-        pair_reader = PairReader(session, machine)
+    with opened_machine(db, machine) as (store, name), store.reading() as session:
+        pair_reader = PairReader(session, name)
         if cut is None:
-            _list(machine, pair_reader.pairs(material, tool), json=json)
+            _list(name, pair_reader.pairs(material, tool), json=json)
         else:
             _answer(pair_reader.look_up(str(material), str(tool), cut, lot=lot), json=json)
 

@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    opened_store,
+    say,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from rich.tree import Tree
@@ -21,7 +31,6 @@ if TYPE_CHECKING:
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Kind = Annotated[
     str,
     typer.Argument(
@@ -32,7 +41,7 @@ Kind = Annotated[
 
 def predict_command(
     job: JobFile,
-    machine: MachineName,
+    machine: MachineName = None,
     csv: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Write the answer as a table: FILE.csv."),
@@ -55,9 +64,9 @@ def predict_command(
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
     asked = read_job(job)
-    with opened_store(db) as store:
-        answer = predict_job(store, machine, asked)
-        limits = limits_of_machine(store, machine)
+    with opened_machine(db, machine) as (store, name):
+        answer = predict_job(store, name, asked)
+        limits = limits_of_machine(store, name)
     _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter

@@ -4,7 +4,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineAlone,
+    MachineName,
+    named_machine,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+    working,
+)
 from autodb.files.channels import unit_of
 
 if TYPE_CHECKING:
@@ -44,22 +57,31 @@ As = Annotated[
 
 @mismatch.command("list")
 def list_mismatches_command(
-    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    alone: MachineAlone = None,
+    machine: MachineName = None,
     all_: Annotated[bool, typer.Option("--all", help="Also those decided on.")] = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """List the causes that explain found on a machine and nobody has decided on."""
     from autodb.agent.operate.deciding import mismatches
 
+    asked = named_machine(machine, alone)
+    with opened_machine(db, asked) as (store, name), store.reading() as session:
+        found = mismatches(session, name, decided=all_)
+        if json:
+            from autodb.agent.answer.overview import mismatch_said
+
+            say_json({"mismatches": [mismatch_said(session, row) for row in found]})
+            return
+        listed = [_cells(row) for row in found]
     rows = table(
         f"Mismatches of {name}",
         ">number", "recording", "channel", "term", "or", "kind", ">sure %", "status", "statement",
     )  # fmt: skip
-    with opened_store(db) as store, store.reading() as session:
-        found = mismatches(session, name, decided=all_)
-        for row in found:
-            rows.add_row(*_cells(row))
-    if found:
+    for cells in listed:
+        rows.add_row(*cells)
+    if listed:
         show(rows)
     else:
         kind = "mismatch" if all_ else "open mismatch"
