@@ -16,11 +16,11 @@ from autodb.agent.ingest.framed import lies_at
 from autodb.agent.ingest.importing import (
     Imported,
     KeepAt,
-    counted_cuts,
     import_file,
     time_sentences,
 )
 from autodb.agent.operate.access import Access, noting
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
 from autodb.files.toml import read_toml
