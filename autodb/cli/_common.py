@@ -183,6 +183,11 @@ def say(text: str) -> None:
     typer.echo(text)
 
 
+def complain(text: str) -> None:
+    """Print one line beside an answer that a program reads."""
+    typer.echo(text, err=True)
+
+
 def say_json(answer: object) -> None:
     """Print plain data, and dataclasses in it, as JSON."""
     from pydantic_core import to_json

@@ -1,9 +1,17 @@
 """Without a database: explain a recording by a simulation, identify an axis from its moves."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
+from autodb.agent.ingest.gathering import cuts_of_files
+from autodb.agent.sense.calibrating import (
+    Calibrated,
+    calibrate_table,
+    with_errors_of_dynamometer,
+)
 from autodb.agent.sense.identifying import check_moves, refuse_faults
 from autodb.explain import explain
+from autodb.files.checksums import checksum
 from autodb.library.found import ExplainResult, IdentifyResult
 from autodb.library.given import ColumnsGiven, Given, Units, pair_taken, taken
 from autodb.records import CutTable, Recording
@@ -11,6 +19,8 @@ from autodb.records.plausible import doubts
 from autodb.records.resample import one_base, only_over_time
 from autodb.records.summary import summary_of
 from autodb.sensing.drives import feed_axis
+from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.standard import CutProtocol
 
 
 def explain_data(
@@ -54,6 +64,26 @@ def explained(
     """Explain a recording that was read by a simulation that was read."""
     said = tuple(doubts(summary_of(measured), measured.side))
     return ExplainResult(explain(measured, simulated, includes=includes), doubts=said)
+
+
+def calibrate_files(
+    files: Sequence[Path],
+    *,
+    columns: Path | None,
+    protocol: CutProtocol | None,
+    tell: Callable[[str], None],
+) -> Calibrated:
+    """Calibrate on cut tables, and raw recordings of one cut each; nothing is kept.
+
+    Raises UnusableInput.
+    """
+    axes = tuple(COMPONENT_OF_AXIS)
+    cuts = cuts_of_files(files, columns=columns, tell=tell)
+    done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
+    if protocol is None:
+        done = [with_errors_of_dynamometer(one, cuts) for one in done]
+    sources = [(file.name, checksum(file)) for file in files]
+    return Calibrated(cuts, axes, done, left_out, sources)
 
 
 def identify_data(

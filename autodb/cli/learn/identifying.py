@@ -9,11 +9,13 @@ from autodb.cli._common import (
     Columns,
     Database,
     Group,
+    Json,
     OptionalMachine,
     Resample,
     opened_store,
     read_one,
     say,
+    say_json,
     show,
     table,
     working,
@@ -85,6 +87,7 @@ def identify_command(
     columns: Columns = None,
     group: Group = None,
     resample: Resample = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
@@ -120,6 +123,11 @@ def identify_command(
         spread = feed_axis.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
         if page is not None:
             _write_page(model, moves, page)
+    if json:
+        from autodb.library.found import IdentifyResult
+
+        say_json(IdentifyResult(model, moves, kept.version if kept else None).to_dict())
+        return
     _show_fit(model, moves, other, spread)
     if seen is not None:
         show_staged(model, seen)

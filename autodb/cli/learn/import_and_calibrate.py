@@ -1,5 +1,7 @@
 """`import`, `calibrate`, `refresh`: what a machine learns from."""
 
+from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,19 +10,23 @@ import typer
 from autodb.cli._common import (
     Columns,
     Database,
+    Json,
     OptionalMachine,
+    complain,
     default_machine,
     opened_store,
     say,
+    say_json,
     show,
     table,
     working,
 )
 from autodb.cli.learn.fitting import AskedRecordings, level_command, train_command
+from autodb.cli.learn.looking import show_file
 
 if TYPE_CHECKING:
+    from autodb.agent.ingest.importing import Imported
     from autodb.agent.sense.calibrating import Calibrated
-    from autodb.records.summary import BaseSummary
     from autodb.sensing.ranges.calibration import Calibration
     from autodb.standard import CutProtocol
     from autodb.store import Store
@@ -70,7 +76,11 @@ OfTable = Annotated[
 
 
 def import_(
-    files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
+    files: Files,
+    machine: OptionalMachine = None,
+    columns: Columns = None,
+    json: Json = False,
+    db: Database = None,
 ) -> None:
     """Import recordings and cut tables; each file enters once.
 
@@ -89,12 +99,18 @@ def import_(
     machine = machine or (default_machine(db) if recordings else None)
     if machine is None:
         for file in recordings:
-            _look(file, columns)
+            show_file(file, columns)
         if recordings:
             say("not stored: give --machine NAME to keep it")
     elif recordings:
         with opened_store(db) as store:
-            each_used(recordings, lambda file: _import(store, file, machine, columns), tell=say)
+            done = each_used(
+                recordings,
+                lambda file: _import(store, file, machine, columns, quiet=json),
+                tell=complain if json else say,
+            )
+        if json:
+            say_json([{"file": str(file), **asdict(one)} for file, one in done])
 
 
 def _import_cards(store: "Store", file: Path) -> None:
@@ -109,12 +125,20 @@ def _import_cards(store: "Store", file: Path) -> None:
         say(f"{file.name}: card of {card.material} ({card.source}): {what}")
 
 
-def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> int:
-    """Import one file, say what became of it, and return the recording's number."""
+def _import(
+    store: "Store", file: Path, machine: str, columns: Path | None, *, quiet: bool
+) -> "tuple[Path, Imported]":
+    """Import one file, say what became of it unless ``quiet``, and return it."""
     from autodb.agent.ingest.importing import import_file
 
     with working(f"importing {file.name}") as progress:
         done = import_file(store, file, machine=machine, columns=columns, progress=progress)
+    if not quiet:
+        _say_imported(file, done)
+    return file, done
+
+
+def _say_imported(file: Path, done: "Imported") -> None:
     what = "already there" if done.already_there and not done.looked_at else "imported"
     if done.withdrawn is not None:
         what = f"withdrawn ({done.withdrawn}), it does not count"
@@ -125,35 +149,6 @@ def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> i
     say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
     for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
         say(f"{file.name}: {note}")
-    return done.recording_id
-
-
-def _look(file: Path, columns: Path | None) -> None:
-    """Show what a file holds, and refuse it as an import would."""
-    from autodb.records import open_source
-    from autodb.records.plausible import refuse_implausible
-    from autodb.records.summary import summarise
-
-    with working(f"reading {file.name}") as progress:
-        source = open_source(file, columns=columns)
-        bases = summarise(source, progress=progress)
-    for base in bases:
-        _show_summary(f"{file.name} {base.name}".rstrip(), base)
-    for remark in source.remarks:
-        say(remark)
-    refuse_implausible(source, bases)
-
-
-def _show_summary(title: str, base: "BaseSummary") -> None:
-    what = f"{base.rows} cuts"
-    if base.timing is not None:
-        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
-    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
-    for c in base.channels.values():
-        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
-        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
-        rows.add_row(c.name, c.unit, *numbers, gaps)
-    show(rows)
 
 
 def calibrate_command(
@@ -162,6 +157,7 @@ def calibrate_command(
     columns: Columns = None,
     protocol: ProtocolName = None,
     card: CardFile = None,
+    json: Json = False,
     network: Network = False,
     of_table: OfTable = False,
     db: Database = None,
@@ -173,6 +169,7 @@ def calibrate_command(
         (train_command if network else level_command)(asked)
         return
     from autodb.errors import UnusableInput
+    from autodb.library.alone import calibrate_files
     from autodb.reports.card.run_course import moved_over
     from autodb.standard import read_protocol
 
@@ -183,23 +180,35 @@ def calibrate_command(
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
     if card is not None:
         _check_card(card)
+    tell = complain if json else say
     if machine is None:
-        done = _calibrate_files(recordings or [], columns, chosen)
+        with working(f"calibrating on {', '.join(file.name for file in recordings or [])}"):
+            done = calibrate_files(recordings or [], columns=columns, protocol=chosen, tell=tell)
     else:
-        done = _calibrate_machine(machine, recordings or [], columns, chosen, db)
+        done = _calibrate_machine(machine, recordings or [], columns, chosen, db, tell)
     moved = moved_over(done, chosen)
+    if card is not None:
+        _write_card(done, machine, chosen, moved, card, tell)
+    if json:
+        from autodb.library.answers import CalibrateResult
+
+        say_json(CalibrateResult(done, machine or "", chosen).to_dict())
+    else:
+        _say_calibrated(done, moved, stored=machine is not None)
+
+
+def _say_calibrated(done: "Calibrated", moved: list[tuple[str, ...]], *, stored: bool) -> None:
+    """Print calibrations, what moved over their cuts, and what is not there."""
     _show_calibrations(done.calibrations)
     for one, sentences in zip(done.calibrations, moved, strict=True):
         for sentence in sentences:
             say(f"axis {one.called}: {sentence}")
     for sentence in done.left_out:
         say(f"excluded: {sentence}")
-    if machine is None:
+    if not stored:
         say("not stored: give --machine NAME to keep it")
     elif not any(done.new):
         say("already there: the same cuts gave the same equations")
-    if card is not None:
-        _write_card(done, machine, chosen, moved, card)
 
 
 def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_cuts: bool) -> None:
@@ -214,34 +223,13 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
         raise UnusableInput(f"--protocol and --card go with cuts, not with {option}")
 
 
-def _calibrate_files(
-    files: list[Path], columns: Path | None, protocol: "CutProtocol | None"
-) -> "Calibrated":
-    from autodb.agent.ingest.gathering import cuts_of_files
-    from autodb.agent.sense.calibrating import (
-        Calibrated,
-        calibrate_table,
-        with_errors_of_dynamometer,
-    )
-    from autodb.files.checksums import checksum
-    from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
-
-    axes = tuple(COMPONENT_OF_AXIS)
-    with working(f"calibrating on {', '.join(file.name for file in files)}"):
-        cuts = cuts_of_files(files, columns=columns, tell=say)
-        done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
-        if protocol is None:
-            done = [with_errors_of_dynamometer(one, cuts) for one in done]
-    sources = [(file.name, checksum(file)) for file in files]
-    return Calibrated(cuts, axes, done, left_out, sources)
-
-
 def _calibrate_machine(
     machine: str,
     files: list[Path],
     columns: Path | None,
     protocol: "CutProtocol | None",
     db: str | None,
+    tell: Callable[[str], None],
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import each_used
     from autodb.agent.ingest.importing import import_file
@@ -252,10 +240,10 @@ def _calibrate_machine(
         def number_of(file: Path) -> int:
             done = import_file(store, file, machine=machine, columns=columns)
             for note in done.notes:
-                say(f"{file.name}: {note}")
+                tell(f"{file.name}: {note}")
             return done.recording_id
 
-        only = each_used(files, number_of, tell=say) if files else None
+        only = each_used(files, number_of, tell=tell) if files else None
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
@@ -274,6 +262,7 @@ def _write_card(
     protocol: "CutProtocol | None",
     moved: list[tuple[str, ...]],
     path: Path,
+    tell: Callable[[str], None],
 ) -> None:
     from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card
@@ -282,7 +271,7 @@ def _write_card(
     with working(f"writing {path.name}") as progress:
         progress("estimating cuts without their groups")
         write_card(card_of_calibrations(done, title=title, protocol=protocol, moved=moved), path)
-    say(f"card: {path}")
+    tell(f"card: {path}")
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:

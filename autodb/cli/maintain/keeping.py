@@ -3,6 +3,7 @@
 `withdraw`: a recording that should not have come in, with all that was derived from it.
 """
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,10 +11,12 @@ import typer
 
 from autodb.cli._common import (
     Database,
+    Json,
     MachineName,
     opened_machine,
     opened_store,
     say,
+    say_json,
     show,
     table,
     working,
@@ -36,6 +39,7 @@ def doctor(
             help="Restore its newest backup in a temporary place, and check that.",
         ),
     ] = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Check the database and the recordings it came from; exit 1 when a check fails."""
@@ -45,6 +49,10 @@ def doctor(
     url = database_url(db)
     with working("checking") as progress:
         findings = examine(url, backups=backups, progress=progress)
+    if json:
+        say_json([{"check": one.check.name, **asdict(one.outcome)} for one in findings])
+        _fail_where_one_did(findings)
+        return
     rows = table("Checks", "check", ">found", "must be", "")
     for finding in findings:
         out = finding.outcome
@@ -60,6 +68,10 @@ def doctor(
             rows.add_row(check.name, "", "", f"not checked: {why_not}")
     show(rows)
     _say_what_was_found(findings)
+    _fail_where_one_did(findings)
+
+
+def _fail_where_one_did(findings: "list[Finding]") -> None:
     if not all(finding.outcome.passed for finding in findings):
         raise typer.Exit(CHECK_FAILED)
 

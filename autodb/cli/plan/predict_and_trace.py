@@ -13,6 +13,7 @@ from autodb.cli._common import (
     opened_machine,
     opened_store,
     say,
+    say_json,
     show,
     table,
     working,
@@ -172,6 +173,7 @@ def interval(value: "Interval") -> str:
 def trace_command(
     kind: Kind,
     number: Annotated[int, typer.Argument(help="Its number.", min=1, max=2**63 - 1)],
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Show where a stored number came from, down to recordings."""
@@ -179,6 +181,9 @@ def trace_command(
 
     with opened_store(db) as store:
         node = trace(store, kind, number)
+    if json:
+        say_json(node)
+        return
     show(as_tree(node))
 
 

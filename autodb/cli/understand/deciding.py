@@ -99,12 +99,17 @@ def _cells(row: "Mismatch") -> tuple[str, ...]:
 
 
 @mismatch.command("show")
-def show_mismatch_command(number: Number, db: Database = None) -> None:
+def show_mismatch_command(number: Number, json: Json = False, db: Database = None) -> None:
     """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
     from autodb.agent.operate.deciding import mismatch as find
 
     with opened_store(db) as store, store.reading() as session:
         row = find(session, number)
+        if json:
+            from autodb.agent.answer.overview import mismatch_said
+
+            say_json(mismatch_said(session, row))
+            return
         several = "s" if len(row.recordings) > 1 else ""
         numbers = ", ".join(str(one.id) for one in row.recordings)
         names = ", ".join(_name(one.path) for one in row.recordings)

@@ -90,8 +90,9 @@ def test_a_rejected_cause_stays_rejected(machine: Cli, refused: Refused) -> None
 
 
 def test_what_is_not_there(machine: Cli, refused: Refused) -> None:
-    assert "there is no mismatch 7; list a machine's with 'autodb mismatch list NAME'" in refused(
-        "mismatch", "confirm", 7
+    assert (
+        "there is no mismatch 7; list a machine's with 'autodb mismatch list --machine NAME'"
+        in refused("mismatch", "confirm", 7)
     )
     assert "there is no mismatch 7" in refused("mismatch", "reject", 7)
     assert "there is no mismatch 7" in refused("mismatch", "show", 7)
