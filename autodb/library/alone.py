@@ -19,7 +19,7 @@ from autodb.records.plausible import doubts
 from autodb.records.resample import one_base, only_over_time
 from autodb.records.summary import summary_of
 from autodb.sensing.drives import feed_axis
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.standard import CutProtocol
 
 

@@ -28,7 +28,7 @@ from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
 from autodb.reports import figures
 from autodb.reports.page import CalibrationPlot, JobRow, Page, PredictedSensed
-from autodb.sensing.ranges import calibration
+from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms.vocabulary import all_terms
@@ -88,7 +88,7 @@ def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     found = as_calibration(row)
     its = np.array([not found.holds.against(cut) for cut in holds_of(table, row.axis)])
     force_N = np.where(its, table[f"force.{row.component}"], np.nan)
-    points = calibration.calibration_points(table, row.axis, force_N=force_N)
+    points = calibration_points(table, row.axis, force_N=force_N)
     name = AXIS_NAMES.get(row.axis, row.axis)
     return CalibrationPlot(
         axis=f"{name} ({found.holds.words()})" if found.holds != ANY else name,

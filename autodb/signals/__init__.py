@@ -24,11 +24,13 @@ from autodb.signals.segments import (
     LoadLevels,
     air_and_cut,
     cut_segments,
+    fading_levels,
     flagged_runs,
     interrupted,
     slowing_from,
     two_levels,
 )
+from autodb.signals.steady import SteadySinusoid, steady_sinusoid
 from autodb.signals.stream import STANDING_HZ, PhaseRange, PhaseStream
 from autodb.signals.vibration import NarrowBand, Turning, chatter
 from autodb.signals.wavelets import moving_average, quasi_static, wavelet_range
@@ -43,6 +45,7 @@ __all__ = [
     "PhaseRange",
     "PhaseStream",
     "Pulses",
+    "SteadySinusoid",
     "Turning",
     "Unfolded",
     "air_and_cut",
@@ -51,6 +54,7 @@ __all__ = [
     "cut_segments",
     "decimate",
     "derivatives",
+    "fading_levels",
     "flagged_runs",
     "held_at_top",
     "interrupted",
@@ -65,6 +69,7 @@ __all__ = [
     "slowing_from",
     "space_vector",
     "standard_error",
+    "steady_sinusoid",
     "three_phase_range",
     "three_phases",
     "touches",

@@ -68,6 +68,62 @@ def two_levels(load: Array) -> LoadLevels | None:
     return LoadLevels(cutting, float(centres[air, 0]), float(centres[1 - air, 0]))
 
 
+STEPS_S = 0.04
+"""Between moments at which a cut that fades is tried to begin and to end. Chosen."""
+SHORTEST_S = 0.5
+"""of such a cut. Chosen."""
+
+
+def fading_levels(load: Array, arm: Array, begins: Array, *, rate_hz: float) -> LoadLevels | None:
+    """Return the levels of a load (n,) that goes with an arm, and where it is in cut.
+
+    ``arm`` (n,) less its value where the cut begins, plus ``begins`` there (n,), is the arm of a
+    load in a cut that begins there: the load is a constant, and something times the arm from where
+    it begins to where it ends, which are those of least squares. The level in cut is that of the
+    whole arm. None when the two levels are not apart by 6 times what is left.
+    """
+    step = max(1, round(STEPS_S * rate_hz))
+    known = np.isfinite(load)
+    if known.sum() < 10:
+        return None
+    rows = np.arange(0, len(load), step)
+    values = np.interp(rows, np.flatnonzero(known), load[known])
+    fewest = max(2, round(SHORTEST_S * rate_hz / step))
+    best = (np.inf, 0, 0, 0.0, 0.0)
+    for begin in range(1, len(rows) - fewest):
+        arms = np.maximum(arm[rows] - arm[rows[begin]] + begins[rows[begin]], 0.0)
+        best = min(best, _best_end(values, arms / begins[rows[begin]], begin, fewest))
+    squares, begin, end, air, rise = best
+    spread = np.sqrt(squares / len(rows))
+    if not np.isfinite(squares) or rise < 6.0 * spread:
+        return None
+    cutting = np.zeros(len(load), dtype=np.bool_)
+    cutting[rows[begin] : rows[end] if end < len(rows) else len(load)] = True
+    return LoadLevels(cutting, air, air + rise)
+
+
+def _best_end(
+    values: Array, share: Array, begin: int, fewest: int
+) -> tuple[float, int, int, float, float]:
+    """Return the squares left, begin, the end of least, the level in air and the rise."""
+    size = len(values)
+    ends = np.arange(begin + fewest, size + 1)
+    own = share[begin:]
+    sum_h, sum_hh, sum_hy = (
+        np.cumsum(column)[ends - begin - 1] for column in (own, own**2, own * values[begin:])
+    )
+    mean = values.mean()
+    across = sum_hy - sum_h * mean
+    within = np.maximum(sum_hh - sum_h**2 / size, 1e-12 * size)
+    rise = across / within
+    squares = np.sum((values - mean) ** 2) - across * rise
+    at = int(np.argmin(np.where(rise > 0.0, squares, np.inf)))
+    if rise[at] <= 0.0:
+        return np.inf, 0, 0, 0.0, 0.0
+    air = mean - rise[at] * sum_h[at] / size
+    return float(squares[at]), begin, int(ends[at]), float(air), float(rise[at])
+
+
 def flagged_runs(flags: Flags, pieces: Sequence[slice] = (slice(0, None),)) -> list[slice]:
     """Return where flags (n,) are set, as slices in order, each within one piece of even rows."""
     found = []
@@ -85,8 +141,9 @@ def cut_segments(cutting: Flags, *, rate_hz: float, margin_s: float = MARGIN_S) 
     marks = (longest.start - margin, longest.start + margin, longest.stop - margin)
     before, begins, ends = (min(max(0, mark), end) for mark in marks)
     ends = max(begins, ends)
+    first = min(margin, max(0, before - margin))  # what there is of a short approach is all used
     return CutSegments(
-        air=slice(min(margin, before), before),
+        air=slice(first, before),
         entry=slice(before, begins),
         cut=slice(begins, ends),
         exit=slice(ends, min(end, longest.stop + margin)),

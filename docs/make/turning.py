@@ -11,8 +11,8 @@ from autodb import fitting, records
 from autodb.explain import explain
 from autodb.records import CutTable
 from autodb.reports.figures import keep_peaks
-from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.outliers import transients
+from autodb.sensing.ranges.points import Points, calibration_points
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, RULE, SIMULATION, WARN, drawn, legend
 
 Array = NDArray[np.float64]
@@ -22,14 +22,14 @@ def draw(data: Path, columns: Path) -> None:
     """Draw every figure of the turning table."""
     table = records.read(data, columns=columns)
     assert isinstance(table, CutTable)
-    points = calibration.calibration_points(table, "z")
+    points = calibration_points(table, "z")
     sudden = transients(points.sensed.current, points.target, points.groups)
     _lines(points, sudden)
     _by_tool(points, sudden)
     _wear(table)
 
 
-def _lines(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
+def _lines(points: Points, sudden: NDArray[np.bool_]) -> None:
     """Force against current, with one line for each tool left out."""
     kept = ~sudden
     few = np.flatnonzero(kept)[::3]
@@ -50,7 +50,7 @@ def _lines(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
         legend(axes)
 
 
-def _by_tool(points: calibration.Points, sudden: NDArray[np.bool_]) -> None:
+def _by_tool(points: Points, sudden: NDArray[np.bool_]) -> None:
     """Error of the force sensed on each tool by the line that never saw it."""
     kept = ~sudden
     groups = points.groups[kept]

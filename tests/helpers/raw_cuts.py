@@ -9,7 +9,7 @@ from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.process import TrueCut
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
 from autodb.records import Recording
-from autodb.sensing.ranges import raw
+from autodb.sensing.ranges.recorded import raw
 
 CONDITIONS = (  # depth mm, feed mm/rev, speed rpm, machined diameter mm
     (1.0, 0.10, 2400.0, 48.0),

@@ -29,6 +29,7 @@ from autodb.reports.card.files import BROWSERS
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import OF_CURRENT_SPEED, FittedForm, MeasuredCuts
 from autodb.sensing.ranges.outliers import Outlier, numbers, outlier_sentences
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, calibration_points
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.helpers.explanations import OUTSIDE, own, readable
@@ -113,7 +114,7 @@ def _is_stated(row: models.CalibrationVersion, said: str) -> None:
 
 def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
     table = table_of(cuts)
-    for axis in calibration.COMPONENT_OF_AXIS:
+    for axis in COMPONENT_OF_AXIS:
         found = calibration.calibrate(table, axis)
         card = axis_card(found, table)
         assert_allclose(card.left_out_rmse, found.trials[found.form.label], rtol=1e-9)
@@ -125,9 +126,9 @@ def test_estimates_are_of_cuts_left_out(cuts: Path) -> None:
 
 def test_the_parts_of_one_cuts_error_add_up_to_what_is_sensed_with(cuts: Path) -> None:
     table = table_of(cuts)
-    for axis in calibration.COMPONENT_OF_AXIS:
+    for axis in COMPONENT_OF_AXIS:
         found = calibration.calibrate(table, axis, reference_share=0.03)
-        sensed = calibration.calibration_points(table, axis).sensed
+        sensed = calibration_points(table, axis).sensed
         cut = at_middle(found, sensed)
         one = np.array([cut.current])
         rpm, feed, depth = (

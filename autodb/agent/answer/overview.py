@@ -10,7 +10,7 @@ from autodb.agent.rows.calibrations import as_calibration, current_calibrations,
 from autodb.agent.rows.machines import as_file, find_machine, limits_of
 from autodb.agent.rows.mismatches import decision_words, found_words
 from autodb.files.machine import AxisLimits
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
 from autodb.terms.homes import kept_words
 

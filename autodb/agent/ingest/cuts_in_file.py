@@ -13,9 +13,10 @@ from autodb.files.channels import JOB, JOB_BLOCK, JOB_CUT, LOT, axis_of
 from autodb.files.side import SideFile
 from autodb.pairs.engaged import BY_NAME, DIRECTION
 from autodb.records import EDGE, CutTable, Recording, RecordingSource
-from autodb.sensing.ranges import faults, raw
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.feeding import feeds_outward
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
+from autodb.sensing.ranges.recorded import raw
 from autodb.store import models
 
 _CONDITION_PREFIXES = (

@@ -14,7 +14,7 @@ from autodb.files.side import StatedColumns
 from autodb.records import EDGE, CutTable, edge_codes
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
-from autodb.sensing.ranges import raw
+from autodb.sensing.ranges.recorded import raw
 from autodb.sensing.ranges.validity import with_stated
 
 Array = NDArray[np.float64]

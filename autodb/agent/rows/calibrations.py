@@ -14,6 +14,7 @@ from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.calibration import Calibration, Scores
 from autodb.sensing.ranges.domain import Domain, NearForm
 from autodb.sensing.ranges.error_kinds import ErrorKinds
+from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.outliers import Outlier
 from autodb.sensing.ranges.validity import Holds
@@ -169,7 +170,7 @@ def as_calibration(row: models.CalibrationVersion) -> Calibration:
 
 
 def _kept_domain(domain: Domain | None) -> dict[str, Any] | None:
-    """Return a domain as JSON takes it: ranges, and kind, coefficients and weight of its rivals."""
+    """Return a domain as JSON takes it: ranges, rivals by kind, coefficients and weight, a fold."""
     if domain is None:
         return None
     rivals = [
@@ -177,7 +178,8 @@ def _kept_domain(domain: Domain | None) -> dict[str, Any] | None:
         for one in domain.rivals
     ]
     ranges = {name: list(ends) for name, ends in domain.ranges.items()}
-    return {"ranges": ranges, "target": list(domain.target), "rivals": rivals}
+    kept = {"ranges": ranges, "target": list(domain.target), "rivals": rivals}
+    return kept if domain.fold is None else kept | {"fold": asdict(domain.fold)}
 
 
 def _domain(kept: dict[str, Any] | None) -> Domain | None:
@@ -189,7 +191,8 @@ def _domain(kept: dict[str, Any] | None) -> Domain | None:
     )
     ranges = {name: (low, high) for name, (low, high) in kept["ranges"].items()}
     low, high = kept["target"]
-    return Domain(ranges, (low, high), rivals)
+    fold = Fold(**kept["fold"]) if "fold" in kept else None
+    return Domain(ranges, (low, high), rivals, fold)
 
 
 def _error_kinds(row: models.CalibrationVersion) -> ErrorKinds:

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
-from autodb.agent.rows.calibrations import keep_calibration
+from autodb.agent.rows.calibrations import current_calibrations, keep_calibration
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.measured import reference_errors
@@ -21,12 +21,13 @@ from autodb.sensing.dynamometer import ForceStatement, errors_of_table
 from autodb.sensing.ranges import calibration, faults
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.feeding import moving
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated
 from autodb.store import Store, models
 
 FEWEST = 2
 """Cuts of a feed direction from which on it shares the gain of the other. Chosen."""
-FORCE_COMPONENTS = tuple(sorted(calibration.COMPONENT_OF_AXIS.values()))
+FORCE_COMPONENTS = tuple(sorted(COMPONENT_OF_AXIS.values()))
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ def _calibrate(
     protocol: standard.CutProtocol | None,
     other_way: NDArray[np.bool_] | None,
 ) -> Calibration:
-    component, share = calibration.COMPONENT_OF_AXIS[axis], 0.0
+    component, share = COMPONENT_OF_AXIS[axis], 0.0
     if protocol is None:
         force_N = table[f"force.{component}"]
     else:
@@ -207,7 +208,7 @@ def calibrate_machine(
             )
         table = cuts_as_table(cuts, path=_named(cuts))
         recordings_of_cuts = np.array([cut.recording_id for cut in cuts])
-        axes = tuple(a.name for a in owner.axes if a.name in calibration.COMPONENT_OF_AXIS)
+        axes = tuple(a.name for a in owner.axes if a.name in COMPONENT_OF_AXIS)
         sources = list(
             {
                 cut.recording_id: (Path(cut.recording.path).name, cut.recording.sha256)
@@ -231,6 +232,15 @@ def calibrate_machine(
         kept = [keep_calibration(session, machine_id, of[i], one) for i, one in enumerate(done)]
     versions, new = zip(*kept, strict=True)
     return Calibrated(table, axes, done, left_out, sources, versions, new)
+
+
+def calibrated_on(store: Store, machine: str) -> set[int]:
+    """Return the recordings that a machine's calibrations in use were made on, by number."""
+    with store.reading() as session:
+        owner = find_machine(session, machine)
+        axes = [axis.name for axis in owner.axes]
+        found = [row for axis in axes for row in current_calibrations(session, owner.id, axis)]
+        return {recording.id for row in found for recording in row.recordings}
 
 
 def _recordings(table: CutTable, one: Calibration, of_cuts: NDArray[np.int_]) -> list[int]:

@@ -21,7 +21,7 @@ from autodb.files.side import Operation
 from autodb.records import CutTable
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
-from autodb.sensing.ranges.raw import cut_of_recording
+from autodb.sensing.ranges.recorded.raw import cut_of_recording
 from autodb.standard import CutProtocol, ReferenceForce, StandardCut, rows_of_cut
 from autodb.standard.protocol import HOLES
 

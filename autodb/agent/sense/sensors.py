@@ -16,7 +16,7 @@ from autodb.agent.sense.networks import KIND as LSTM
 from autodb.agent.sense.reconstructing import known_scale
 from autodb.files.channels import LINEAR_AXES
 from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
 
 RANGE, INSPECTED, TOGETHER = "current range", "finished part", "together"

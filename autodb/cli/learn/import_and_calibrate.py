@@ -11,6 +11,7 @@ from autodb.cli._common import (
     Columns,
     Database,
     Json,
+    MachineName,
     OptionalMachine,
     complain,
     default_machine,
@@ -66,6 +67,13 @@ Network = Annotated[
     ),
 ]
 
+Update = Annotated[
+    bool,
+    typer.Option(
+        "--update",
+        help="Add the recordings to those that the calibrations in use were made on.",
+    ),
+]
 OfTable = Annotated[
     bool,
     typer.Option(
@@ -77,7 +85,7 @@ OfTable = Annotated[
 
 def import_(
     files: Files,
-    machine: OptionalMachine = None,
+    machine: MachineName = None,
     columns: Columns = None,
     json: Json = False,
     db: Database = None,
@@ -160,6 +168,7 @@ def calibrate_command(
     json: Json = False,
     network: Network = False,
     of_table: OfTable = False,
+    update: Update = False,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, tested on held-out groups; a rule decides if it is usable."""
@@ -168,33 +177,54 @@ def calibrate_command(
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
         (train_command if network else level_command)(asked)
         return
-    from autodb.errors import UnusableInput
-    from autodb.library.alone import calibrate_files
     from autodb.reports.card.run_course import moved_over
     from autodb.standard import read_protocol
 
     chosen = read_protocol(protocol) if protocol else None
     if not recordings and machine is None:
         machine = default_machine(db)
-    if not recordings and machine is None:
-        raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
-    if card is not None:
-        _check_card(card)
+    asked = AskedRecordings(recordings or [], machine, columns, db)
+    _check(asked, card, update=update)
     tell = complain if json else say
-    if machine is None:
-        with working(f"calibrating on {', '.join(file.name for file in recordings or [])}"):
-            done = calibrate_files(recordings or [], columns=columns, protocol=chosen, tell=tell)
-    else:
-        done = _calibrate_machine(machine, recordings or [], columns, chosen, db, tell)
+    done = _calibrated(asked, chosen, tell, update=update)
     moved = moved_over(done, chosen)
-    if card is not None:
-        _write_card(done, machine, chosen, moved, card, tell)
     if json:
         from autodb.library.answers import CalibrateResult
 
         say_json(CalibrateResult(done, machine or "", chosen).to_dict())
     else:
         _say_calibrated(done, moved, stored=machine is not None)
+    if card is not None:
+        _write_card(done, machine, chosen, moved, card, tell)
+
+
+def _check(asked: AskedRecordings, card: Path | None, *, update: bool) -> None:
+    """Raise UnusableInput for what cannot be calibrated, or written, before anything is stored."""
+    from autodb.errors import UnusableInput
+    from autodb.reports.card.files import check_card_target
+
+    if not asked.files and asked.machine is None:
+        raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+    if update and (asked.machine is None or not asked.files):
+        raise UnusableInput("--update needs --machine NAME and recordings to add")
+    if card is not None:
+        check_card_target(card)
+
+
+def _calibrated(
+    asked: AskedRecordings,
+    protocol: "CutProtocol | None",
+    tell: Callable[[str], None],
+    *,
+    update: bool,
+) -> "Calibrated":
+    """Calibrate a machine, or on files alone."""
+    from autodb.library.alone import calibrate_files
+
+    if asked.machine is not None:
+        return _calibrate_machine(asked, protocol, tell, update=update)
+    with working(f"calibrating on {', '.join(file.name for file in asked.files)}"):
+        return calibrate_files(asked.files, columns=asked.columns, protocol=protocol, tell=tell)
 
 
 def _say_calibrated(done: "Calibrated", moved: list[tuple[str, ...]], *, stored: bool) -> None:
@@ -224,36 +254,31 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
 
 
 def _calibrate_machine(
-    machine: str,
-    files: list[Path],
-    columns: Path | None,
+    asked: AskedRecordings,
     protocol: "CutProtocol | None",
-    db: str | None,
     tell: Callable[[str], None],
+    *,
+    update: bool,
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import each_used
     from autodb.agent.ingest.importing import import_file
-    from autodb.agent.sense.calibrating import calibrate_machine
+    from autodb.agent.sense.calibrating import calibrate_machine, calibrated_on
 
-    with opened_store(db) as store, working(f"calibrating {machine}") as progress:
+    machine = str(asked.machine)
+    with opened_store(asked.db) as store, working(f"calibrating {machine}") as progress:
 
         def number_of(file: Path) -> int:
-            done = import_file(store, file, machine=machine, columns=columns)
+            done = import_file(store, file, machine=machine, columns=asked.columns)
             for note in done.notes:
                 tell(f"{file.name}: {note}")
             return done.recording_id
 
-        only = each_used(files, number_of, tell=tell) if files else None
+        only = each_used(asked.files, number_of, tell=tell) if asked.files else None
+        if only is not None and update:
+            only = sorted({*only, *calibrated_on(store, machine)})
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
-
-
-def _check_card(path: Path) -> None:
-    """Refuse a name that no card can be written to, before anything is stored."""
-    from autodb.reports.card.files import check_card_target
-
-    check_card_target(path)
 
 
 def _write_card(

@@ -14,12 +14,12 @@ from autodb.fitting import NORMAL_95
 from autodb.fitting.anfis.sentences import Rules, rule_sentences
 from autodb.records import CutTable
 from autodb.reports.card import conditions
-from autodb.sensing.ranges import calibration as ranges
-from autodb.sensing.ranges.calibration import Calibration, Points
+from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
 from autodb.sensing.ranges.error_kinds import ErrorKinds
 from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
 from autodb.sensing.ranges.outliers import transients
+from autodb.sensing.ranges.points import Points, calibration_points
 from autodb.sensing.ranges.sensed_force import of_current
 
 Array = NDArray[np.float64]
@@ -147,7 +147,7 @@ def axis_card(
 def by_row(table: CutTable, axis: str, force_N: Array | None) -> tuple[Points, NDArray[np.intp]]:
     """Return the points, and the row of the table of each: numbers of several files repeat."""
     numbered = replace(table, channels={**table.channels, "cut": np.arange(float(len(table)))})
-    points = ranges.calibration_points(numbered, axis, force_N=force_N)
+    points = calibration_points(numbered, axis, force_N=force_N)
     return points, points.cut.astype(np.intp)
 
 

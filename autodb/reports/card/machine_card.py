@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.fitting import NORMAL_95
 from autodb.reports.card.axis_figures import AxisCard
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, Calibration
+from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.error_kinds import DAY_SHARE
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.validity import ANY
 
 

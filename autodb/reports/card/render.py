@@ -10,9 +10,10 @@ from autodb.reports.card.axis_figures import AxisCard, OneCut
 from autodb.reports.card.budget import budget_of_axis
 from autodb.reports.card.conditions import FEWEST
 from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_again
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, OFFER_R_SQUARED, Calibration
+from autodb.sensing.ranges.calibration import OFFER_R_SQUARED, Calibration
 from autodb.sensing.ranges.choosing import FOLDS
 from autodb.sensing.ranges.outliers import numbers, outlier_sentences
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.repeats import LEVEL
 from autodb.sensing.ranges.validity import ANY
 

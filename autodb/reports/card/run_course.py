@@ -11,9 +11,10 @@ from autodb.explain.cuts.candidates.currents import StandardRun
 from autodb.records import CutTable
 from autodb.reports.card import axis_figures
 from autodb.reports.card.conditions import codes, last_less_first
-from autodb.sensing.ranges.calibration import FEED_AXES, Calibration, Points
+from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.chosen import current_of
 from autodb.sensing.ranges.outliers import transients
+from autodb.sensing.ranges.points import FEED_AXES, Points
 
 Array = NDArray[np.float64]
 

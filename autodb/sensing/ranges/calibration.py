@@ -6,12 +6,12 @@ known.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting
-from autodb.cutting.turning import torque_N_m
 from autodb.errors import UnusableInput
 from autodb.records import CutTable
 from autodb.sensing.dynamometer import ForceError
@@ -22,7 +22,6 @@ from autodb.sensing.ranges.choosing import (
     assessed,
     best,
     close,
-    grouping,
     groups_left_out,
     materials_of,
     several,
@@ -30,7 +29,7 @@ from autodb.sensing.ranges.choosing import (
 )
 from autodb.sensing.ranges.domain import OF_FEED, OF_SPINDLE, Domain, domain_of, near_forms
 from autodb.sensing.ranges.error_kinds import DAY_SHARE, ErrorKinds, FittedCuts, error_kinds_of
-from autodb.sensing.ranges.feeding import moving, torque_arm_mm
+from autodb.sensing.ranges.folding import Fold, fold_of
 from autodb.sensing.ranges.forms import (
     BOTH_WAYS_FORMS,
     FEED_FORMS,
@@ -40,17 +39,15 @@ from autodb.sensing.ranges.forms import (
     TANGENTIAL_FORMS,
     CurrentForm,
     FittedForm,
-    MeasuredCuts,
     of_one_way,
 )
 from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.outliers import Outlier, outliers, transients
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, FEED_AXES, Points, calibration_points
 from autodb.sensing.ranges.validity import ANY, Holds
 
 Array = NDArray[np.float64]
 
-COMPONENT_OF_AXIS = {"x": "x", "z": "z", "spindle": "y"}
-FEED_AXES = ("x", "z")
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
 
@@ -150,99 +147,6 @@ class Calibration:
         )
 
 
-def current_signal(table: CutTable, axis: str) -> tuple[str, Array] | None:
-    """Return name and values (n,) of the current that an axis senses force with, or None.
-
-    The rise of the range over its air value where both are there, else the range, else the current.
-    """
-    cut, air = table.get(f"{axis}.current.range"), table.get(f"{axis}.current.air")
-    if cut is not None and air is not None:
-        return f"{axis}.current.range − {axis}.current.air", cut - air
-    for name in (f"{axis}.current.range", f"{axis}.current"):
-        if name in table:
-            return name, table[name]
-    return None
-
-
-@dataclass(frozen=True)
-class Points:
-    """What a form is fitted to: rows (m,) in which the axis moves and the target is known."""
-
-    channel: str
-    unit: str
-    cut: Array
-    sensed: MeasuredCuts
-    target: Array
-    groups: NDArray[np.generic]
-    grouped_by: str
-
-    def at(self, rows: NDArray[np.bool_]) -> "Points":
-        """Return some of the rows."""
-        return replace(
-            self,
-            cut=self.cut[rows],
-            sensed=self.sensed.at(rows),
-            target=self.target[rows],
-            groups=self.groups[rows],
-        )
-
-
-def calibration_points(
-    table: CutTable,
-    axis: str,
-    *,
-    force_N: Array | None = None,
-    other_way: NDArray[np.bool_] | None = None,
-) -> Points:
-    """Return the current and the reference force or torque of the cuts in which an axis moves.
-
-    ``force_N`` (n,) are the reference forces (NaN: none); default the table's own ``force.*``.
-    ``other_way`` (n,): cuts of the axis' other direction, which come mirrored.
-
-    Raises UnusableInput when the current, the force or enough independent groups are missing.
-    """
-    component = COMPONENT_OF_AXIS[axis]
-    signal = current_signal(table, axis)
-    if signal is None:
-        raise UnusableInput(f"{table.path}: no channel '{axis}.current' or '{axis}.current.range'")
-    force = table[f"force.{component}"] if force_N is None else force_N
-    target, unit = _target(table, axis, force)
-    used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
-    groups, grouped_by = grouping(table, used)
-    if len(np.unique(groups)) < MIN_GROUPS:
-        raise UnusableInput(
-            f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
-            f"force.{component}; use {MIN_GROUPS} or more"
-        )
-    points = Points(
-        channel=signal[0],
-        unit=unit,
-        cut=table.cut[used],
-        sensed=measured_cuts(table, axis, signal[1]).at(used),
-        target=target[used],
-        groups=groups,
-        grouped_by=grouped_by,
-    )
-    return points if other_way is None else _mirrored(points, other_way[used])
-
-
-def _mirrored(points: Points, other_way: NDArray[np.bool_]) -> Points:
-    """Return points of which those of the axis' other direction are seen in a mirror.
-
-    Their force changes its sign, and their current where it has one: where it goes with the force
-    one way in both directions, as a signed current does and a range, which never falls, does not.
-    """
-    rising = [
-        float(np.cov(points.sensed.current[rows], points.target[rows])[0, 1]) > 0.0
-        for rows in (other_way, ~other_way)
-    ]
-    turned = np.where(other_way, -1.0, 1.0)
-    sign = turned if rising[0] == rising[1] else np.ones_like(turned)
-    current = sign * points.sensed.current
-    sensed = replace(points.sensed, current=current, other_way=other_way.astype(np.float64))
-    return replace(points, sensed=sensed, target=turned * points.target)
-
-
 def calibrate(
     table: CutTable,
     axis: str,
@@ -260,6 +164,11 @@ def calibrate(
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
     points = calibration_points(table, axis, force_N=force_N, other_way=other_way)
+    fold = None
+    if axis in FEED_AXES and other_way is None:
+        fold = fold_of(points.sensed, points.target)
+    if fold is not None:
+        points = _unfolded(points, fold, axis=axis, path=table.path)
     sudden = transients(points.sensed.current, points.target, points.groups)
     sound = points.at(~sudden)
     forms = _forms(table, axis, points.unit) if other_way is None else BOTH_WAYS_FORMS
@@ -299,8 +208,23 @@ def calibrate(
             sound.target[one_way],
             rivals,
             conditions=OF_FEED if axis in FEED_AXES else OF_SPINDLE,
+            fold=fold,
         ),
     )
+
+
+def _unfolded(points: Points, fold: Fold, *, axis: str, path: Path) -> Points:
+    """Return the cuts whose range no other force shows; raises UnusableInput for too few."""
+    clear = points.at(np.abs(points.target) > abs(fold.force))
+    count = len(np.unique(clear.groups))
+    if count < MIN_GROUPS:
+        raise UnusableInput(
+            f"{path}: {axis}: its range folds where the force takes up the weight: up to "
+            f"{abs(fold.force):.4g} {points.unit} two forces show one range, and {count} "
+            f"independent groups of cuts lie above; use {MIN_GROUPS} or more with higher forces, "
+            f"or record the drive's signed current as {axis}.current"
+        )
+    return clear
 
 
 def _fitted_cuts(law: FittedForm, sound: Points) -> FittedCuts:
@@ -336,43 +260,6 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
     if unit != "N·m":
         return TANGENTIAL_FORMS
     return (*SPINDLE_FORMS, *(SPINDLE_SETS if learned else ()))
-
-
-def measured_cuts(table: CutTable, axis: str, current: Array) -> MeasuredCuts:
-    """Return what an axis measured in every row."""
-    names = ("spindle.speed", "cutting.feed", "cutting.depth", "spindle.temperature")
-    speed_rpm, feed_mm, depth_mm, temperature_C = (
-        np.full(len(table), np.nan) if known is None else known for known in map(table.get, names)
-    )
-    feed_mm_s = feed_mm * speed_rpm / 60.0
-    rises = f"{axis}.current.range" in table
-    return MeasuredCuts(
-        current,
-        feed_mm_s,
-        speed_rpm,
-        feed_mm,
-        depth_mm,
-        temperature_C,
-        current_sd(table, axis),
-        air=table.get(f"{axis}.current.air") if rises else None,
-    )
-
-
-def current_sd(table: CutTable, axis: str) -> Array | None:
-    """Return the standard error (n,) of what ``current_signal`` returns; None where none is known.
-
-    Of a rise it is that of both means; NaN where a cut lacks one.
-    """
-    cut, air = (table.get(f"{axis}.current.{part}.sd") for part in ("range", "air"))
-    if f"{axis}.current.range" in table and f"{axis}.current.air" in table:
-        return None if cut is None or air is None else np.hypot(cut, air)
-    return cut if f"{axis}.current.range" in table else None
-
-
-def _target(table: CutTable, axis: str, force_N: Array) -> tuple[Array, str]:
-    """Return what the line predicts: spindle torque where the torque arm is known, else force."""
-    arm_mm = torque_arm_mm(table) if axis == "spindle" else None
-    return (force_N, "N") if arm_mm is None else (torque_N_m(force_N, arm_mm), "N·m")
 
 
 def _scores(errors: Array, points: Points) -> Scores:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from autodb.fitting import Undetermined
 from autodb.sensing.ranges.choosing import TriedForm
+from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import CurrentForm, FittedForm, MeasuredCuts, of_one_way
 
 Array = NDArray[np.float64]
@@ -77,12 +78,14 @@ class NearForm:
 class Domain:
     """What a calibration's cuts were: lowest and highest of each quantity that is known of them.
 
-    ``target``: of the force or torque, in its unit.
+    ``target``: of the force or torque, in its unit. ``fold``: up to where two forces show one
+    range, where there is such.
     """
 
     ranges: dict[str, tuple[float, float]]
     target: tuple[float, float]
     rivals: tuple[NearForm, ...] = ()
+    fold: Fold | None = None
 
     def beyond(self, law: FittedForm, sensed: MeasuredCuts) -> Array:
         """Return the sd (n,) that the choice of the form gives the target, 0 within the range.
@@ -150,10 +153,11 @@ def domain_of(
     rivals: Sequence[NearForm],
     *,
     conditions: tuple[Quantity, ...],
+    fold: Fold | None = None,
 ) -> Domain:
     """Return the range of cuts (n,) that a law was fitted to; of the target as known and sensed.
 
-    ``conditions``: what laws of its axis depend on.
+    ``conditions``: what laws of its axis depend on; ``fold``: below which there are none.
     """
     ranges = {}
     for one in (*conditions, CURRENT):
@@ -161,7 +165,7 @@ def domain_of(
         if np.isfinite(values).all():
             ranges[one.name] = (float(values.min()), float(values.max()))
     both = np.append(target, law.form.value(law.coefficients, sensed))
-    return Domain(ranges, (float(both.min()), float(both.max())), tuple(rivals))
+    return Domain(ranges, (float(both.min()), float(both.max())), tuple(rivals), fold)
 
 
 def near_forms(

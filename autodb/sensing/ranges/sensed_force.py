@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
-from autodb.sensing.ranges.calibration import Calibration, current_signal, measured_cuts
+from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
+from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import MeasuredCuts
-from autodb.sensing.ranges.forms.noisy import by_current
+from autodb.sensing.ranges.points import current_signal, measured_cuts
 
 Array = NDArray[np.float64]
 
@@ -41,15 +42,20 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     target = form.value(calibration.coefficients, sensed_there)
     to_N = _newtons_per_target(table, calibration)
     moves, known = moving(table, calibration.axis), np.isfinite(target * to_N)
-    sensed = moves & known
+    fold = None if calibration.domain is None else calibration.domain.fold
+    folds = np.zeros(n, dtype=np.bool_) if fold is None else signal[1] <= fold.current
+    sensed = moves & known & ~folds
     unknown = (
         f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
         "its calibration takes, for this cut"
     )
     reason = [
-        None if ok else stands_still(calibration.axis) if not moved else unknown
-        for ok, moved in zip(sensed, moves, strict=True)
-    ]
+        None if ok
+        else stands_still(calibration.axis) if not moved
+        else unknown if fold is None or not folded
+        else two_forces(calibration.axis, fold, calibration.unit)
+        for ok, moved, folded in zip(sensed, moves, folds, strict=True)
+    ]  # fmt: skip
     force = np.where(sensed, target * to_N, np.nan)
     spread = np.hypot(calibration.errors.cut_sd, form.beyond(sensed_there))
     spread = np.hypot(spread, of_current(calibration, sensed_there))
@@ -79,6 +85,14 @@ def stands_still(axis: str) -> str:
     return f"{axis} stands still: a passive force shows in no current"
 
 
+def two_forces(axis: str, fold: Fold, unit: str) -> str:
+    """Return why a range that folds senses no force."""
+    return (
+        f"{axis}'s range folds where the force takes up the weight: up to {abs(fold.force):.4g} "
+        f"{unit} two forces show one range"
+    )
+
+
 def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:
     """Return the standard deviation (n,) that the currents' own error gives the target.
 
@@ -89,8 +103,12 @@ def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:
     if not usual:
         return np.zeros_like(sensed.current)
     stated = np.full_like(sensed.current, np.nan) if sensed.stated_sd is None else sensed.stated_sd
-    rising, _ = by_current(calibration.form, calibration.coefficients, sensed)
-    return np.asarray(np.abs(rising) * np.where(np.isfinite(stated), stated, usual))
+    error = np.where(np.isfinite(stated), stated, usual)
+    up, down = (
+        calibration.form.value(calibration.coefficients, sensed.moved(step))
+        for step in (error, -error)
+    )  # a form need not be straight over an error that is large
+    return np.asarray(0.5 * np.abs(up - down))
 
 
 def _newtons_per_target(table: CutTable, calibration: Calibration) -> Array:

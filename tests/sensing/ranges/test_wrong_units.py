@@ -17,7 +17,8 @@ from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import STEEL
 from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
-from autodb.sensing.ranges import faults, raw
+from autodb.sensing.ranges import faults
+from autodb.sensing.ranges.recorded import raw
 from tests.helpers.campaigns import first
 from tests.helpers.lathe_tables import (
     AXES,

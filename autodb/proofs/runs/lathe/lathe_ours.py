@@ -11,6 +11,7 @@ from autodb.proofs.runs.lathe.lathe_cuts import rows_in_tables
 from autodb.records import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.forms import OF_CURRENT_FEED, OF_CURRENT_SPEED
+from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.sensed_force import sense
 
 Array = NDArray[np.float64]
@@ -37,7 +38,7 @@ def sensed(made: Campaign, axis: str) -> SensedTestForces:
     sensed = sense(test, found)
     shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
     sd_N = np.sqrt(sensed.sd_N**2 + shared)
-    points = ranges.calibration_points(calibration, axis)
+    points = calibration_points(calibration, axis)
     rules = OF_CURRENT_SPEED if axis == "spindle" else OF_CURRENT_FEED
     if not rules.fits(points.sensed):
         return SensedTestForces(sensed.force_N, sd_N, None)

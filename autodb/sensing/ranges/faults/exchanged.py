@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.records import CutTable
-from autodb.sensing.ranges.calibration import COMPONENT_OF_AXIS, current_signal
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
+from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, current_signal
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array, Array]

@@ -52,7 +52,9 @@ MAGNETISED, MAGNETISED_OF_SPEED = Magnetised(), MagnetisedOfSpeed()
 WARMED_LINE = Warmed(LINE)
 WARMED_POWER = Warmed(POWER)
 WARMED_POWER_OF_SPEED = Warmed(POWER_OF_SPEED)
-FEED_FORMS: tuple[CurrentForm, ...] = (LINE, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED)
+FEED_FORMS: tuple[CurrentForm, ...] = (
+    LINE, MAGNETISED, LINE_OF_SPEED, OF_CURRENT, OF_CURRENT_FEED,
+)  # fmt: skip
 BOTH_WAYS_FORMS: tuple[CurrentForm, ...] = (
     OneGain(LINE), OneGain(LINE_OF_SPEED), GainEach(LINE), GainEach(LINE_OF_SPEED),
 )  # fmt: skip

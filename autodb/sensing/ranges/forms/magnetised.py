@@ -1,4 +1,4 @@
-"""The spindle's torque where an induction motor also carries a magnetising current.
+"""Torque or force where an induction motor also carries a magnetising current.
 
 The range is what the motor's field takes, a(n), and what its load takes, at right angles: range² =
 a(n)² + ((T + T_air(n))/k(n))², in air as in cut (P1 section 8; induction motors: Bose 2002, Modern
@@ -7,7 +7,8 @@ power electronics and AC drives, chapter 8). Of both ranges the field goes out,
     T = √(k² (I_c² − I_a²) + T_air²) − T_air
 
 and near no torque the rise says far less than beyond. k falls as n_b/n above the base speed n_b,
-where the field is weakened; T_air, what turns the idle spindle, grows with the speed n.
+where the field is weakened; T_air, what turns the idle spindle, grows with the speed n. Of a slide
+T_air is friction less the weight that helps, a force, which may be below 0: beyond the fold.
 """
 
 from typing import Any
@@ -31,7 +32,7 @@ class Magnetised:
     """Coefficients ln k, k in N·m/A, and T_air, N·m: one base speed, one idle torque."""
 
     kind = "magnetised"
-    margin = 1.0
+    margin = 2.0  # a straight line is one of them
     label = "load beside a magnetising current"
 
     def fits(self, sensed: MeasuredCuts) -> bool:
@@ -48,7 +49,7 @@ class Magnetised:
 
     def _start(self, sensed: MeasuredCuts, target: Array) -> Array:
         """Return the line of T over (I_c² − I_a²)/T: slope k², and -2 T_air where that is 0."""
-        _, k_squared, idle = _line(_squares(sensed), target)
+        _, k_squared, idle = _line(_squares(sensed), target, least=-np.inf)
         return np.array([0.5 * np.log(k_squared), idle])
 
     def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
@@ -61,8 +62,8 @@ class Magnetised:
         return np.asarray(np.exp(2.0 * coefficients[0]) * _squares(sensed))
 
     def _idle(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
-        """Return T_air (n,), which is not below 0."""
-        return np.full_like(sensed.current, max(coefficients[1], 0.0))
+        """Return T_air (n,)."""
+        return np.full_like(sensed.current, coefficients[1])
 
     def slopes(self, coefficients: Array, sensed: MeasuredCuts) -> Array:
         """Return the torque's derivatives by the coefficients, (n, p)."""
@@ -103,6 +104,7 @@ class MagnetisedOfSpeed(Magnetised):
     """The same with T_air = t0 + t1 n/1000 rpm, and k that falls as n_b/n: ln k, t0, t1, ln n_b."""
 
     kind = "magnetised-of-speed"
+    margin = 1.0
     label = "load beside a magnetising current, by speed"
 
     def fits(self, sensed: MeasuredCuts) -> bool:
@@ -114,7 +116,7 @@ class MagnetisedOfSpeed(Magnetised):
         found = []
         for base_rpm in np.quantile(sensed.speed_rpm, STARTS):
             falls = np.minimum(1.0, base_rpm / sensed.speed_rpm)
-            left, k_squared, idle = _line(falls**2 * _squares(sensed), target)
+            left, k_squared, idle = _line(falls**2 * _squares(sensed), target, least=0.0)
             found.append((left, 0.5 * np.log(k_squared), idle, 0.0, np.log(base_rpm)))
         return np.array(min(found)[1:])
 
@@ -153,8 +155,8 @@ def _squares(sensed: MeasuredCuts) -> Array:
     return np.asarray(sensed.current * (sensed.current + 2.0 * sensed.air))
 
 
-def _line(squares: Array, target: Array) -> tuple[float, float, float]:
-    """Return what T² + 2 T T_air = k² X leaves by least squares on T, k², and T_air.
+def _line(squares: Array, target: Array, *, least: float) -> tuple[float, float, float]:
+    """Return what T² + 2 T T_air = k² X leaves by least squares on T, k², and T_air ≥ ``least``.
 
     Raises Undetermined where too few cuts have a torque, or it does not rise with X.
     """
@@ -164,9 +166,9 @@ def _line(squares: Array, target: Array) -> tuple[float, float, float]:
     torque, x = target[held], squares[held] / target[held]
     columns = np.column_stack([x, np.ones_like(x)])
     (k_squared, minus_twice), *_ = np.linalg.lstsq(columns, torque, rcond=None)
-    idle = max(0.0, -0.5 * float(minus_twice))
-    if idle == 0.0:
-        k_squared = float(x @ torque / (x @ x))
+    idle = max(least, -0.5 * float(minus_twice))
+    if idle == least:
+        k_squared = float(x @ (torque + 2.0 * least) / (x @ x))
     if k_squared <= 0.0:
         raise fitting.Undetermined([0])
     left = torque - columns @ np.array([k_squared, -2.0 * idle])

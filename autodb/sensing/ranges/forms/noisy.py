@@ -102,7 +102,11 @@ def _refuse_noise(whole: Array, errors: Array) -> None:
     """Raise Undetermined where errors make up nearly all of some direction of the columns."""
     from scipy.linalg import eigh
 
-    if float(eigh(errors, whole, eigvals_only=True)[-1]) > 1.0 - LEAST_TRUE:
+    try:
+        largest = float(eigh(errors, whole, eigvals_only=True)[-1])
+    except np.linalg.LinAlgError as error:  # the columns do not determine a coefficient
+        raise fitting.Undetermined([1]) from error
+    if largest > 1.0 - LEAST_TRUE:
         raise fitting.Undetermined([1])
 
 

@@ -1,7 +1,7 @@
 """What an axis' phase currents say over time: its range twice averaged, its frequency, envelope."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ LEAD_PERIODS = (1.7, 1.5)
 SLOW_HZ, SLOW_PERIODS = (1.4, 1.0), 3.0
 """and three where the axis turns slower: measured at rates of 700 to 1900 Hz, where shorter
 approaches were read up to 40 % too high, the average reaching into the cut."""
+STEADY_S, STEADY_PERIODS = 1.0, 1.5
+"""Of the cut's beginning, what tells a short approach its frequency and its sensors' offsets."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +35,15 @@ class PhaseLoad:
 
     ``range_A`` as it is averaged in a cut table, ``quick_A`` over ``QUICK_S`` where the axis turns
     fast enough; ``frequency_hz`` of the drive's sinusoid; ``envelope_A`` is the range of each
-    sample by itself, with noise and ripple, None with fewer than three phases.
+    sample by itself, with noise and ripple, None with fewer than three phases. ``phases_A``: the
+    currents themselves.
     """
 
     range_A: Array
     quick_A: Array
     frequency_hz: Array
     envelope_A: Array | None
+    phases_A: tuple[Array, ...] = ()
 
     @property
     def three(self) -> bool:
@@ -68,7 +72,37 @@ class PhaseLoad:
     def until(self, end: int) -> "PhaseLoad":
         """Return the load up to a sample."""
         envelope = None if self.envelope_A is None else self.envelope_A[:end]
-        return PhaseLoad(self.range_A[:end], self.quick_A[:end], self.frequency_hz[:end], envelope)
+        phases = tuple(phase[:end] for phase in self.phases_A)
+        return PhaseLoad(
+            self.range_A[:end], self.quick_A[:end], self.frequency_hz[:end], envelope, phases
+        )
+
+    def steady_in_air(
+        self, air: slice, cut: slice, *, rate_hz: float, speed_rpm: Array | None
+    ) -> signals.SteadySinusoid | None:
+        """Return the sinusoid in air of a drive that feeds there as it does where the cut begins.
+
+        A feed per revolution follows ``speed_rpm`` (n,). None where either part is not steady.
+        """
+        lasts = round(max(STEADY_S, STEADY_PERIODS / max(self.turning_hz(cut), 1e-9)) * rate_hz)
+        begins = slice(cut.start, min(cut.start + lasts, cut.stop))
+        turns = self.frequency_hz[begins]
+        known = turns[np.isfinite(turns)]
+        if not known.size:
+            return None
+        in_cut = signals.steady_sinusoid(
+            [phase[begins] for phase in self.phases_A],
+            rate_hz=rate_hz, frequency_hz=float(np.median(known)),
+        )  # fmt: skip
+        if in_cut is None:
+            return None
+        slower = 1.0
+        if speed_rpm is not None:
+            slower = float(np.median(speed_rpm[air]) / np.median(speed_rpm[begins]))
+        return signals.steady_sinusoid(
+            [phase[air] for phase in self.phases_A],
+            rate_hz=rate_hz, frequency_hz=slower * in_cut.frequency_hz, beside=in_cut,
+        )  # fmt: skip
 
 
 def has_phase_currents(channels: Collection[str]) -> bool:
@@ -87,7 +121,8 @@ def phase_load_of(recording: Recording, axis: str) -> PhaseLoad | None:
         _load_of([phase[piece] for phase in recorded], rate_hz=rate_hz)
         for piece in recording.pieces
     ]
-    return loads[0] if len(loads) == 1 else _joined(loads)
+    whole = loads[0] if len(loads) == 1 else _joined(loads)
+    return replace(whole, phases_A=tuple(recorded if whole.three else recorded[:1]))
 
 
 def _load_of(phases: Sequence[Array], *, rate_hz: float) -> PhaseLoad:

@@ -12,8 +12,9 @@ from autodb.proofs.machines.lathe.lathe import Lathe
 from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import STEEL
 from autodb.records import Recording
-from autodb.sensing.ranges import faults, raw
+from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.faults.travel import pass_steps_mm
+from autodb.sensing.ranges.recorded import raw
 from tests.helpers.lathe_tables import SEEDS, lathe_cuts, side_of, with_channels
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.sensing.ranges.phase_loads import PhaseLoad
+from autodb.sensing.ranges.recorded.phase_loads import PhaseLoad
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,114 @@
+"""Where a recorded cut begins and ends: by the load that shows it, and by how its arm changes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb import signals
+from autodb.errors import SetAside
+from autodb.records import Recording
+from autodb.sensing.ranges.recorded import rejections
+from autodb.sensing.ranges.recorded.phase_loads import QUICK_S, PhaseLoad
+from autodb.sensing.ranges.recorded.radius import RadiusCourse
+
+Array = NDArray[np.float64]
+
+SPINDLE = "spindle.current.range"
+
+
+@dataclass(frozen=True)
+class CutSignals:
+    """What was recorded, up to where the spindle slows down: loads by axis, forces by channel.
+
+    ``forces`` as recorded, ``quasi_static`` averaged as the ranges are; both in N, each (n,).
+    ``speed_rpm`` (n,) of the spindle, and the edge's ``radius``; None: not known.
+    """
+
+    rate_hz: float
+    loads: dict[str, PhaseLoad]
+    forces: dict[str, Array]
+    quasi_static: dict[str, Array]
+    speed_rpm: Array | None
+    radius: RadiusCourse | None
+
+
+def refuse_set_aside(recording: Recording, seen: str | None) -> None:
+    """Raise SetAside where something speaks against a cut."""
+    if seen is not None:
+        raise SetAside(f"{recording.path}: {seen}")
+
+
+def segments_of(found: CutSignals, recording: Recording) -> signals.CutSegments:
+    """Return the parts by the first load that shows them; the spindle sees every cut: it leads.
+
+    Forces of a dynamometer come last, the largest first. Raises SetAside.
+    """
+    seen = None
+    for name, load, quick in _leading(found):
+        levels = _levels(found, name, load)
+        if levels is None:
+            continue
+        rate = found.rate_hz
+        if name == SPINDLE:
+            refuse_set_aside(recording, rejections.starts_in_cut(levels))
+        stop = rejections.stops(quick, levels, named=name, t_s=recording.t_s, rate_hz=rate)
+        refuse_set_aside(recording, stop)
+        parts = _far_enough(signals.cut_segments(levels.cutting, rate_hz=rate), found)
+        speed_rpm = mean_speed_rpm(recording, slice(parts.entry.start, parts.exit.stop))
+        short = rejections.too_short(parts, t_s=recording.t_s, rate_hz=rate, speed_rpm=speed_rpm)
+        if short is None:
+            return parts
+        seen = seen or short
+    refuse_set_aside(recording, seen)
+    raise SetAside(
+        f"{recording.path}: no air approach followed by a cut in the {_sensed(found)}; start the "
+        "recording 1 s before the tool enters"
+    )
+
+
+def _levels(found: CutSignals, name: str, load: Array) -> signals.LoadLevels | None:
+    """Return a load's levels in air and in cut; a spindle's goes with the radius."""
+    radius = found.radius
+    if name != SPINDLE or radius is None or not radius.changes:
+        return signals.two_levels(load)
+    return signals.fading_levels(load, radius.moved_mm, radius.begins_mm, rate_hz=found.rate_hz)
+
+
+def _far_enough(parts: signals.CutSegments, found: CutSignals) -> signals.CutSegments:
+    """Return the parts without what of the cut is near the axis."""
+    if found.radius is None or not found.radius.changes:
+        return parts
+    begin = (parts.entry.start + parts.entry.stop) // 2
+    return replace(parts, cut=found.radius.high(begin, parts.cut))
+
+
+def _leading(found: CutSignals) -> list[tuple[str, Array, Array]]:
+    """Return name, averaged and quickly averaged values (n,) of each load, in order."""
+    axes = [axis for axis in ("spindle", "z", "x") if axis in found.loads]
+    currents = [
+        (f"{a}.current.range", found.loads[a].range_A, found.loads[a].quick_A) for a in axes
+    ]
+    by_size = sorted(found.quasi_static, key=lambda n: np.ptp(found.quasi_static[n]), reverse=True)
+    return currents + [
+        (name, found.quasi_static[name], _quick(found.forces[name], found.rate_hz))
+        for name in by_size
+    ]
+
+
+def _quick(force_N: Array, rate_hz: float) -> Array:
+    return signals.moving_average(force_N, rate_hz=rate_hz, window_s=QUICK_S)
+
+
+def _sensed(found: CutSignals) -> str:
+    if found.loads and found.forces:
+        return "currents and forces"
+    return "forces" if found.forces else "currents"
+
+
+def mean_speed_rpm(recording: Recording, part: slice) -> float | None:
+    """Return the spindle's mean speed in a part, else the one that the side file states, rpm."""
+    speed = recording.get("spindle.speed")
+    if speed is None or speed[part].size == 0:
+        return recording.side.cut.speed_rpm
+    return float(np.mean(speed[part]))
