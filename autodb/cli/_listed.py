@@ -6,8 +6,8 @@ GROUPS = {
         "init": "setup.database:init",
         "machine": "setup.database:machine",
         "look": "learn.looking:look_command",
-        "import": "learn.import_and_calibrate:import_",
-        "calibrate": "learn.import_and_calibrate:calibrate_command",
+        "import": "learn.importing:import_",
+        "calibrate": "learn.calibrating:calibrate_command",
     },
     "Every day": {
         "refresh": "learn.refreshing:refresh_command",

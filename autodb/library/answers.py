@@ -1,17 +1,15 @@
 """Results of a machine: what came in, calibrations, a refresh, forces of cuts."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.looking_up import Listed
 from autodb.agent.answer.predicting import JobAnswer, Predicted
-from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
 from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.sense.calibrating import Calibrated
-from autodb.files.job import Job, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.library.results import Result, ResultPage, plain
 from autodb.standard import CutProtocol
@@ -108,10 +106,10 @@ class RefreshResult(Result):
 
 
 @dataclass(frozen=True)
-class PredictResult(Result):
-    """The forces of a job: ``answer`` has the cuts, notes, limits in danger, and its number."""
+class ForcesResult(Result):
+    """The forces of cuts: ``answer`` has the cuts, notes, and limits that they may exceed."""
 
-    answer: Predicted
+    answer: JobAnswer
     limits: Limits
 
     def csv(self) -> str:
@@ -130,6 +128,13 @@ class PredictResult(Result):
         """Return the answer as plain data, as ``predict --json`` prints it."""
         return dict(plain(self.answer))
 
+
+@dataclass(frozen=True)
+class PredictResult(ForcesResult):
+    """The forces of a job, kept in the database under ``answer.prediction_id``."""
+
+    answer: Predicted
+
     def plot(self) -> ResultPage:
         """Return the picture of ``predict --plot``."""
         from autodb.reports.predicted import render_prediction
@@ -138,46 +143,14 @@ class PredictResult(Result):
 
 
 @dataclass(frozen=True)
-class LookupResult(Result):
-    """The forces of single cuts of a pair, nothing of which is stored: an answer for each."""
-
-    answers: tuple[LookedUp, ...]
-    asked: tuple[JobCut, ...]
-    limits: Limits
-
-    @property
-    def answer(self) -> LookedUp:
-        """The answer for the first cut."""
-        return self.answers[0]
-
-    def to_pandas(self) -> "pd.DataFrame":
-        """Return a row for each cut, with the columns of ``predict --csv``."""
-        import pandas as pd
-
-        from autodb.forward.predictedfile import prediction_as_csv
-
-        cuts = [one.cut for one in self.answers]
-        return pd.read_csv(StringIO(prediction_as_csv(cuts, self.limits)))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the answers as plain data, each as ``lookup --json`` prints it."""
-        return {"cuts": [plain(one) for one in self.answers]}
+class LookupResult(ForcesResult):
+    """The forces of cuts that were looked up: nothing is stored."""
 
     def plot(self) -> ResultPage:
         """Return a picture of the cuts, with the limits of the machine's axes."""
         from autodb.reports.looked_up import render_look_up
 
-        first = self.answer
-        job = Job(name="cuts", material=first.material, tool=first.tool, cut=self.asked)
-        exceeds = tuple(
-            replace(limit, cut=number)
-            for number, one in enumerate(self.answers, start=1)
-            for limit in one.exceeds
-        )
-        notes = tuple(dict.fromkeys(note for one in self.answers for note in one.notes))
-        cuts = tuple(one.cut for one in self.answers)
-        shown = JobAnswer(job, cuts, first.behind, notes, exceeds)
-        return ResultPage(render_look_up(shown, self.limits))
+        return ResultPage(render_look_up(self.answer, self.limits))
 
 
 @dataclass(frozen=True)

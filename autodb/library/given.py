@@ -9,11 +9,9 @@ from typing import Any
 import pyarrow as pa
 
 from autodb.errors import UnusableInput, near
-from autodb.files.job import Job, JobCut, read_job
 from autodb.files.side import SideFile, StatedColumns, stated_side
-from autodb.files.toml import checked
 from autodb.records import RecordingSource, open_source
-from autodb.records.frames import arrow_of, frame_columns, frame_source, is_frame, is_nothing
+from autodb.records.frames import arrow_of, frame_columns, frame_source, is_frame
 
 Given = Any
 """A file by its path, or a data frame: of pandas, or of any library that narwhals knows."""
@@ -112,38 +110,3 @@ def _of_these(side: StatedColumns, columns: Sequence[str]) -> StatedColumns:
         return side
     kept = {name: spec for name, spec in side.channels.items() if spec.column in columns}
     return side.model_copy(update={"channels": kept})
-
-
-def job_of(given: Any, *, material: str | None, tool: str | None, lot: str | None) -> Job:
-    """Return the job of a job file, or of a data frame with a row a cut, named as keys of a job.
-
-    Raises UnusableInput naming file or row.
-    """
-    stated = {"material": material, "tool": tool, "lot": lot}
-    if isinstance(given, Job | str | os.PathLike):
-        if any(stated.values()):
-            raise UnusableInput("material, tool and lot go with a data frame: a job states its own")
-        return given if isinstance(given, Job) else read_job(Path(given))
-    if material is None or tool is None:
-        raise UnusableInput("the cuts of a data frame need material and tool")
-    cuts = asked_cuts(given, name="job")
-    return Job(name="cuts", material=material, tool=tool, lot=lot, cut=cuts)
-
-
-def asked_cuts(given: Any, *, name: str) -> tuple[JobCut, ...]:
-    """Return the cuts of a data frame, a row each; raises UnusableInput naming the row."""
-    if not is_frame(given):
-        raise UnusableInput(
-            f"{name}: is no data frame but of type {type(given).__name__}; use one with a row a cut"
-        )
-    rows = arrow_of(given, name=name).to_pylist()
-    return tuple(
-        asked_cut(row, where=f"{name}: row {number}") for number, row in enumerate(rows, start=1)
-    )
-
-
-def asked_cut(said: Mapping[str, Any], *, where: str) -> JobCut:
-    """Return a cut of what is said of it, but for what is not known; raises UnusableInput."""
-    known = {key: value for key, value in said.items() if not is_nothing(value)}
-    numbers = {key: float(value) if type(value) is int else value for key, value in known.items()}
-    return checked(numbers, JobCut, where=where)

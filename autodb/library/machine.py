@@ -9,7 +9,7 @@ from typing import Any
 
 from autodb.agent.answer.explaining import explain_with_machine
 from autodb.agent.answer.looking_up import PairReader
-from autodb.agent.answer.predicting import predict_job
+from autodb.agent.answer.predicting import answer_of, predict_job
 from autodb.agent.ingest.framed import import_table, kept_table
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
@@ -18,6 +18,7 @@ from autodb.agent.rows.machines import limits_of_machine
 from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.agent.sense.identifying import check_moves, identify_on_machine
 from autodb.errors import UnusableInput
+from autodb.files.job import Job
 from autodb.files.side import StatedColumns
 from autodb.library.answers import (
     CalibrateResult,
@@ -34,11 +35,9 @@ from autodb.library.given import (
     InMemory,
     OnDisk,
     Units,
-    asked_cut,
-    asked_cuts,
-    job_of,
     taken,
 )
+from autodb.library.jobs import asked_cut, asked_cuts, job_of
 from autodb.records.resample import one_base, only_over_time
 from autodb.standard import read_protocol
 from autodb.store import Store, opened_database
@@ -115,8 +114,9 @@ class ShopMachine:
         """Predict forces, torque and power of a job's cuts, with 95 % intervals, and keep them.
 
         ``job``: a job file, or a data frame with a row a cut and the keys of a job's cut as columns
-        (`operation`, `diameter_mm`, `depth_mm`, `feed_mm_rev`, `speed_m_min`, …), which needs
-        ``material`` and ``tool``. Raises UnusableInput with the key or row.
+        (`operation`, `diameter_mm`, `depth_mm`, `feed_mm_rev`, `speed_m_min`, …), or the channels
+        of a table of cuts. Its ``material`` and ``tool`` are given, or are columns. Raises
+        UnusableInput with the key or row.
         """
         asked = job_of(job, material=material, tool=tool, lot=lot)
         with opened_database(self.url) as store:
@@ -140,10 +140,10 @@ class ShopMachine:
         if (cuts is None) == (not cut):
             raise UnusableInput("give either a data frame of cuts, or one cut by its keys")
         asked = (asked_cut(cut, where="cut"),) if cuts is None else asked_cuts(cuts, name="cuts")
+        job = Job(name="cuts", material=material, tool=tool, lot=lot, cut=asked)
         with opened_database(self.url) as store, store.reading() as session:
-            basis = PairReader(session, self.name).basis(material, tool).of_lot(lot)
-            found = tuple(basis.look_up(one) for one in asked)
-        return LookupResult(found, asked, basis.limits)
+            basis = PairReader(session, self.name).basis(material, tool)
+            return LookupResult(answer_of(basis, job), basis.limits)
 
     def pairs(self, material: str | None = None, tool: str | None = None) -> PairsResult:
         """Return the work-tool pairs that the machine has learnt, or those of one of the two."""

@@ -14,6 +14,7 @@ RESULTS = (
     answers.ImportResult,
     answers.CalibrateResult,
     answers.RefreshResult,
+    answers.ForcesResult,
     answers.PredictResult,
     answers.LookupResult,
     answers.PairsResult,

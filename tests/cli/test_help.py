@@ -1,6 +1,9 @@
 """The command line for daily life: help in groups with examples, defaults, a next step."""
 
+import os
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -97,6 +100,12 @@ def test_the_only_machine_is_the_default(cli: Cli) -> None:
     assert cli("lookup").code == 0
 
 
+def test_without_a_machine_commands_say_what_they_need(cli: Cli) -> None:
+    assert "either --simulation FILE or --machine NAME" in cli("explain", "a.csv").err
+    assert "give a cut table, or --machine NAME" in cli("calibrate").err
+    assert "either --machine NAME or --moves FILE" in cli("reconstruct", "a.csv").err
+
+
 def test_a_file_is_imported_of_the_only_machine(cli: Cli) -> None:
     Path("cuts.csv").write_text("cut,t,z.current\n1,0,2.0\n2,10,3.0\n")
     assert "not stored" in cli("import", "cuts.csv").out
@@ -140,3 +149,18 @@ def test_ctrl_c_stops_what_goes_on_without_alarm(cli: Cli, monkeypatch: pytest.M
     monkeypatch.setattr("time.sleep", pressed)
     stopped = cli("refresh", "--inbox", "inbox", "--watch")
     assert (stopped.code, stopped.err) == (130, "autodb: stopped\n")
+
+
+def test_the_shell_completes_commands_and_options() -> None:
+    asked = {"lookup --dep": "--depth", "pre": "predict\npredictions"}
+    for words, completed in asked.items():
+        told = {
+            "_AUTODB_COMPLETE": "complete_bash",
+            "COMP_WORDS": f"autodb {words}",
+            "COMP_CWORD": str(len(words.split())),
+        }
+        done = subprocess.run(
+            [sys.executable, "-m", "autodb"],
+            env={**os.environ, **told}, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert done.stdout.strip() == completed

@@ -114,12 +114,27 @@ def test_cuts_are_predicted_and_looked_up_from_a_frame(machine: ShopMachine) -> 
     looked_up = machine.lookup(**PAIR, cuts=CUTS)
     alone = machine.lookup(**PAIR, cuts=CUTS.iloc[1:])
     assert_allclose(looked_up.to_pandas()["force.y"], predicted.to_pandas()["force.y"])
-    assert alone.answer.cut == looked_up.answers[1].cut
+    assert alone.answer.cuts == looked_up.answer.cuts[1:]
     assert list(machine.pairs().to_pandas()["tool"]) == ["carbide insert"]
     assert len(looked_up.to_dict()["cuts"]) == 2
     for page in (predicted.plot(), looked_up.plot()):
         assert "<h1>" in page.html
         assert page._repr_html_().startswith("<iframe srcdoc=")
+
+
+def test_a_table_of_cuts_is_predicted_as_it_is(machine: ShopMachine) -> None:
+    table = pd.read_csv(RECORDINGS / "shop-week-2.csv").iloc[:3]
+    keys = table.rename(columns={"spindle.speed": "speed_rpm", "cutting.depth": "depth_mm"})
+    stated = keys[["operation", "speed_rpm", "depth_mm"]].assign(
+        diameter_mm=table["work.diameter"], feed_mm_rev=table["cutting.feed"],
+        cutting_time_s=table["tool.cutting_time"],
+    )  # fmt: skip
+    whole, alone = machine.predict(table), machine.predict(stated, **PAIR)
+    assert whole.answer.cuts == alone.answer.cuts
+    assert (whole.answer.job.material, whole.answer.job.tool) == tuple(PAIR.values())
+    mixed = table.assign(tool=["a", "b", "c"])
+    with pytest.raises(autodb.UnusableInput, match=r"one tool \(they state a, b, c\); give tool="):
+        machine.predict(mixed)
 
 
 def test_the_only_machine_needs_no_name(tmp_path: Path) -> None:
@@ -164,7 +179,7 @@ REFUSED: dict[str, tuple[Callable[[ShopMachine], object], str]] = {
     "key": (lambda m: m.lookup("a", "b", dept_mm=3.0), "dept_mm: unknown key"),
     "cut": (lambda m: m.lookup("a", "b"), "one cut by its keys"),
     "row": (lambda m: m.predict(CUTS.assign(depth_mm=[1.0, -1.0]), **PAIR), "row 2: depth_mm"),
-    "pair": (lambda m: m.predict(CUTS), "need material and tool"),
+    "pair": (lambda m: m.predict(CUTS), "need one material; give material="),
     "job": (lambda m: m.predict("job.toml", material="a"), "a job states its own"),
 }
 
@@ -197,7 +212,7 @@ def _force(asked: tuple[ShopMachine, float]) -> float:
     found = machine.lookup(
         **PAIR, depth_mm=depth_mm, diameter_mm=50.0, feed_mm_rev=0.2, speed_m_min=200.0
     )
-    return found.answer.cut.force_y_N.value
+    return found.answer.cuts[0].force_y_N.value
 
 
 def test_threads_and_processes_share_a_machine(machine: ShopMachine) -> None:
