@@ -192,7 +192,7 @@ def say_json(answer: object) -> None:
     """Print plain data, and dataclasses in it, as JSON."""
     from pydantic_core import to_json
 
-    typer.echo(to_json(answer, indent=1).decode())
+    typer.echo(to_json(answer, indent=1, inf_nan_mode="null").decode())
 
 
 WIDE = 200

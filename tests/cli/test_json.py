@@ -44,6 +44,7 @@ def test_answers_are_json(answered: Any) -> None:
     assert machine["name"] == "lathe-1"
     assert {one["force"] for one in answered("sensors")["sensors"]} >= {"force.y", "force.z"}
     assert answered("mismatch", "list") == {"mismatches": []}
+    assert answered("predictions", "match") == {"cuts": [], "asked": []}
     assert "calibration 1" in answered("trace", "calibration", 1)["text"]
     assert all(one["passed"] for one in answered("doctor"))
 

@@ -14,6 +14,7 @@ from autodb.cli._common import (
     MachineAlone,
     MachineName,
     OptionalMachine,
+    complain,
     named_machine,
     opened_machine,
     opened_store,
@@ -38,6 +39,7 @@ def inspect_command(
     machine: OptionalMachine = None,
     recording: OfRecording = None,
     cut: Cut = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Estimate the passive force, which no current shows, from a part's diameters and stiffness.
@@ -56,7 +58,10 @@ def inspect_command(
         )
     file = read_part(part)
     found = inspect(file, where=str(part))
-    if found.why_not is not None:
+    tell = complain if json else say
+    if json:
+        say_json(found)
+    elif found.why_not is not None:
         say(f"passive force: not sensed: {found.why_not}")
     else:
         say(
@@ -64,12 +69,12 @@ def inspect_command(
             f"outward; the radius was off by {1e3 * found.off_mm:.1f} µm"
         )
     if machine is None or recording is None or cut is None:
-        say("not stored: give --machine, --recording and --cut to keep it")
+        tell("not stored: give --machine, --recording and --cut to keep it")
         return
     with opened_store(db) as store:
         new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
     what = "kept" if new else "already there"
-    say(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
+    tell(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
 
 
 def sensors_command(

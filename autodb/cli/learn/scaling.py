@@ -1,5 +1,6 @@
 """`scale`: what an ampere of a feed drive is, determined from a known load."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,10 +10,12 @@ from autodb.cli._common import (
     Columns,
     Database,
     Group,
+    Json,
     MachineName,
     Resample,
     opened_machine,
     say,
+    say_json,
     working,
 )
 from autodb.cli.learn.identifying import Axis, moves_of
@@ -57,6 +60,7 @@ def scale(
     columns: Columns = None,
     group: Group = None,
     resample: Resample = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Determine the force constant (N/A) from a known mass, a measured push or a standard cut."""
@@ -79,6 +83,10 @@ def scale(
             found = _by_force(store, name, loaded, axis, standard_cut, known)
         stated = scaling.stated(store, name, found.axis)
         kept = scaling.keep_scale(store, name, found, recording, columns=columns)
+    if json:
+        stored = {"version": kept.version, "already_there": kept.already_there}
+        say_json({**asdict(found), "percent": found.percent, **stored})
+        return
     say(f"{found.axis}: force constant {found.newtons_per_ampere:.4g} N/A ± {found.percent:.2g} % "
         f"(95 %), by {found.source}")  # fmt: skip
     _compare(found, stated)

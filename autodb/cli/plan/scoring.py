@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_machine, say, show, table
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    say,
+    say_json,
+    show,
+    table,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.matching.scoring import PredictionScores
@@ -26,7 +35,7 @@ def score_command(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write a picture of each cut: FILE.html."),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the scores as JSON.")] = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Say how far off a machine's past predictions were, and how sure they were of it."""
@@ -107,6 +116,7 @@ def match_command(
             "--cut", metavar="NUMBER=NAME", help="Which cut of the job one of them is; repeatable."
         ),
     ] = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Match cuts with what was predicted of them: all that are open, or as stated."""
@@ -122,6 +132,9 @@ def match_command(
             found = match_open(store, name)
         else:
             found = match_stated(store, name, recording, prediction, dict(map(_named, cut or ())))
+    if json:
+        say_json(found)
+        return
     rows = table("Matched", ">recording", ">cut", ">prediction", "job", "its cut", "by")
     for one in found.cuts:
         rows.add_row(
