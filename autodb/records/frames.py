@@ -30,7 +30,8 @@ def is_frame(given: object) -> bool:
 def arrow_of(frame: Any, *, name: str, units: Mapping[str, str] | None = None) -> pa.Table:
     """Return a data frame as an Arrow table whose columns say the ``units`` that are stated.
 
-    An index of pandas that has a name is a column as well. ``name``: of the frame in messages.
+    An index of pandas that has a name is a column as well, one of times is `t`. ``name``: of the
+    frame in messages.
 
     Raises UnusableInput for columns that stand twice, and a unit of a column that is not there.
     """
@@ -78,11 +79,13 @@ def _known_as(name: str, frame: Any) -> "nw.DataFrame[Any]":
 
 
 def _with_index(frame: Any) -> Any:
-    """Return a frame with its index among its columns, where that has a name."""
+    """Return a frame with its index among its columns, where that has a name or is a time."""
     index = nw.maybe_get_index(nw.from_native(frame))
-    if index is None or list(index.names) == [None]:
+    if index is None:
         return frame
-    return frame.reset_index()
+    if list(index.names) != [None]:
+        return frame.reset_index()
+    return frame.rename_axis("t").reset_index() if index.dtype.kind in "mM" else frame
 
 
 def _array(column: "nw.Series[Any]") -> Any:

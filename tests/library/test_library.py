@@ -16,6 +16,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import autodb
+from autodb.library.given import taken
 from autodb.library.machine import ShopMachine
 from tests.conftest import ROOT, Cli
 
@@ -107,6 +108,15 @@ def test_any_frame_and_units_by_name_or_argument_are_read_alike(tmp_path: Path) 
     found = [made.import_(frame, **told).answer for frame, told in frames]  # type: ignore[arg-type]
     assert [one.already_there for one in found] == [False, True, True, True]
     assert {one.recording_id for one in found} == {1}
+
+
+def test_an_index_of_times_is_the_time() -> None:
+    when = pd.date_range("2026-11-27 10:00", periods=200, freq="10ms")
+    frame = pd.DataFrame({"x.current": np.sin(0.1 * np.arange(200.0))}, index=when)
+    found = taken(frame).source().choose().read()
+    assert_allclose(np.diff(found["t"]), 0.01, rtol=1e-3)
+    lasting = frame.set_index(when - when[0])
+    assert_allclose(taken(lasting).source().choose().read()["t"], 0.01 * np.arange(200.0))
 
 
 def test_cuts_are_predicted_and_looked_up_from_a_frame(machine: ShopMachine) -> None:
