@@ -104,9 +104,9 @@ def _by_column(units: Units, side: StatedColumns) -> dict[str, str]:
     return {named.get(name, name): unit for name, unit in units.items()}
 
 
-def _of_these(side: StatedColumns, columns: Sequence[str]) -> StatedColumns:
-    """Return a side with the channels alone that these columns hold."""
+def _of_these(side: StatedColumns, columns: Sequence[str]) -> SideFile | None:
+    """Return what is stated of these columns alone; a side file on the disk is the recording's."""
     if not isinstance(side, SideFile):
-        return side
+        return None
     kept = {name: spec for name, spec in side.channels.items() if spec.column in columns}
     return side.model_copy(update={"channels": kept})

@@ -201,7 +201,7 @@ def test_what_cannot_be_used_is_said_in_one_line(case: str, machine: ShopMachine
         asked(machine)
 
 
-def test_a_simulation_with_foreign_columns_is_explained() -> None:
+def test_a_simulation_with_foreign_columns_is_explained(tmp_path: Path) -> None:
     t_s = np.arange(0.0, 20.0, 0.01)
     friction = 500.0 * np.sign(np.cos(t_s)) + np.random.default_rng(3).normal(0.0, 50.0, len(t_s))
     simulation = pd.DataFrame({"s": t_s, "pos": 50.0 * np.sin(t_s), "I": 20.0 * np.cos(t_s)})
@@ -213,6 +213,13 @@ def test_a_simulation_with_foreign_columns_is_explained() -> None:
     row = found.to_pandas().iloc[0]
     assert row["term"] == "coulomb"
     assert row["low"] < 0.5 < row["high"]
+    recording.to_csv(tmp_path / "a.csv", index=False)
+    side = {**columns, "x.current": {"column": "I", "unit": "mA"}}
+    known = pd.DataFrame({"t": t_s, "x.current [mA]": simulation["I"]})
+    mixed = autodb.explain(tmp_path / "a.csv", known, columns=side)
+    assert (
+        mixed.to_pandas().drop(columns="channel").equals(found.to_pandas().drop(columns="channel"))
+    )
     with pytest.raises(autodb.UnusableInput, match="no column 'J'"):
         autodb.explain(recording, simulation, columns=columns, units={"J": "mA"})
 
@@ -233,6 +240,16 @@ def test_threads_and_processes_share_a_machine(machine: ShopMachine) -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
         assert list(processes.map(_force, asked[:2])) == alone[:2]
     assert pickle.loads(pickle.dumps(machine)) == machine
+
+
+def test_threads_that_import_one_frame_keep_it_once(tmp_path: Path) -> None:
+    made = autodb.open(tmp_path / "a.sqlite3", create=True).add_machine("m")
+    frames = [pd.DataFrame({"cut": [1, 2], "t": [0, 9], "z.current": [k, 2.0]}) for k in (1.0, 3.0)]
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(lambda k: made.import_(frames[k % 2]).answer, range(8)))
+    assert {one.recording_id for one in found} == {1, 2}
+    assert sum(not one.already_there for one in found) == 2
+    assert len(list((tmp_path / "recordings").iterdir())) == 2
 
 
 def test_the_function_stands_also_where_the_room_is_imported() -> None:
