@@ -5,14 +5,13 @@ last, numbered through by the agent. The number up to which we have read is the 
 on from; an agent that was started anew says another instance, and begins to count again.
 
 MTConnect standard, parts 1 and 2 (ANSI/MTC1.4-2018; model.mtconnect.org): an observation that does
-not change is not said again; a time series carries the instant of its last value.
+not change is not said again; a time series carries the instant of its last value. Of three numbers
+in space, and of a set of data, an item is one: `position[x]`, `variables[R10]`. A value is in the
+`units` of its data item, whatever units the device has by itself (`nativeUnits`).
 """
 
 from collections.abc import AsyncGenerator
-from contextlib import aclosing, suppress
-from dataclasses import dataclass
-from datetime import datetime
-from typing import Any
+from contextlib import aclosing
 from urllib.parse import urlsplit
 from xml.etree import ElementTree
 
@@ -20,7 +19,20 @@ import httpx
 
 from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
-from autodb.live.batch import Batch, Position, Said, Value
+from autodb.live.batch import Batch, Position
+from autodb.live.mtconnect_documents import (
+    FORGOTTEN,
+    Forgotten,
+    MtDocument,
+    StreamParts,
+    Wanted,
+    data_items,
+    keys_said,
+    name_and_part,
+    part_key,
+    read_streams,
+    refuse_forgotten,
+)
 from autodb.live.source import Away, Offered, SourceClock, unknown_item
 
 HEARTBEAT_S = 1.0
@@ -28,49 +40,6 @@ TIMEOUT_S = 10.0
 """How long an agent may say nothing, heartbeats neither, before it counts as away. Chosen."""
 OBSERVATIONS = 10_000
 """How many one part of the stream holds at most, where the agent keeps that many."""
-PART_BYTES = 64 * 2**20
-UNAVAILABLE = "UNAVAILABLE"
-FORGOTTEN = "OUT_OF_RANGE"
-"""What an agent says of observations that it no longer has (MTConnect, part 1, error codes)."""
-
-
-@dataclass(frozen=True)
-class _DataItem:
-    """A data item of a device: ``rate_hz`` of a time series, where it says one."""
-
-    number: str
-    name: str
-    category: str
-    kind: str
-    unit: str
-    rate_hz: float | None
-
-
-@dataclass(frozen=True)
-class _Document:
-    """What a document says: its header, and values by data item."""
-
-    header: dict[str, str]
-    values: Said
-
-    @property
-    def following(self) -> int:
-        """The number of the next observation."""
-        return int(self.header.get("nextSequence", "0"))
-
-    @property
-    def first(self) -> int:
-        """The number of the first observation that the agent still has."""
-        return int(self.header.get("firstSequence", "0"))
-
-    @property
-    def instance(self) -> str:
-        """What an agent says to tell one of its starts from the next."""
-        return self.header.get("instanceId", "")
-
-
-class _Forgotten(Away):
-    """What is asked for went out of the agent's buffer before it was read."""
 
 
 class MtConnect:
@@ -82,21 +51,34 @@ class MtConnect:
         device = f"/{plan.source.device}" if plan.source.device else ""
         self._url = plan.source.url.rstrip("/")
         self._base = f"{self._url}{device}"
-        self._names: dict[str, str] = {}
+        self._names: dict[tuple[str, str | None], str] = {}
+        self._units: dict[str, str] = {}
         self._rates: dict[str, float | None] = {}
 
     async def offered(self) -> list[Offered]:
         """Return the data items of the device, with what they say now."""
         async with self._client() as client:
-            items = _data_items(await self._get(client, "probe"))
-            now = _document(await self._get(client, "current"), {}, {one.number for one in items})
+            items = data_items(await self._get(client, "probe"))
+            text = await self._get(client, "current")
+        keys = keys_said(text)
+        parts = {one.number: one.parts or keys.get(one.number, ()) for one in items}
+        wanted: Wanted = {number: set(own) or {None} for number, own in parts.items()}
+        now = read_streams(text, {}, wanted)
         last = {number: said[1][-1] for number, said in now.values.items()}
         return [
-            Offered(
-                one.number, one.name, f"{one.category} {one.kind}", one.unit, last.get(one.number)
-            )
+            Offered(item, one.name, f"{one.category} {one.kind}".strip(), one.unit, last.get(item))
             for one in items
+            for item in [part_key(one.number, part) for part in parts[one.number] or (None,)]
         ]
+
+    async def units(self) -> dict[str, str]:
+        """Return the units that items are sent in, where they are said; raises Away."""
+        async with self._client() as client:
+            await self._resolve(client)
+        return {
+            item: self._units[number] for (number, _), item in self._names.items()
+            if self._units[number]
+        }  # fmt: skip
 
     async def batches(self, after: Position | None) -> AsyncGenerator[Batch, None]:
         """Yield what the agent says, from behind ``after`` as far as it still has it.
@@ -112,7 +94,7 @@ class MtConnect:
                         async for batch in batches:
                             after, forgot = batch.position, False
                             yield batch
-                except _Forgotten:
+                except Forgotten:
                     if forgot:
                         raise
                     forgot = True
@@ -127,7 +109,8 @@ class MtConnect:
         now = self._read(await self._get(client, "current"))
         begin, gap, state = now.following, False, now
         if after is not None:
-            same = after.get("instance") == now.instance
+            # an agent that was started anew under the same number counts from the beginning
+            same = after.get("instance") == now.instance and int(after["next"]) <= now.following
             begin = int(after["next"]) if same else now.first
             gap = not same or begin < now.first
             begin = max(begin, now.first)
@@ -157,7 +140,7 @@ class MtConnect:
         try:
             answer = await client.get(f"{self._base}/{what}", params=query)
             if answer.is_error:
-                _refuse_forgotten(answer.content)
+                refuse_forgotten(answer.content)
             answer.raise_for_status()
         except httpx.HTTPError as error:
             raise self._away(error) from None
@@ -169,30 +152,47 @@ class MtConnect:
 
     async def _resolve(self, client: httpx.AsyncClient) -> None:
         """Find the data items by number or name; raises UnusableInput where there is none."""
-        known = _data_items(await self._get(client, "probe"))
+        known = data_items(await self._get(client, "probe"))
         by_name = {one.name: one for one in known if one.name} | {one.number: one for one in known}
+        names: dict[tuple[str, str | None], str] = {}
         for item in self._items:
-            if item not in by_name:
+            name, part = name_and_part(item, by_name)
+            if name not in by_name:
                 raise unknown_item(self._url, item, by_name)
-        self._names = {by_name[item].number: item for item in self._items}
-        if len(self._names) < len(self._items):
-            twice = next(one for one in self._items if one not in self._names.values())
-            other = self._names[by_name[twice].number]
-            raise UnusableInput(
-                f"{self._url}: '{twice}' and '{other}' are one item; use one name for it"
-            )
-        self._rates = {number: by_name[number].rate_hz for number in self._names}
+            own = by_name[name]
+            if part is None and own.parts:
+                raise UnusableInput(
+                    f"{self._url}: '{item}' is {len(own.parts)} numbers; use one of them, like "
+                    f"{item}[{own.parts[0]}]"
+                )
+            other = names.setdefault((own.number, part), item)
+            if other != item:
+                raise UnusableInput(
+                    f"{self._url}: '{item}' and '{other}' are one item; use one name for it"
+                )
+        self._names = names
+        self._rates = {number: by_name[number].rate_hz for number, _ in names}
+        self._units = {number: by_name[number].unit for number, _ in names}
 
-    def _read(self, text: bytes) -> _Document:
+    def _read(self, text: bytes) -> MtDocument:
         try:
-            found = _document(text, self._rates, set(self._names))
+            found = read_streams(text, self._rates, self._wanted)
         except (ElementTree.ParseError, ValueError) as error:
             raise Away(f"{self._url}: what it says cannot be read ({error})") from None
-        values = {self._names[number]: said for number, said in found.values.items()}
-        return _Document(found.header, values)
+        called = {part_key(*own): item for own, item in self._names.items()}
+        values = {called[key]: said for key, said in found.values.items()}
+        return MtDocument(found.header, values)
+
+    @property
+    def _wanted(self) -> Wanted:
+        """What is read of each data item."""
+        found: Wanted = {}
+        for number, part in self._names:
+            found.setdefault(number, set()).add(part)
+        return found
 
     async def _parts(
-        self, client: httpx.AsyncClient, begin: int, now: _Document
+        self, client: httpx.AsyncClient, begin: int, now: MtDocument
     ) -> AsyncGenerator[bytes, None]:
         """Yield the documents of a stream."""
         most = int(now.header.get("bufferSize", OBSERVATIONS))
@@ -201,13 +201,13 @@ class MtConnect:
             "interval": round(self._source.publish_ms),
             "heartbeat": round(1000 * HEARTBEAT_S),
             "count": min(OBSERVATIONS, most),
-            "path": " | ".join(f'//DataItem[@id="{number}"]' for number in self._names),
+            "path": " | ".join(f'//DataItem[@id="{number}"]' for number in self._wanted),
         }
-        parts = _Parts()
+        parts = StreamParts()
         try:
             async with client.stream("GET", f"{self._base}/sample", params=query) as answer:
                 if answer.is_error:
-                    _refuse_forgotten(await answer.aread())
+                    refuse_forgotten(await answer.aread())
                     raise Away(f"{self._url}: answers {answer.status_code} to its sample stream")
                 async for some in answer.aiter_bytes():
                     for part in parts.feed(some):
@@ -220,7 +220,7 @@ class MtConnect:
 
 
 def _batches(
-    clock: SourceClock, document: _Document, begin: int, following: int, *, gap: bool = False
+    clock: SourceClock, document: MtDocument, begin: int, following: int, *, gap: bool = False
 ) -> list[Batch]:
     """Return the batches of a document; after the last it goes on behind it, else from before."""
     parts = clock.heard(document.values)
@@ -231,125 +231,3 @@ def _batches(
         first = number == 1
         found.append(Batch(part.values, part.upto_s, position, gap=gap and first, jump=part.jump))
     return found
-
-
-class _Parts:
-    """Takes the parts out of a multipart answer (RFC 2046) as its bytes come in."""
-
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-
-    def feed(self, some: bytes) -> list[bytes]:
-        """Take bytes; return the parts that are whole. Raises ValueError for what is no part."""
-        self._bytes += some
-        found = []
-        while (head := self._bytes.find(b"\r\n\r\n")) >= 0:
-            length = _length(bytes(self._bytes[:head]))
-            end = head + 4 + length
-            if len(self._bytes) < end:
-                break
-            found.append(bytes(self._bytes[head + 4 : end]))
-            del self._bytes[:end]
-        if len(self._bytes) > PART_BYTES:
-            raise ValueError(f"a part of its stream is over {PART_BYTES} bytes long")
-        return found
-
-
-def _length(head: bytes) -> int:
-    for line in head.split(b"\r\n"):
-        name, _, value = line.partition(b":")
-        if name.strip().lower() == b"content-length" and value.strip().isdigit():
-            return int(value)
-    raise ValueError("its sample stream has a part without Content-length")
-
-
-def _local(tag: str) -> str:
-    """Return a tag without its namespace, which differs from version to version."""
-    return tag.rpartition("}")[2]
-
-
-def _data_items(text: bytes) -> list[_DataItem]:
-    """Return the data items of a probe."""
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise Away(f"what the agent says of its devices cannot be read ({error})") from None
-    found = []
-    for one in root.iter():
-        if _local(one.tag) == "DataItem":
-            rate = one.get("sampleRate")
-            found.append(
-                _DataItem(
-                    number=one.get("id", ""),
-                    name=one.get("name", ""),
-                    category=one.get("category", ""),
-                    kind=one.get("type", ""),
-                    unit=one.get("nativeUnits") or one.get("units") or "",
-                    rate_hz=None if rate is None else float(rate),
-                )
-            )
-    return found
-
-
-def _document(text: bytes, rates: dict[str, float | None], wanted: set[str]) -> _Document:
-    """Read a document of streams; raises ValueError, ParseError for what is none, or _Forgotten."""
-    root = ElementTree.fromstring(text)
-    if _local(root.tag) == "MTConnectError":
-        if any(one.get("errorCode") == FORGOTTEN for one in root.iter()):
-            raise _Forgotten(
-                "the agent's buffer overflows faster than it is read; make the buffer larger"
-            )
-        faults = [one.text or "" for one in root.iter() if _local(one.tag) == "Error"]
-        raise ValueError("; ".join(faults) or "an error without words")
-    header = next((dict(one.attrib) for one in root.iter() if _local(one.tag) == "Header"), {})
-    observed = [
-        one
-        for one in root.iter()
-        if one.get("dataItemId") in wanted and one.get("timestamp") is not None
-    ]
-    values: Said = {}
-    for one in sorted(observed, key=lambda one: int(one.get("sequence", "0"))):
-        number = str(one.get("dataItemId"))
-        instants, said = _observed(one, rates.get(number))
-        if instants:
-            before = values.setdefault(number, ([], []))
-            before[0].extend(instants)
-            before[1].extend(said)
-    return _Document(header, values)
-
-
-def _refuse_forgotten(text: bytes) -> None:
-    """Raise where the body of a refusal says that what was asked for is forgotten."""
-    with suppress(ElementTree.ParseError, ValueError):
-        _document(text, {}, set())
-
-
-def _observed(one: ElementTree.Element, rate_hz: float | None) -> tuple[list[float], list[Value]]:
-    """Return the instants and values of an observation: one, or those of a time series."""
-    last_s = _instant(str(one.get("timestamp")))
-    text = (one.text or "").strip()
-    if text == UNAVAILABLE:
-        return [last_s], [None]
-    if one.get("sampleCount") is None:
-        return [last_s], [_value(one, text)]
-    rate = float(one.get("sampleRate", rate_hz or 0.0))
-    if rate <= 0.0:
-        raise ValueError(f"time series '{one.get('dataItemId')}' says no sampleRate")
-    series: list[Any] = [float(cell) for cell in text.split()]
-    count = len(series)
-    return [last_s - (count - 1 - k) / rate for k in range(count)], series
-
-
-def _value(one: ElementTree.Element, text: str) -> Value:
-    """Return a number where it is one, else the text; of a condition, its level."""
-    if not text:
-        return _local(one.tag)
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def _instant(stamp: str) -> float:
-    """Return seconds since 1970 of a timestamp, which may be followed by '@' and a duration."""
-    return datetime.fromisoformat(stamp.partition("@")[0]).timestamp()

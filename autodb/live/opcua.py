@@ -2,6 +2,10 @@
 
 Where the server keeps a history of the nodes (HistoryRead, OPC 10000-11) what was said while nobody
 listened is read from there; where it does not, that is a gap.
+
+The number of a namespace is the server's of today, its URI is the maker's (OPC 10000-3, 8.2.2):
+`nsu=URI;s=X.Current` is the same node whatever order they are registered in. Of `ns=2;s=X.Current`
+the URI is kept with the position, and another one behind the same number is refused.
 """
 
 import asyncio
@@ -9,8 +13,10 @@ import contextlib
 import logging
 import math
 import os
+import re
 from collections.abc import AsyncGenerator
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from asyncua import ua
@@ -25,7 +31,7 @@ from asyncua.common.subscription import (
 from asyncua.ua.status_codes import StatusCodes
 from asyncua.ua.uaerrors import UaError, UaStringParsingError
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, near
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch, Position, Said, Value
 from autodb.live.source import Away, HeardValues, Offered, SourceClock, unknown_item
@@ -58,7 +64,8 @@ class OpcUa:
         async with _Session(self._source) as client:
             found: list[Offered] = []
             try:
-                await _browse(client.nodes.objects, "", found, set(), DEEP)
+                spaces = await client.get_namespace_array()
+                await _browse(client.nodes.objects, "", found, set(), spaces=spaces, deep=DEEP)
             except (UaError, OSError, TimeoutError) as error:
                 raise _away(self._url, error) from None
             return found
@@ -67,10 +74,12 @@ class OpcUa:
         """Yield what the server says, from behind ``after`` where it keeps a history."""
         async with _Session(self._source) as client:
             try:
-                nodes = await self._nodes(client)
+                spaces = await client.get_namespace_array()
+                self._refuse_moved(spaces, after)
+                nodes = await self._nodes(client, spaces)
                 listening = await self._listen(client, nodes)
                 try:
-                    stream = _Stream(nodes, self._channels, after)
+                    stream = _Stream(nodes, self._channels, after, self._numbered(spaces))
                     if after is not None:
                         for batch in await stream.caught_up():
                             yield batch
@@ -82,20 +91,63 @@ class OpcUa:
             except (UaError, OSError, TimeoutError) as error:
                 raise _away(self._url, error) from None
 
-    async def _nodes(self, client: Client) -> dict[str, Node]:
+    async def units(self) -> dict[str, str]:
+        """Return the engineering units (OPC 10000-8, 5.6.3) of nodes that say them."""
+        found = {}
+        async with _Session(self._source) as client:
+            try:
+                nodes = await self._nodes(client, await client.get_namespace_array())
+                for item, node in nodes.items():
+                    with contextlib.suppress(UaError):
+                        said = await (await node.get_child("0:EngineeringUnits")).read_value()
+                        found[item] = str(said.DisplayName.Text or "")
+            except (UaError, OSError, TimeoutError) as error:
+                raise _away(self._url, error) from None
+        return {item: unit for item, unit in found.items() if unit}
+
+    def _numbered(self, spaces: list[str]) -> dict[str, str]:
+        """Return the URI of each namespace that items name by its number."""
+        numbers = (NUMBERED.match(item) for item in self._items)
+        named = {int(found["number"]) for found in numbers if found is not None}
+        return {str(k): spaces[k] for k in sorted(named) if 0 < k < len(spaces)}
+
+    def _refuse_moved(self, spaces: list[str], after: Position | None) -> None:
+        """Raise UnusableInput where a number means another namespace than when it was read last."""
+        before = {} if after is None else after.get("namespaces", {})
+        for number, uri in self._numbered(spaces).items():
+            was = before.get(number, uri)
+            if was != uri:
+                raise UnusableInput(
+                    f"{self._url}: namespace {number} was {was} and is {uri} now; name "
+                    f"the items by it, like nsu={was};s=X.Current, and move the journal away"
+                )
+
+    async def _nodes(self, client: Client, spaces: list[str]) -> dict[str, Node]:
         """Return the nodes by item; raises UnusableInput for one that is not there."""
         found = {}
         for item in self._items:
             try:
-                found[item] = client.get_node(item)
+                found[item] = client.get_node(self._numbered_id(item, spaces))
             except (UaStringParsingError, ValueError):
                 raise UnusableInput(
-                    f"{self._url}: '{item}' is not a node id; use one like ns=2;s=X.Current"
+                    f"{self._url}: '{item}' is not a node id; use one like nsu=URI;s=X.Current"
                 ) from None
             value = await found[item].read_data_value(raise_on_bad_status=False)
             if value.StatusCode is not None and value.StatusCode.value in UNKNOWN:
                 raise unknown_item(self._url, item, [one.item for one in await self.offered()])
         return found
+
+    def _numbered_id(self, item: str, spaces: list[str]) -> str:
+        """Return an id with the number that the server has for its namespace's URI."""
+        found = BY_URI.match(item)
+        if found is None:
+            return item
+        if found["uri"] not in spaces:
+            raise UnusableInput(
+                f"{self._url}: has no namespace {found['uri']}{near(found['uri'], spaces)}; is it "
+                "another machine?"
+            )
+        return f"ns={spaces.index(found['uri'])};{found['id']}"
 
     async def _listen(self, client: Client, nodes: dict[str, Node]) -> "_Listening":
         subscription = await client.create_subscription(
@@ -112,6 +164,8 @@ class OpcUa:
         return _Listening(self._url, client, subscription)
 
 
+NUMBERED = re.compile(r"ns=(?P<number>\d+);")
+BY_URI = re.compile(r"nsu=(?P<uri>.+?);(?P<id>[isgb]=.*)", re.DOTALL)
 UNKNOWN = (StatusCodes.BadNodeIdUnknown, StatusCodes.BadNodeIdInvalid)
 
 
@@ -130,6 +184,7 @@ class _Session:
             if source.password_env is not None:
                 client.set_password(_password(source.password_env))
             if source.security is not None:
+                client.application_uri = application_uri(source.security, url=source.url)
                 await client.set_security_string(source.security)
             await client.connect()
         except (UaError, OSError, TimeoutError, ValueError) as error:
@@ -139,6 +194,36 @@ class _Session:
     async def __aexit__(self, *_: object) -> None:
         with contextlib.suppress(UaError, OSError, TimeoutError):  # it is gone already
             await asyncio.wait_for(self._client.disconnect(), TIMEOUT_S)
+
+
+def application_uri(security: str, *, url: str) -> str:
+    """Return what the certificate of a security text calls its application (OPC 10000-6, 6.2.2).
+
+    A server may refuse a client that calls itself otherwise. Raises UnusableInput for a text that
+    is none, or names a file that is not there or no certificate.
+    """
+    from cryptography import x509
+
+    cells = security.split(",")
+    if len(cells) not in (4, 5):
+        raise UnusableInput(
+            f"{url}: security = '{security}' is not POLICY,MODE,CERTIFICATE,KEY, like "
+            "Basic256Sha256,SignAndEncrypt,cert.pem,key.pem"
+        )
+    for name in cells[2:]:
+        if not Path(name).is_file():
+            raise UnusableInput(f"{url}: security: no file {name}")
+    content = Path(cells[2]).read_bytes()
+    pem = content.lstrip().startswith(b"-----")
+    try:
+        read = x509.load_pem_x509_certificate if pem else x509.load_der_x509_certificate
+        names = read(content).extensions.get_extension_for_class(x509.SubjectAlternativeName)
+        uris = names.value.get_values_for_type(x509.UniformResourceIdentifier)
+    except (ValueError, x509.ExtensionNotFound) as error:
+        raise UnusableInput(f"{url}: security: {cells[2]} is no certificate ({error})") from None
+    if not uris:
+        raise UnusableInput(f"{url}: security: {cells[2]} names no application (URI)")
+    return uris[0]
 
 
 def _password(variable: str) -> str:
@@ -190,8 +275,14 @@ class _Listening:
 class _Stream:
     """Puts what is said in turn, item by item, and knows how far each has come."""
 
-    def __init__(self, nodes: dict[str, Node], channels: list[str], after: Position | None) -> None:
-        self._nodes = nodes
+    def __init__(
+        self,
+        nodes: dict[str, Node],
+        channels: list[str],
+        after: Position | None,
+        namespaces: dict[str, str],
+    ) -> None:
+        self._nodes, self._namespaces = nodes, namespaces
         self._items = {node.nodeid: item for item, node in nodes.items()}
         self._last: dict[str, float] = dict(after["last"]) if after is not None else {}
         sampled = [self._last[item] for item in channels if item in self._last]
@@ -248,7 +339,7 @@ class _Stream:
         return new
 
     def _position(self) -> Position:
-        return {"last": dict(self._last)}
+        return {"last": dict(self._last), "namespaces": self._namespaces}
 
 
 async def _history(node: Node, last_s: float) -> tuple[list[float], list[Value]] | None:
@@ -290,7 +381,13 @@ def _value(said: ua.DataValue) -> Value:
 
 
 async def _browse(
-    node: Node, above: str, found: list[Offered], seen: set[ua.NodeId], deep: int
+    node: Node,
+    above: str,
+    found: list[Offered],
+    seen: set[ua.NodeId],
+    *,
+    spaces: list[str],
+    deep: int,
 ) -> None:
     """Collect the variables below a node that are no part of OPC UA itself."""
     for child in await node.get_children():
@@ -303,9 +400,17 @@ async def _browse(
         if kind == ua.NodeClass.Variable and child.nodeid.NamespaceIndex > 0:
             said = await child.read_data_value(raise_on_bad_status=False)
             type_name = said.Value.VariantType.name if said.Value is not None else ""
-            found.append(Offered(child.nodeid.to_string(), called, type_name, "", _value(said)))
+            item = _by_uri(child.nodeid, spaces)
+            found.append(Offered(item, called, type_name, "", _value(said)))
         if child.nodeid.NamespaceIndex > 0:
-            await _browse(child, called, found, seen, deep - 1)
+            await _browse(child, called, found, seen, spaces=spaces, deep=deep - 1)
+
+
+def _by_uri(node: ua.NodeId, spaces: list[str]) -> str:
+    """Return a node's id with its namespace's URI."""
+    number, _, name = node.to_string().partition(";")
+    space = int(number.removeprefix("ns="))
+    return f"nsu={spaces[space]};{name}" if space < len(spaces) else node.to_string()
 
 
 def _away(url: str, error: Exception) -> Away:

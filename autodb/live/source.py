@@ -16,6 +16,9 @@ STRAGGLE_S = 5.0
 """For how long after a clock was set values by the old one are passed over. Chosen."""
 JUMP_S = 10.0
 """From how far apart channels count as said by a clock that was set. Chosen: as QUIET_S."""
+BACK_S = 0.5
+"""The same of one channel that goes back behind what it said itself: what one item says comes in
+its order, and the stamps of one device jitter by less. Chosen."""
 
 
 class Away(UnusableInput):
@@ -48,6 +51,9 @@ class LiveSource(Protocol):
     async def offered(self) -> list[Offered]:
         """Return what the machine offers; raises Away."""
 
+    async def units(self) -> dict[str, str]:
+        """Return the units in which items are sent, where the machine says them; raises Away."""
+
 
 @dataclass(frozen=True)
 class HeardValues:
@@ -69,22 +75,31 @@ class SourceClock:
         self.upto_s, self._moved = upto_s, time.monotonic()
         self._was: tuple[float, float, float] | None = None
         self._sampled_at: float | None = None
+        self._newest: dict[str, float] = {}
 
     def heard(self, values: Said) -> list[HeardValues]:
         """Return what was said, in parts between which the machine's clock was set."""
         parts: list[HeardValues] = []
         jump = False
-        if self._was is not None and time.monotonic() - self._was[2] < STRAGGLE_S:
-            _, values = _parted(values, *self._was[:2])
+        if self._was is not None and self._straggles(*self._was):
+            _, values = self._parted(values, *self._was[:2])
         while (found := self._set(values)) is not None:
-            before, values = _parted(values, *found)
+            before, values = self._parted(values, *found)
             if before:
                 parts.append(self._part(before, jump=jump))
             self._sampled_s, jump = found[1], True
+            self._newest = {}
             self._was = (*found, time.monotonic())
         return [*parts, self._part(values, jump=jump)]
 
+    @staticmethod
+    def _straggles(old: float, new: float, when: float) -> bool:
+        """Say whether the clock was set just now, by so much that its old values are known."""
+        return abs(old - new) > JUMP_S and time.monotonic() - when < STRAGGLE_S
+
     def _part(self, values: Said, *, jump: bool) -> HeardValues:
+        for item, (said, _) in values.items():
+            self._newest[item] = max(*said, self._newest.get(item, -math.inf))
         sampled = [said[-1] for item, (said, _) in values.items() if item in self._channels]
         if sampled:
             self._sampled_s = max(self._sampled_s, *sampled)
@@ -103,32 +118,52 @@ class SourceClock:
         """Return the instants between which the clock was set: the last before, the first after.
 
         By the channel that said most; ahead, where it is by more than the time that passed here,
-        and no other said anything in between.
+        and no other said anything in between; back, where it is far behind all, or clearly behind
+        what it said itself.
         """
         sampled = [said for item, (said, _) in values.items() if item in self._channels]
         last = self._sampled_s
         quiet_s = math.inf if self._sampled_at is None else time.monotonic() - self._sampled_at
-        for instant in max(sampled, key=len, default=[]):
+        most = max(
+            (item for item in values if item in self._channels),
+            key=lambda item: len(values[item][0]),
+            default="",
+        )
+        own = self._newest.get(most, -math.inf)
+        for instant in values[most][0] if most else []:
             between = (last < other < instant for said in sampled for other in said)
             ahead = instant > last + quiet_s + JUMP_S and not any(between)
             if ahead or instant < last - JUMP_S:
                 return (last, instant) if math.isfinite(last) else None
-            last = instant
+            if instant < own - BACK_S:
+                return own, instant
+            last, own = instant, max(own, instant)
         return None
 
+    def _parted(self, values: Said, old: float, new: float) -> tuple[Said, Said]:
+        """Return what was said by the clock that was at ``old``, and by it set to ``new``."""
+        before: Said = {}
+        after: Said = {}
+        for item, (instants, said) in values.items():
+            if abs(old - new) > JUMP_S:
+                set_at = (k for k, at in enumerate(instants) if abs(at - new) < abs(at - old))
+                place = next(set_at, len(instants))
+            else:
+                place = _goes_back(instants, self._newest.get(item, -math.inf))
+            if place:
+                before[item] = (instants[:place], said[:place])
+            if place < len(instants):
+                after[item] = (instants[place:], said[place:])
+        return before, after
 
-def _parted(values: Said, old: float, new: float) -> tuple[Said, Said]:
-    """Return what was said by the clock that was at ``old``, and by it set to ``new``."""
-    before: Said = {}
-    after: Said = {}
-    for item, (instants, said) in values.items():
-        nearer = (k for k, at in enumerate(instants) if abs(at - new) < abs(at - old))
-        place = next(nearer, len(instants))
-        if place:
-            before[item] = (instants[:place], said[:place])
-        if place < len(instants):
-            after[item] = (instants[place:], said[place:])
-    return before, after
+
+def _goes_back(instants: list[float], newest: float) -> int:
+    """Return where an item goes back behind what it said itself; how many there are: nowhere."""
+    for place, instant in enumerate(instants):
+        if instant < newest - BACK_S:
+            return place
+        newest = max(newest, instant)
+    return len(instants)
 
 
 def unknown_item(url: str, item: str, known: Iterable[str]) -> UnusableInput:

@@ -19,7 +19,7 @@ from tests.helpers.running_machine import (
 from tests.helpers.shifts import LATHE, MILL, MILL_SPEED, SPEED, all_in, free_port, rows_recorded
 
 
-@pytest.mark.parametrize("off_s", [-3600.0, 86400.0])
+@pytest.mark.parametrize("off_s", [-3600.0, -4.0, 86400.0])
 def test_a_machine_whose_clock_is_set_cuts_on(cli: Cli, off_s: float) -> None:
     """In a pause: every cut is whole, and what it stated before holds."""
     del cli
@@ -78,6 +78,12 @@ def test_a_clock_that_is_set_is_told_from_one_that_goes_on() -> None:
     assert _heard({"i": [100.0]}, caught_up)[1] == [(caught_up, False)]
     assert _heard({"i": [100.0]}, {"e": [10.0]})[1] == [({"e": [10.0]}, False)]
     assert _heard({"i": [100.0]})[0] == [({"i": [100.0]}, False)]
+    three_back = {"i": [100.5, 98.0, 98.5], "p": [100.4, 97.9], "e": [98.2]}
+    assert _heard({"i": [100.0], "p": [99.0]}, three_back)[1] == [
+        ({"i": [100.5], "p": [100.4], "e": [98.2]}, False), ({"i": [98.0, 98.5], "p": [97.9]}, True)
+    ]  # fmt: skip
+    went_on = {"i": [99.0, 100.9], "p": [99.9]}
+    assert _heard({"i": [100.0], "p": [99.0]}, three_back, went_on)[2] == [(went_on, False)]
     after_a_restart = SourceClock(["i"], 50.0)
     (morning,) = after_a_restart.heard({"i": ([30_000.0], [1.0])})
     assert not morning.jump

@@ -11,10 +11,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.live import mtconnect
 from autodb.live.agentfile import read_agentfile
 from autodb.live.batch import Batch
 from autodb.live.mtconnect import MtConnect
+from autodb.live.mtconnect_documents import StreamParts, Wanted, read_streams
 from autodb.live.source import Away
 from autodb.proofs.machines.served.mtconnect import MtConnectServer
 from tests.helpers.running_machine import (
@@ -87,7 +87,7 @@ def _part(body: str) -> bytes:
 def test_parts_come_out_whole_however_they_come_in() -> None:
     stream = _part("<a>\r\n\r\n</a>") + _part("") + _part("<b/>")
     for step in (1, 2, 7, len(stream)):
-        parts = mtconnect._Parts()
+        parts = StreamParts()
         found = [
             part
             for begin in range(0, len(stream), step)
@@ -95,7 +95,7 @@ def test_parts_come_out_whole_however_they_come_in() -> None:
         ]
         assert found == [b"<a>\r\n\r\n</a>", b"", b"<b/>"]
     with pytest.raises(ValueError, match="without Content-length"):
-        mtconnect._Parts().feed(b"--b\r\nContent-type: text/xml\r\n\r\n")
+        StreamParts().feed(b"--b\r\nContent-type: text/xml\r\n\r\n")
 
 
 def test_a_time_series_ends_at_its_timestamp() -> None:
@@ -110,7 +110,7 @@ def test_a_time_series_ends_at_its_timestamp() -> None:
     <Warning dataItemId="d" sequence="8" timestamp="2026-01-01T00:00:01Z"/>
     <Position dataItemId="e" sequence="8" timestamp="2026-01-01T00:00:01Z">1</Position>
     </Samples></Streams></MTConnectStreams>"""
-    found = mtconnect._document(text.encode(), {"a": 100.0}, {"a", "b", "c", "d"})
+    found = read_streams(text.encode(), {"a": 100.0}, {name: {None} for name in "abcd"})
     start = 1767225600.0
     assert_allclose(found.values["a"][0], start + 1.123456 - np.array([0.02, 0.01, 0.0]))
     assert found.values["a"][1] == [1.0, 2.5, -300.0]
@@ -120,11 +120,101 @@ def test_a_time_series_ends_at_its_timestamp() -> None:
     assert set(found.values) == {"a", "b", "c", "d"}
     assert found.following == 9
     with pytest.raises(ValueError, match="no sampleRate"):
-        mtconnect._document(text.encode(), {}, {"a"})
+        read_streams(text.encode(), {}, {"a": {None}})
     with pytest.raises(ValueError, match="too far back"):
-        mtconnect._document(
-            b"<MTConnectError><Error>too far back</Error></MTConnectError>", {}, set()
-        )
+        read_streams(b"<MTConnectError><Error>too far back</Error></MTConnectError>", {}, {})
+
+
+def test_bare_line_feeds_part_a_stream_too() -> None:
+    bodies = ("<a>\n\n\n</a>", "<b/>")
+    stream = "".join(
+        f"--b\nContent-type: text/xml\nContent-length: {len(body)}\n\n{body}\n" for body in bodies
+    ).encode()
+    for step in (1, 3, len(stream)):
+        parts = StreamParts()
+        pieces = [stream[begin : begin + step] for begin in range(0, len(stream), step)]
+        found = [part for piece in pieces for part in parts.feed(piece)]
+        assert found == [body.encode() for body in bodies]
+
+
+IN_SPACE = """<MTConnectStreams><Header instanceId="7" nextSequence="9" firstSequence="1"/>
+<PathPosition dataItemId="p" sequence="4" timestamp="2026-01-01T00:00:01Z">1.5 -2 3e1</PathPosition>
+<VariableDataSet dataItemId="v" sequence="5" timestamp="2026-01-01T00:00:02Z" count="2">
+  <Entry key="R10">2.5</Entry><Entry key="NAME">C45</Entry></VariableDataSet>
+<VariableDataSet dataItemId="v" sequence="6" timestamp="2026-01-01T00:00:03Z" count="1">
+  <Entry key="R10" removed="true"/></VariableDataSet>
+<PathPosition dataItemId="p" sequence="7"
+  timestamp="2026-01-01T00:00:04Z">UNAVAILABLE</PathPosition>
+</MTConnectStreams>"""
+
+
+def test_parts_of_positions_and_of_sets_of_data_are_items() -> None:
+    """MTConnect: three numbers in space; a set says only the entries that changed."""
+    wanted: Wanted = {"p": {"x", "z"}, "v": {"R10", "NAME"}}
+    found = read_streams(IN_SPACE.encode(), {}, wanted).values
+    assert {key: said[1] for key, said in found.items()} == {
+        "p[x]": [1.5, None], "p[z]": [30.0, None], "v[R10]": [2.5, None], "v[NAME]": ["C45"],
+    }  # fmt: skip
+
+
+def _answering(
+    monkeypatch: pytest.MonkeyPatch, items: list[str], answers: dict[str, str]
+) -> MtConnect:
+    """Return a source of items whose agent says these texts; the sample stream ends."""
+    path = write_agentfile(MtConnectServer(LATHE), LATHE, protocol="mtconnect")
+    source = MtConnect(read_agentfile(path))
+    source._items = source._channels = items
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        if request.url.path == "/sample":
+            return httpx.Response(200, content=b"")
+        return httpx.Response(200, text=answers[request.url.path])
+
+    transport = httpx.MockTransport(answer)
+    monkeypatch.setattr(source, "_client", lambda: httpx.AsyncClient(transport=transport))
+    monkeypatch.setattr(source, "_base", "http://agent")
+    return source
+
+
+PROBE = """<a><DataItem id="p" name="Ppos" category="SAMPLE" type="PATH_POSITION"
+  units="MILLIMETER_3D" nativeUnits="INCH_3D"/>
+<DataItem id="v" category="EVENT" type="VARIABLE" representation="DATA_SET"/></a>"""
+
+
+@pytest.mark.usefixtures("cli")
+def test_what_is_offered_has_the_unit_it_is_sent_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = _answering(monkeypatch, ["Ppos[x]", "v[R10]"], {"/probe": PROBE, "/current": IN_SPACE})
+    offered = asyncio.run(source.offered())
+    assert [(one.item, one.unit) for one in offered] == [
+        ("p[x]", "MILLIMETER"), ("p[y]", "MILLIMETER"), ("p[z]", "MILLIMETER"), ("v[R10]", ""),
+        ("v[NAME]", ""),
+    ]  # fmt: skip
+    assert asyncio.run(source.units()) == {"Ppos[x]": "MILLIMETER"}
+    source._items = ["Ppos"]
+    with pytest.raises(
+        UnusableInput, match=r"'Ppos' is 3 numbers; use one of them, like Ppos\[x\]"
+    ):
+        asyncio.run(source.units())
+
+
+@pytest.mark.usefixtures("cli")
+def test_an_agent_that_starts_anew_under_its_old_number_is_read_from_its_beginning(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its numbers are lower than those we have: it was asked for number 900 for ever."""
+    answers = {"/probe": '<a><DataItem id="load"/></a>', "/current": _streams(1, 5, 2.0)}
+    source = _answering(monkeypatch, ["load"], answers)
+    found: list[Batch] = []
+
+    async def read() -> None:
+        after = {"instance": "7", "next": 900, "upto_s": 1.0}
+        async with aclosing(source.batches(after)) as batches:
+            async for one in batches:
+                found.append(one)  # noqa: PERF401 - the stream ends by an error
+
+    with pytest.raises(Away, match="ended its stream"):
+        asyncio.run(read())
+    assert [(one.gap, one.position["next"]) for one in found] == [(True, 1)]
 
 
 @pytest.mark.usefixtures("lathe")

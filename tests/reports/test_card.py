@@ -104,8 +104,9 @@ def _is_stated(row: models.CalibrationVersion, said: str) -> None:
     for near in row.domain["rivals"]:
         assert f"(weight {100.0 * near['weight']:.0f} %)" in said
     for name, error in (row.trials or {}).items():
-        stated = figures.quantity(error, row.unit).replace("\xa0", " ")
-        assert f"{name} {stated}" in said
+        held = error is not None
+        stated = figures.quantity(error, row.unit) if held else "not determined by these cuts"
+        assert f"{name} {stated}".replace("\xa0", " ") in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)
     for sentence in outlier_sentences([Outlier(**one) for one in row.outliers or ()]):

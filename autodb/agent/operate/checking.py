@@ -5,7 +5,10 @@ import contextlib
 from contextlib import aclosing
 from dataclasses import dataclass
 
-from autodb.live.agentfile import AgentFile
+from autodb.errors import UnusableInput
+from autodb.files.channels import unit_of
+from autodb.files.units import conversion, is_any_unit
+from autodb.live.agentfile import AgentFile, ChannelItem
 from autodb.live.batch import Value
 from autodb.live.opening import source_of
 from autodb.live.source import Offered
@@ -25,11 +28,15 @@ class ItemSaid:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a machine offers; what the items of a file say; whether it cuts by what they say."""
+    """What a machine offers; what the items of a file say; whether it cuts by what they say.
+
+    ``never``: sentences on items that cannot become the channels that they are for.
+    """
 
     offered: list[Offered]
     items: list[ItemSaid]
     cuts: bool
+    never: tuple[str, ...] = ()
 
     @property
     def unknown(self) -> list[str]:
@@ -46,11 +53,13 @@ def check_machine(plan: AgentFile, *, listing: bool) -> Checked:
 
 
 async def _asked(plan: AgentFile, *, listing: bool) -> Checked:
+    source = source_of(plan)
     if listing:
-        return Checked(await source_of(plan).offered(), [], cuts=False)
+        return Checked(await source.offered(), [], cuts=False)
+    units = await source.units()
     said: dict[str, Value] = {}
     with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(WAIT_S), aclosing(source_of(plan).batches(None)) as batches:
+        async with asyncio.timeout(WAIT_S), aclosing(source.batches(None)) as batches:
             async for batch in batches:
                 said |= {item: values[-1] for item, (_, values) in batch.values.items()}
                 if all(said.get(item) is not None for item in plan.items()):
@@ -66,7 +75,46 @@ async def _asked(plan: AgentFile, *, listing: bool) -> Checked:
         for key, one in plan.said().items()
     ]
     cuts = all(one.holds(said.get(one.item)) for one in plan.cut.while_)
-    return Checked([], rows, cuts)
+    return Checked([], rows, cuts, _never(plan, said, units))
+
+
+def _never(plan: AgentFile, said: dict[str, Value], units: dict[str, str]) -> tuple[str, ...]:
+    """Return why items cannot become their channels: a text, or a unit that is not the stated."""
+    found = []
+    for name, one in plan.channels.items():
+        value = said.get(one.item)
+        if isinstance(value, str):
+            found.append(f"{one.item} says '{value}', which is no number; it cannot be {name}")
+        elif one.item in units:
+            wrong = _wrong_unit(name, one, units[one.item])
+            found += [] if wrong is None else [wrong]
+    return tuple(found)
+
+
+def _wrong_unit(name: str, one: ChannelItem, sent: str) -> str | None:
+    """Say where an item is sent in another unit than its channel is read in.
+
+    Of a `scale` the file says itself what it makes; a unit that is none of ours says nothing.
+    """
+    ours, unit = unit_of(name), _ours(sent)
+    if ours is None or one.scale != 1.0 or one.kind == "percent" or not is_any_unit(unit):
+        return None
+    stated = one.unit or ours
+    try:
+        found = conversion(unit, to=ours, where=one.item)
+    except UnusableInput:
+        return f"{one.item} is sent in {sent}, which is no unit of {name}"
+    if found == conversion(stated, to=ours, where=one.item):
+        return None
+    remedy = "leave out its unit" if found == (1.0, 0.0) else f'state unit = "{unit}"'
+    return f"{one.item} is sent in {sent}, and {name} is read in {stated}; {remedy}"
+
+
+def _ours(sent: str) -> str:
+    """Return a unit as MTConnect names it (part 2, units) in the words that side files have."""
+    words = {"newton_meter": "N*m", "celsius": "degC", "revolution/minute": "rev/min"}
+    lower = sent.lower()
+    return words.get(lower, lower if sent.isupper() and len(sent) > 3 else sent)
 
 
 def text_of(value: Value) -> str:

@@ -75,6 +75,9 @@ def _check(found: "Checked") -> None:
         printed.add_row(row.item, row.role, row.said)
     show(printed)
     say("it cuts now" if found.cuts else "it does not cut now")
+    for sentence in found.never:
+        say(sentence)
     if found.unknown:
         say(f"{len(found.unknown)} of {len(found.items)} say nothing: {', '.join(found.unknown)}")
+    if found.unknown or found.never:
         raise typer.Exit(1)

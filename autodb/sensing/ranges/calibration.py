@@ -126,9 +126,11 @@ class Calibration:
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
         taken = self.form.label
-        rest = [f"{error:.3g} {name}" for name, error in self.trials.items() if name != taken]
+        held = {name: error for name, error in self.trials.items() if np.isfinite(error)}
+        rest = [f"{error:.3g} {name}" for name, error in held.items() if name != taken]
         first = f"{self.trials[taken]:.3g} {self.unit} {taken}" if taken in self.trials else taken
-        return f"{first} (taken)" + "".join(f", {one}" for one in rest)
+        others = [f"not determined: {name}" for name in self.trials if name not in held]
+        return f"{first} (taken)" + "".join(f", {one}" for one in (*rest, *others))
 
     @property
     def offered(self) -> bool:

@@ -16,16 +16,17 @@ from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.outliers import transients
 from autodb.sensing.ranges.sensed_force import sense
 
-RNG = np.random.default_rng(4)
+SEED = 4
 N = 60
 
 
 def _table(**extra: NDArray[np.float64]) -> CutTable:
     """Return cuts whose Z range rises by F/200 A over air, and whose X stands still in turning."""
-    feed = RNG.choice([0.1, 0.2, 0.3, 0.4], N)
-    depth = RNG.choice([1.0, 1.5, 2.0], N)
+    rng = np.random.default_rng(SEED)
+    feed = rng.choice([0.1, 0.2, 0.3, 0.4], N)
+    depth = rng.choice([1.0, 1.5, 2.0], N)
     force = 1200.0 * feed * depth + 100.0 * depth
-    noise = RNG.normal(0, 0.05, N)
+    noise = rng.normal(0, 0.05, N)
     channels = {
         "cut": np.arange(N, dtype=float),
         "spindle.speed": np.full(N, 1000.0),
@@ -35,7 +36,7 @@ def _table(**extra: NDArray[np.float64]) -> CutTable:
         "force.x": 0.4 * force,
         "z.current.range": 3.0 + force / 200.0 + noise,
         "z.current.air": np.full(N, 3.0),
-        "x.current.range": RNG.normal(0.9, 0.01, N),
+        "x.current.range": rng.normal(0.9, 0.01, N),
         "x.current.air": np.full(N, 0.9),
     }
     return CutTable(
@@ -66,7 +67,7 @@ def test_a_passive_axis_is_not_calibrated_and_not_sensed() -> None:
 
 def test_spindle_is_calibrated_in_torque_where_the_arm_is_known() -> None:
     table = _table()
-    diameter = RNG.uniform(30, 80, N)
+    diameter = np.random.default_rng(5).uniform(30, 80, N)
     force_y = 2.0 * table["force.z"]
     torque = force_y * (0.5 * diameter + 0.5 * table["cutting.depth"]) / 1000.0
     extra = {"work.diameter": diameter, "force.y": force_y, "spindle.current.range": torque / 3.0}
