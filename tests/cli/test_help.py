@@ -151,6 +151,17 @@ def test_ctrl_c_stops_what_goes_on_without_alarm(cli: Cli, monkeypatch: pytest.M
     assert (stopped.code, stopped.err) == (130, "autodb: stopped\n")
 
 
+def test_ctrl_c_stops_an_agent_without_alarm(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("autodb.live.agentfile.read_agentfile", lambda _: None)
+    monkeypatch.setattr("autodb.agent.operate.running.Agent.__init__", lambda *_, **__: None)
+    monkeypatch.setattr("autodb.agent.operate.running.Agent.run", pressed)
+    stopped = cli("agent", "agent.toml")
+    assert (stopped.code, stopped.err) == (130, "")
+
+
 def test_the_shell_completes_commands_and_options() -> None:
     asked = {"lookup --dep": "--depth", "pre": "predict\npredictions"}
     for words, completed in asked.items():
