@@ -192,5 +192,7 @@ def test_a_choice_near_its_margin_is_said(better: float, said: list[CurrentForm]
     gain = (gain - gain.mean()) / gain.std(ddof=1) + 0.1 * better  # of the mean: so many errors
     plain = TriedForm(LINE, np.full(100, 10.0))
     richer = TriedForm(LINE_OF_SPEED, np.sqrt(100.0 - gain))
-    assert best([plain, richer], groups).form is (LINE_OF_SPEED if better > LINE_OF_SPEED.margin else LINE)
+    assert best([plain, richer], groups).form is (
+        LINE_OF_SPEED if better > LINE_OF_SPEED.margin else LINE
+    )
     assert close([plain, richer], groups) == said
