@@ -1,55 +1,30 @@
 """The command `autodb`: thin faces over the agent; heavy libraries load when a command runs."""
 
+import gc
 import io
 import signal
 import sys
 from collections import UserDict
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from types import FrameType
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from autodb import __version__
+from autodb.cli._common import Stopped
+from autodb.cli._examples import examples_of
+from autodb.cli._listed import COMMANDS, GROUP_OF
 from autodb.files.excuses import excuse
 
 INTERRUPTED = 130
-
-COMMANDS = {
-    "init": "setup.database:init",
-    "machine": "setup.database:machine",
-    "look": "learn.looking:look_command",
-    "import": "learn.import_and_calibrate:import_",
-    "calibrate": "learn.import_and_calibrate:calibrate_command",
-    "standard": "setup.standard:standard",
-    "sweep": "setup.sweeping:sweep",
-    "identify": "learn.identifying:identify_command",
-    "scale": "learn.scaling:scale",
-    "reconstruct": "learn.reconstructing:reconstruct_command",
-    "inspect": "learn.inspecting:inspect_command",
-    "sensors": "learn.inspecting:sensors_command",
-    "refresh": "learn.refreshing:refresh_command",
-    "schedule": "setup.scheduling:schedule",
-    "agent": "learn.running:agent",
-    "fleet": "maintain.fleet:fleet",
-    "serve": "setup.serving:serve",
-    "token": "setup.serving:token",
-    "predict": "plan.predict_and_trace:predict_command",
-    "lookup": "plan.looking_up:lookup",
-    "plan": "plan.planning:plan_command",
-    "predictions": "plan.scoring:predictions",
-    "explain": "understand.explaining:explain_command",
-    "mismatch": "understand.deciding:mismatch",
-    "trace": "plan.predict_and_trace:trace_command",
-    "withdraw": "maintain.keeping:withdraw_command",
-    "doctor": "maintain.keeping:doctor",
-    "backup": "maintain.keeping:backup_command",
-    "restore": "maintain.keeping:restore_command",
-    "export": "maintain.keeping:export_command",
-    "demo": "plan.predict_and_trace:demo",
-    "prove": "develop.proving:prove",
-}
-"""Where each command is, by name, in the order of the help: module and name in it."""
+YOUNG = 20_000
+"""New objects after which garbage is searched for. Chosen: what a command imports is no garbage,
+and the 700 of Python search it a thousand times, an eighth of a look-up's time."""
+DEFAULT = "\\[default:"
+"""How a help text says its default to rich, for which brackets are markup."""
 
 
 class Commands(UserDict[str, Any]):
@@ -61,11 +36,36 @@ class Commands(UserDict[str, Any]):
 
 def commands() -> Any:
     """Return all commands as one."""
-    from typer.core import TyperGroup
+    from typer.main import get_command
 
-    what = "A CNC machine's own machining database: currents to forces, parameters, predictions."
-    every: Any = Commands(COMMANDS)
-    return TyperGroup(name="autodb", commands=every, help=what, no_args_is_help=True)
+    program = typer.Typer(name="autodb", add_completion=True, invoke_without_command=True)
+    program.callback(invoke_without_command=True)(_alone)
+    group: Any = get_command(program)
+    group.commands = Commands(COMMANDS)
+    return group
+
+
+def _say_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"autodb {__version__}")
+        raise typer.Exit
+
+
+def _alone(
+    context: typer.Context,
+    _version: Annotated[
+        bool,
+        typer.Option("--version", is_eager=True, callback=_say_version, help="Print the version."),
+    ] = False,
+) -> None:
+    """A CNC machine's own machining database: currents to forces, parameters, predictions.
+
+    Without a command it says what to do next in this folder.
+    """
+    if context.invoked_subcommand is None:
+        from autodb.cli.start.next_steps import say_next
+
+        say_next()
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -79,6 +79,8 @@ def run(arguments: list[str] | None = None) -> int:
         if show is not None:
             show()
         return int(getattr(error, "exit_code", 2))
+    except Stopped:
+        return INTERRUPTED
     except (typer.Abort, KeyboardInterrupt):
         return _interrupted()
     except Exception as error:
@@ -103,9 +105,28 @@ def _command(name: str, place: str) -> Any:
         alone = typer.Typer(add_completion=False)
         alone.command(name)(found)
         found = alone
-    command = get_command(found)
-    command.name = name
+    command: Any = get_command(found)
+    command.name, command.rich_help_panel = name, GROUP_OF[name]
+    for path, one in _with_those_below(name, command):
+        one.epilog = examples_of(path)
+        for parameter in one.params:
+            parameter.help = as_written(parameter.help)
     return command
+
+
+def as_written(text: str | None) -> str | None:
+    """Return a help text that rich prints as it is, with the default in its brackets."""
+    return text and text.replace("[default:", DEFAULT)
+
+
+def _with_those_below(path: str, command: Any) -> Iterator[tuple[str, Any]]:
+    """Yield a command, or those that it groups, with its name after the program's."""
+    below = getattr(command, "commands", None)
+    if below is None:
+        yield path, command
+    else:
+        for name, one in below.items():
+            yield from _with_those_below(f"{path} {name}", one)
 
 
 _pressed: list[int] = []
@@ -123,6 +144,7 @@ def _on_interrupt(number: int, frame: FrameType | None) -> None:
 
 def main() -> None:
     """Enter from the command line."""
+    gc.set_threshold(YOUNG)
     signal.signal(signal.SIGINT, _on_interrupt)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

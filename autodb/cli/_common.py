@@ -36,7 +36,13 @@ Resample = Annotated[
         "--resample", metavar="HZ", help="Bring all time bases of the file onto one of this rate."
     ),
 ]
-MachineName = Annotated[str, typer.Option("--machine", help="Name of the machine.")]
+MachineName = Annotated[
+    str | None,
+    typer.Option("--machine", help="Name of the machine [default: the only one]"),
+]
+MachineAlone = Annotated[str | None, typer.Argument(metavar="NAME", hidden=True)]
+"""A machine's name behind a command, as it stood before version 0.2."""
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 OptionalMachine = Annotated[
     str | None,
     typer.Option("--machine", help="Name of the machine; without it nothing is stored."),
@@ -46,13 +52,62 @@ OptionalMachine = Annotated[
 @contextmanager
 def opened_store(db: str | None) -> "Iterator[Store]":
     """Open the database of ``--db`` and close it again."""
-    from autodb.store import database_url, open_store
+    from autodb.store import database_url, opened_database
 
-    store = open_store(database_url(db))
-    try:
+    with opened_database(database_url(db)) as store:
         yield store
-    finally:
-        store.close()
+
+
+@contextmanager
+def opened_machine(db: str | None, name: str | None) -> "Iterator[tuple[Store, str]]":
+    """Open the database of ``--db``; give it with the machine that is meant, by default the only.
+
+    Raises UnusableInput where there is not just one.
+    """
+    with opened_store(db) as store:
+        yield store, name or only_machine(store)
+
+
+def only_machine(store: "Store") -> str:
+    """Return the name of the only machine; raises UnusableInput where there is not just one."""
+    from autodb.agent.rows.machines import the_machine
+
+    with store.reading() as session:
+        return the_machine(session, None)
+
+
+def default_machine(db: str | None) -> str | None:
+    """Return the name of the only machine; None without a database, or with none or several."""
+    from autodb.agent.rows.machines import machines_at_work
+    from autodb.store import database_url, file_of, on_server
+
+    url = database_url(db)
+    if not on_server(url) and not file_of(url).exists():
+        return None
+    with opened_store(db) as store, store.reading() as session:
+        names = machines_at_work(session)
+    return names[0] if len(names) == 1 else None
+
+
+def named_machine(name: str | None, alone: str | None) -> str | None:
+    """Return the name of a machine, which stood ``alone`` behind a command before version 0.2."""
+    if alone is not None:
+        typer.echo(f"autodb: '{alone}' alone goes in the next version; use --machine", err=True)
+    return name or alone
+
+
+class Stopped(Exception):  # noqa: N818 - the end that was asked for, no error
+    """What goes on until Ctrl-C was stopped by it."""
+
+
+@contextmanager
+def until_stopped() -> Iterator[None]:
+    """Run what ends by Ctrl-C, and say that it stopped; raises Stopped."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo("autodb: stopped", err=True)
+        raise Stopped from None
 
 
 def from_anywhere(db: str | None) -> str:
@@ -63,16 +118,14 @@ def from_anywhere(db: str | None) -> str:
     from sqlalchemy.engine import make_url
 
     from autodb.errors import UnusableInput
-    from autodb.store import database_url, file_of, on_server, shown_url
+    from autodb.store import database_url, on_server, shown_url, whole_url
 
     url = database_url(db)
-    if not on_server(url):
-        return str(make_url(url).set(database=str(file_of(url).resolve())))
-    if make_url(url).password is not None:
+    if on_server(url) and make_url(url).password is not None:
         raise UnusableInput(
             f"{shown_url(url)}: others can read a command's password; put it into ~/.pgpass"
         )
-    return url
+    return whole_url(url)
 
 
 def read_one(
@@ -87,20 +140,11 @@ def read_one(
 
     Where its stamps are those of ``like``, its rows are laid out alike.
     """
-    from autodb.errors import UnusableInput
-    from autodb.records import Recording, open_source
-    from autodb.records.resample import common_times_s, read_at
+    from autodb.records import open_source
+    from autodb.records.resample import one_base
 
-    if group is not None and resample_hz is not None:
-        raise UnusableInput("give either --group or --resample: one reads a part, the other all")
     source = open_source(path, columns=columns)
-    if resample_hz is None:
-        only = len(source.bases) == 1 and like is not None
-        base = source.choose(None if only else group)
-        return base.read(like=like if isinstance(like, Recording) else None)
-    if isinstance(like, Recording):
-        return read_at(source, like.t_s)
-    return read_at(source, common_times_s(source, resample_hz))
+    return one_base(source, group=group, resample_hz=resample_hz, like=like)
 
 
 @contextmanager
@@ -137,6 +181,18 @@ def progress_bar(what: str, total: int) -> Iterator[Callable[[int], None]]:
 def say(text: str) -> None:
     """Print one line as it is."""
     typer.echo(text)
+
+
+def complain(text: str) -> None:
+    """Print one line beside an answer that a program reads."""
+    typer.echo(text, err=True)
+
+
+def say_json(answer: object) -> None:
+    """Print plain data, and dataclasses in it, as JSON."""
+    from pydantic_core import to_json
+
+    typer.echo(to_json(answer, indent=1, inf_nan_mode="null").decode())
 
 
 WIDE = 200

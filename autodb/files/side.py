@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
@@ -10,7 +10,7 @@ from autodb.errors import UnusableInput, near
 from autodb.files.channels import is_channel
 from autodb.files.dynamometer import DynamometerSection, PublicationSection
 from autodb.files.text import TextSection
-from autodb.files.toml import Finite, Positive, Section, read_toml
+from autodb.files.toml import Finite, Positive, Section, checked, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
 
 Operation = Literal[
@@ -151,6 +151,19 @@ class SideFile(Section):
                 "a publication's forces, [dynamometer] for your own"
             )
         return self
+
+
+StatedColumns = Path | SideFile | None
+"""A side file on the disk or as it is; None: the one beside the recording, where there is one."""
+
+
+def stated_side(said: Mapping[str, Any], *, where: str) -> SideFile:
+    """Return a side file of what a program says: all of it, or its channels alone.
+
+    Raises UnusableInput as ``read_sidefile`` does.
+    """
+    whole = said.keys() <= SideFile.model_fields.keys()
+    return checked(said if whole else {"channels": said}, SideFile, where=where)
 
 
 def read_sidefile(path: Path) -> SideFile:

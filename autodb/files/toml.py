@@ -1,6 +1,7 @@
 """Read a TOML file into a model; every refusal is one line that names the file and the key."""
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -52,11 +53,15 @@ def read_toml(path: Path, model: type[Model]) -> Model:
 
     Raises UnusableInput with file and key, and for an unknown key the near ones.
     """
-    said = _parsed(path)
+    return checked(_parsed(path), model, where=str(path))
+
+
+def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model:
+    """Return what was said as a model; raises UnusableInput as ``read_toml`` does."""
     try:
         return model.model_validate(said)
     except ValidationError as error:
-        raise UnusableInput(f"{path}: {_say(error, model)}") from None
+        raise UnusableInput(f"{where}: {_say(error, model)}") from None
 
 
 def _parsed(path: Path) -> dict[str, Any]:

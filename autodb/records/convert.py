@@ -1,5 +1,6 @@
 """Columns of a file become channels in our units, block by block."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from autodb.files.channels import TEXT_COLUMNS, is_channel, unit_of
 from autodb.files.side import FileColumn, SideFile
 from autodb.files.units import RAW, conversion
 from autodb.readers import Columns
+from autodb.readers.text.cells import name_and_unit
 from autodb.records.tables import EDGE, Array
 from autodb.timing.dates import seconds_of
 
@@ -27,12 +29,22 @@ def specs(columns: tuple[str, ...], side: SideFile) -> dict[str, FileColumn]:
 
     A channel that the side file takes from a column that is not among them is left out.
     """
-    own = {name: FileColumn(column=name) for name in columns if is_channel(name)}
+    own = {called: FileColumn(column=name, unit=unit) for name, called, unit in _own(columns)}
     return {
         name: spec
         for name, spec in {**own, **side.channels}.items()
         if spec.row_in == _ROW or (spec.column or spec.row_in) in columns
     }
+
+
+def _own(columns: tuple[str, ...]) -> Iterator[tuple[str, str, str | None]]:
+    """Yield each column that is named as a channel, the channel, and a unit behind its name."""
+    for name in columns:
+        bare, unit = name_and_unit(name)
+        if is_channel(name):
+            yield name, name, None
+        elif unit and is_channel(bare) and bare not in columns:
+            yield name, bare, unit
 
 
 @dataclass(frozen=True)

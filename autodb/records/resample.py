@@ -5,7 +5,7 @@ from scipy import signal
 
 from autodb.errors import UnusableInput
 from autodb.records.source import FEWEST_ROWS, RecordingSource
-from autodb.records.tables import Array, Recording
+from autodb.records.tables import Array, CutTable, Recording
 
 PASS_BAND = 0.4
 """Low-pass corner as a share of the new rate: below its Nyquist frequency (0.5)."""
@@ -57,6 +57,35 @@ def read_at(source: RecordingSource, t_s: Array) -> Recording:
         unusable={name: line for r in recordings for name, line in r.unusable.items()},
         ignored=tuple(name for r in recordings for name in r.ignored),
     )
+
+
+def one_base(
+    source: RecordingSource,
+    *,
+    group: str | None = None,
+    resample_hz: float | None = None,
+    like: Recording | CutTable | None = None,
+) -> Recording | CutTable:
+    """Read one time base of a file, or all of them at one rate, or at the times of ``like``.
+
+    Where its stamps are those of ``like``, its rows are laid out alike.
+    """
+    if group is not None and resample_hz is not None:
+        raise UnusableInput("give either --group or --resample: one reads a part, the other all")
+    if resample_hz is None:
+        only = len(source.bases) == 1 and like is not None
+        base = source.choose(None if only else group)
+        return base.read(like=like if isinstance(like, Recording) else None)
+    if isinstance(like, Recording):
+        return read_at(source, like.t_s)
+    return read_at(source, common_times_s(source, resample_hz))
+
+
+def only_over_time(found: Recording | CutTable) -> Recording:
+    """Return a recording over time; raises UnusableInput where it is a table of cuts."""
+    if isinstance(found, CutTable):
+        raise UnusableInput(f"{found.path}: is a table of cuts; use a recording over time")
+    return found
 
 
 def _recordings(source: RecordingSource) -> list[Recording]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from autodb import readers
 from autodb.errors import UnusableInput, near, together
-from autodb.files.side import SideFile, read_sidefile
+from autodb.files.side import SideFile, StatedColumns, read_sidefile
 from autodb.records.convert import Conversion, specs
 from autodb.records.tables import (
     EDGE,
@@ -212,7 +212,7 @@ class RecordingSource:
         return "; ".join(f"'{b.name}' ({', '.join(sorted(b.conversion.specs))})" for b in bases)
 
 
-def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
+def open_source(path: Path, *, columns: StatedColumns = None) -> RecordingSource:
     """Open a recording or cut table with its side file (beside it, or ``columns``).
 
     Raises UnusableInput for a file or side file that cannot be used.
@@ -220,10 +220,12 @@ def open_source(path: Path, *, columns: Path | None = None) -> RecordingSource:
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give a file in it")
     readers.reader_of(path)
+    if isinstance(columns, SideFile):
+        return open_as_stored(path, columns)
     beside = path.with_suffix(".toml")
     side_path = columns or (beside if beside.is_file() else None)
     side = read_sidefile(side_path) if side_path else SideFile()
-    return _opened(path, readers.open_bases(path, side.csv), side)
+    return assembled_source(path, readers.open_bases(path, side.csv), side)
 
 
 def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
@@ -231,10 +233,13 @@ def open_as_stored(path: Path, side: SideFile) -> RecordingSource:
 
     Raises UnusableInput for a file that cannot be used.
     """
-    return _opened(path, readers.open_bases(path, side.csv), side)
+    return assembled_source(path, readers.open_bases(path, side.csv), side)
 
 
-def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> RecordingSource:
+def assembled_source(
+    path: Path, opened: Sequence[readers.ColumnSet], side: SideFile
+) -> RecordingSource:
+    """Return what time bases and a side file are; raises UnusableInput with all their problems."""
     everywhere = [column for base in opened for column in base.columns]
     wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())
     there = {*everywhere, "*"}
@@ -255,7 +260,7 @@ def _opened(path: Path, opened: Sequence[readers.ColumnSet], side: SideFile) -> 
 def read(
     path: Path,
     *,
-    columns: Path | None = None,
+    columns: StatedColumns = None,
     group: str | None = None,
     like: Recording | None = None,
 ) -> Recording | CutTable:

@@ -11,13 +11,13 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.tracing import Node, trace
-from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, pair_name, version_chain
+from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job

@@ -32,7 +32,15 @@ from autodb.store.schemas import (
     revision_of,
     revisions,
 )
-from autodb.store.urls import DEFAULT_URL, SQLITE, database_url, file_of, on_server, shown_url
+from autodb.store.urls import (
+    DEFAULT_URL,
+    SQLITE,
+    database_url,
+    file_of,
+    on_server,
+    shown_url,
+    whole_url,
+)
 
 __all__ = [
     "DEFAULT_URL",
@@ -49,10 +57,12 @@ __all__ = [
     "nothing_else",
     "on_server",
     "open_store",
+    "opened_database",
     "pointing_nowhere",
     "retried",
     "revisions",
     "shown_url",
+    "whole_url",
 ]
 
 
@@ -122,6 +132,16 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
         engine.dispose()  # a connection keeps what it read of the schema
         raise
     return Store(engine)
+
+
+@contextmanager
+def opened_database(url: str) -> Iterator[Store]:
+    """Open a database as ``open_store`` does, and close it again."""
+    store = open_store(url)
+    try:
+        yield store
+    finally:
+        store.close()
 
 
 def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:

@@ -152,7 +152,7 @@ def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> R
 def age_words(age: timedelta) -> str:
     """Return an age in words.
 
-    >>> said(timedelta(hours=30))
+    >>> age_words(timedelta(hours=30))
     '30 h'
     """
     minutes = round(age / timedelta(minutes=1))

@@ -1,7 +1,7 @@
 """Where a database is: the URL in use, what it may be, and how it is named in messages."""
 
 import os
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
@@ -16,8 +16,13 @@ DRIVERS = ("postgresql", "postgresql+psycopg")
 
 
 def database_url(given: str | None) -> str:
-    """Return the URL in use: the given one, else AUTODB_DB, else a file in the working folder."""
-    return given or os.environ.get("AUTODB_DB") or DEFAULT_URL
+    """Return the URL in use: the given one, else AUTODB_DB, else a file in the working folder.
+
+    The path of a file stands for its URL.
+    """
+    said = given or os.environ.get("AUTODB_DB") or DEFAULT_URL
+    is_path = ":" not in said or PureWindowsPath(said).drive
+    return f"{SQLITE}:///{said}" if is_path else said
 
 
 def parsed(url: str) -> URL:
@@ -36,6 +41,13 @@ def parsed(url: str) -> URL:
             f"'{shown_url(url)}': only SQLite and PostgreSQL are supported; {works}"
         )
     return found
+
+
+def whole_url(url: str) -> str:
+    """Return a URL that means the same from every working folder."""
+    if on_server(url):
+        return url
+    return str(make_url(url).set(database=str(file_of(url).resolve())))
 
 
 def shown_url(url: str) -> str:

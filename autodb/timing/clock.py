@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from autodb.timing.steps import AROUND, FILLED_ROWS, Numbered, rows_a_stamp
 from autodb.timing.verdict import StampFinding
@@ -126,6 +125,8 @@ def _unless_kinked(found: Clock, places: Sequence[Array], most: float) -> Clock:
 
 def _slow(off: Array, many: int) -> Array:
     """Return what of the stamps' lateness (n,) wanders slowly; ``many`` rows share a stamp."""
+    from scipy.ndimage import uniform_filter1d
+
     size = min(SLOW_STAMPS * many, max(1, len(off) // 4))
     return uniform_filter1d(uniform_filter1d(off, size, mode="reflect"), size, mode="reflect")
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -35,6 +34,8 @@ class LaidPiece:
 
     def laid_out(self, values: Array, *, smooth: bool) -> Array:
         """Return a channel of the file (N,) at the even times (m,)."""
+        from scipy.interpolate import CubicSpline
+
         own = values[self.rows]
         if self.exact:
             return own

@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from autodb.timing.verdict import StampFinding
 
@@ -48,6 +47,8 @@ def filled_between(name: str, values: Array) -> tuple[Array, StampFinding | None
 
     What moves on every row does not stand still in between.
     """
+    from scipy.interpolate import CubicSpline
+
     if np.count_nonzero(values[1:] == values[:-1]) < LEAST_REPEATED * len(values):
         return values, None
     wide = np.abs(np.diff(values))

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -154,6 +153,8 @@ def _missing(t_s: Array, steps: Array, step: float, *, shared: bool) -> Index:
 
     Single stamps are too rough to say: stamps that stay behind the number of rows do.
     """
+    from scipy.ndimage import median_filter
+
     late = t_s - step * np.arange(len(t_s))
     many = 1
     if shared:

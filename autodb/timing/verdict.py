@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d
 
 from autodb.timing.layout import Layout
 
@@ -83,6 +82,8 @@ class Timing:
         out. Rows that were not written since nothing changed may last, and so what is derived from
         them is unknown as far as a filter reaches.
         """
+        from scipy.ndimage import minimum_filter1d
+
         if "on change" not in self.kinds or self.placed is None:
             return self.measured
         size = 2 * round(reach_s * self.rate_hz) + 1

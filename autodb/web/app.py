@@ -39,7 +39,7 @@ def unit_of_name(name: str) -> str | None:
     """Return the unit that a name ends in; None where it has none.
 
     >>> [unit_of_name(one) for one in ("torque_N_m", "feed_mm_rev", "notes")]
-    ('N·m', 'mm/rev', None)
+    ['N·m', 'mm/rev', None]
     """
     return next((unit for end, unit in UNITS.items() if name.endswith(end)), None)
 

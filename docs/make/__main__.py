@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 from docs.make import (
+    api,
     blocks,
     commands,
     day,
@@ -42,12 +43,14 @@ REAL_PAGE = DOCS / "tutorial.md"
 SAMPLE_PAGES = tuple(sorted((DOCS / "how-to").glob("*.md")))
 COMMANDS_PAGE = DOCS / "commands.md"
 TERMS_PAGE = DOCS / "terms.md"
+LIBRARY_PAGE = DOCS / "library.md"
 HOMES_PAGE = DOCS / "how-to" / "decide.md"
 
 
 def main() -> None:
     """Make everything whose data are here, and say what was left."""
     COMMANDS_PAGE.write_text(commands.filled(COMMANDS_PAGE.read_text("utf-8")), "utf-8")
+    LIBRARY_PAGE.write_text(api.filled(LIBRARY_PAGE.read_text("utf-8")), "utf-8")
     TERMS_PAGE.write_text(terms.filled(TERMS_PAGE.read_text("utf-8")), "utf-8")
     HOMES_PAGE.write_text(homes.filled(HOMES_PAGE.read_text("utf-8")), "utf-8")
     for page in proofs.PAGES:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from autodb.cli import commands
+from autodb.cli._examples import example_lines
 
 BEGIN, END = "<!-- commands: made by python -m docs.make -->\n", "<!-- end of commands -->\n"
 
@@ -29,16 +30,19 @@ def _sections(path: str, command: Any) -> list[str]:
 
 def _section(path: str, command: Any) -> str:
     name = path.removeprefix("autodb ")
-    usage = " ".join(f"`{part}`" for part in (path, *(_usage(p) for p in command.params)))
+    usage = " ".join(
+        f"`{part}`" for part in (path, *(_usage(p) for p in command.params if not p.hidden))
+    )
     lines = [f"## {name}", "", usage, "", str(command.help), ""]
     if command.params:
         lines += ["| takes | default | meaning |", "|---|---|---|"]
-        lines += [*(_row(p) for p in command.params), ""]
+        lines += [*(_row(p) for p in command.params if not p.hidden), ""]
+    lines += ["```sh", *example_lines(name), "```", ""]
     return "\n".join(lines)
 
 
 def _row(parameter: Any) -> str:
-    text, default = str(parameter.help), _default(parameter)
+    text, default = str(parameter.help).replace("\\[", "["), _default(parameter)
     said = text.rsplit("[default: ", maxsplit=1)
     if len(said) == 2:
         text, default = said[0].strip(), said[1].rstrip("].")

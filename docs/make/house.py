@@ -16,6 +16,7 @@ WORDS = {
     "cli": "commands",
     "web": "pages and HTTP",
     "proofs": "virtual machines, what is counted on them",
+    "library": "what import autodb gives",
     "reports": "pages to keep: cards, figures",
     "agent": "one machine's life, on the database",
     "explain": "recording − simulation",

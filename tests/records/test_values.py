@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from autodb import records
@@ -81,3 +82,24 @@ def test_words_suggest_their_own_operation_and_others_none() -> None:
     assert [word for word in OTHERS if suggested_operation(word) is not None] == []
     assert suggested_operation("Laengsdrehen") == "turn"
     assert suggested_operation("polieren") is None
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_channel_with_its_unit_in_brackets_is_that_channel(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"a{suffix}"
+    table = pd.DataFrame({"t [ms]": [0, 10, 20], "force.x [kN]": [1.0, 2.0, 3.0]})
+    if suffix == ".csv":
+        table.to_csv(path, index=False)
+    else:
+        table.to_parquet(path)
+    found = records.read(path)
+    assert found["t"].tolist() == [0.0, 0.01, 0.02]
+    assert found["force.x"].tolist() == [1000.0, 2000.0, 3000.0]
+
+
+def test_a_channel_without_a_unit_goes_before_one_with_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.parquet"
+    pd.DataFrame(
+        {"t": [0.0, 0.1, 0.2], "force.x": [1.0, 2.0, 3.0], "force.x [kN]": 9.0}
+    ).to_parquet(path)
+    assert records.read(path)["force.x"].tolist() == [1.0, 2.0, 3.0]

@@ -18,7 +18,18 @@ from autodb.store import head
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import vocabulary
 from docs.make import __main__ as make
-from docs.make import blocks, commands, explained, frames, homes, pair_peers, proofs, style, terms
+from docs.make import (
+    api,
+    blocks,
+    commands,
+    explained,
+    frames,
+    homes,
+    pair_peers,
+    proofs,
+    style,
+    terms,
+)
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
@@ -70,7 +81,14 @@ def test_numbers_may_differ_by_rounding_alone() -> None:
 def test_the_command_reference_is_the_command_line() -> None:
     page = make.COMMANDS_PAGE.read_text("utf-8")
     assert commands.filled(page) == page
-    assert "| `--machine NAME` | required | Name of the machine. |" in page
+    assert "| `--machine NAME` | the only one | Name of the machine. |" in page
+
+
+def test_the_reference_of_the_library_is_its_docstrings() -> None:
+    page = make.LIBRARY_PAGE.read_text("utf-8")
+    assert api.filled(page) == page
+    for name in ("autodb.explain(recording", ".import_(recording", ".to_pandas()", ".plot()"):
+        assert f"`{name}" in page
 
 
 def test_where_causes_are_kept_is_what_their_terms_say() -> None:

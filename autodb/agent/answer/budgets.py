@@ -13,8 +13,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.force_errors import errors_of, shared_key
 from autodb.agent.rows.posteriors import as_posterior
-from autodb.agent.sense.measured import errors_of, shared_key
 from autodb.agent.sense.sensed import Readings, as_observed
 from autodb.fitting.uncertainty import BudgetEntry, UncertaintyBudget
 from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, LOT, REFERENCES, WEAR

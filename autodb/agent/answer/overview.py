@@ -123,6 +123,16 @@ def machines_seen(
     return _seen(session, rows)
 
 
+def every_machine(session: Session) -> list[MachineSeen]:
+    """Return all machines by name."""
+    rows = session.scalars(
+        select(models.Machine)
+        .order_by(models.Machine.name)
+        .options(selectinload(models.Machine.axes))
+    )
+    return _seen(session, rows.all())
+
+
 def machine_said(session: Session, name: str) -> MachineSaid:
     """Return one machine; raises NotThere."""
     row = find_machine(session, name)

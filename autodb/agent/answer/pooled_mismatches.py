@@ -11,9 +11,9 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
-from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.learn.states import excluded_cuts, recordings_of
 from autodb.agent.rows.mismatches import found_words, is_cause
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.agent.sense.sensed import usable
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN

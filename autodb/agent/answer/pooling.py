@@ -11,10 +11,10 @@ from itertools import pairwise
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
-from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recordings import stated_start
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.agent.sense.sensed import usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autodb import records
 from autodb.errors import SetAside, UnusableInput
+from autodb.files.side import StatedColumns
 from autodb.records import EDGE, CutTable, edge_codes
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
@@ -39,7 +40,7 @@ def each_used(files: Sequence[Path], work: Callable[[Path], Done], *, tell: Tell
     return done
 
 
-def cuts_of_files(files: Sequence[Path], *, columns: Path | None, tell: Tell) -> CutTable:
+def cuts_of_files(files: Sequence[Path], *, columns: StatedColumns, tell: Tell) -> CutTable:
     """Return the cuts of cut tables, and of raw recordings of one cut each, as one table.
 
     Cuts of several files are numbered in the order given. What is left out of a cut's averages, and
@@ -49,7 +50,7 @@ def cuts_of_files(files: Sequence[Path], *, columns: Path | None, tell: Tell) ->
     return tables[0] if len(files) == 1 else _joined(tables)
 
 
-def _cuts_of(path: Path, columns: Path | None, tell: Tell) -> CutTable:
+def _cuts_of(path: Path, columns: StatedColumns, tell: Tell) -> CutTable:
     found = records.read(path, columns=columns)
     refuse_doubtful(path, summary_of(found), found.side)
     if isinstance(found, CutTable):

@@ -1,11 +1,10 @@
 """A file enters the database once, known by its checksum."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -23,13 +22,13 @@ from autodb.agent.ingest.redelivered import (
 from autodb.agent.ingest.uncounted import counted
 from autodb.agent.rows.content import of_series
 from autodb.agent.rows.machines import find_machine, working_machine
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
-from autodb.files.side import SideFile
-from autodb.records import EDGE, CutTable, RecordingSource, edge_codes
+from autodb.files.side import SideFile, StatedColumns
+from autodb.records import CutTable, RecordingSource
 from autodb.records.plausible import left_out_operations, refuse_implausible
 from autodb.records.summary import BaseSummary, summarise
-from autodb.sensing.ranges.validity import STATED
 from autodb.store import Store, models
 from autodb.timing import Timing
 
@@ -79,7 +78,7 @@ def import_file(
     path: Path,
     *,
     machine: str,
-    columns: Path | None = None,
+    columns: StatedColumns = None,
     progress: Callable[[str], None] | None = None,
     kept: KeepAt | None = None,
     looked_at: bool = False,
@@ -333,46 +332,6 @@ def _as_known(row: models.StoredRecording, *, other_side: bool) -> Imported:
         looked_at=row.looked_at is not None,
         timing=time_sentences(row),
     )
-
-
-def counted_cuts(recording: models.StoredRecording) -> list[models.Cut]:
-    """Return the cuts of a recording whose place no other took; of one looked at, all."""
-    return [cut for cut in recording.cuts if cut.superseded_at == recording.looked_at]
-
-
-def cuts_as_table(
-    cuts: list[models.Cut],
-    *,
-    path: Path,
-    conditions: Mapping[int, Mapping[str, Any]] | None = None,
-) -> CutTable:
-    """Return stored cuts as one cut table; NaN where a cut lacks a channel that another has.
-
-    ``conditions``: of cuts, by id, in place of those written down.
-    """
-    known = conditions or {}
-    rows = [
-        {**known.get(cut.id, cut.conditions), **cut.measured, "cut": cut.number} for cut in cuts
-    ]
-    names = sorted(set().union(*rows) - {EDGE}) if rows else ["cut"]
-    channels = {name: np.array([row.get(name, np.nan) for row in rows]) for name in names}
-    texts = {
-        "operation": [cut.operation or "" for cut in cuts],
-        "work.material": [cut.pair.material.name if cut.pair else "" for cut in cuts],
-        **{name: [_stated(cut.recording, name) for cut in cuts] for name in STATED},
-    }
-    labels = [row.get(EDGE) for row in rows]
-    if None not in labels:
-        texts[EDGE] = [v if isinstance(v, str) else f"{v:g}" for v in labels]
-        channels[EDGE] = edge_codes(texts[EDGE])
-    units = {name: unit for cut in cuts for name, unit in cut.recording.units.items()}
-    return CutTable(path=path, channels=channels, texts=texts, units=units)
-
-
-def _stated(row: models.StoredRecording, key: str) -> str:
-    """Return what a recording's side file states in [recording]; empty: nothing."""
-    value = row.side.get("recording", {}).get(key)
-    return "" if value is None else str(value)
 
 
 def files_of(row: models.StoredRecording) -> dict[Path, str]:

@@ -6,8 +6,8 @@ from sqlalchemy import func, inspect, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.pooling import common_stamps
-from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.rows.calibrations import current_calibrations
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.fitting import NORMAL_95
 from autodb.store import models
 

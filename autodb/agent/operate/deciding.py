@@ -245,7 +245,8 @@ def mismatch(session: Session, number: int) -> models.Mismatch:
     row = session.get(models.Mismatch, number)
     if row is None:
         raise NotThere(
-            f"there is no mismatch {number}; list a machine's with 'autodb mismatch list NAME'"
+            f"there is no mismatch {number}; list a machine's with "
+            "'autodb mismatch list --machine NAME'"
         )
     return row
 

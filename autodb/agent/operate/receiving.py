@@ -12,15 +12,15 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb.agent.ingest.framed import lies_at
 from autodb.agent.ingest.importing import (
     Imported,
     KeepAt,
-    counted_cuts,
     import_file,
     time_sentences,
-    whole_file,
 )
 from autodb.agent.operate.access import Access, noting
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
 from autodb.files.toml import read_toml
@@ -47,9 +47,7 @@ def take_in_sent(store: Store, sent: Sent, progress: Callable[[str], None]) -> I
     _refuse_other_files(path.with_suffix(".toml"))
 
     def also(session: Session, one: Imported) -> None:
-        row = session.get_one(models.StoredRecording, one.recording_id)
-        if whole_file(row, but=(path,)) is None:
-            row.path, row.dropped_at = str(path), None
+        lies_at(session, one.recording_id, path)
         said = {"machine": sent.machine, "file": path.name, "already_there": one.already_there}
         noting(sent.by, "recording imported", "recording", **said)(session, one.recording_id)
 

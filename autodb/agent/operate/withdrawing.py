@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import counted_cuts
 from autodb.agent.ingest.uncounted import anew
 from autodb.agent.operate.reversing import forgotten
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import pair_name, resting_on
+from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
 

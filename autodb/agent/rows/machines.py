@@ -265,6 +265,27 @@ def working_machine(session: Session, name: str) -> models.Machine:
     return machine
 
 
+def machines_at_work(session: Session) -> list[str]:
+    """Return the names of the machines that are not retired."""
+    at_work = select(models.Machine.name).where(models.Machine.retired_at.is_(None))
+    return list(session.scalars(at_work.order_by(models.Machine.name)))
+
+
+def the_machine(session: Session, name: str | None) -> str:
+    """Return the name of a machine that is there; None means the only one.
+
+    Raises UnusableInput where there is none of that name, or not just one.
+    """
+    if name is not None:
+        return find_machine(session, name).name
+    names = machines_at_work(session)
+    if not names:
+        raise NotThere("no machine yet; add one with 'autodb machine add NAME'")
+    if len(names) > 1:
+        raise UnusableInput(f"there are several machines: name one of {', '.join(names)}")
+    return names[0]
+
+
 def find_machine(session: Session, name: str) -> models.Machine:
     """Return the machine called ``name``; raises UnusableInput naming near ones."""
     machine = session.scalar(select(models.Machine).where(models.Machine.name == name))

@@ -10,9 +10,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
-from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import current_calibrations, keep_calibration
 from autodb.agent.rows.machines import as_file, find_machine
+from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.measured import reference_errors
 from autodb.errors import UnusableInput
 from autodb.fitting import Undetermined

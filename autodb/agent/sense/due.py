@@ -9,9 +9,9 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holds_for
 from autodb.agent.rows.refresh_cursor import Span
+from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.points import current_signal
 from autodb.sensing.ranges.sensed_force import left_domain

@@ -13,7 +13,10 @@ from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
+from autodb.files.side import StatedColumns
 from autodb.records import Recording
+from autodb.records.plausible import refuse_doubtful
+from autodb.records.summary import summary_of
 from autodb.sensing.drives.feed_axis import cross_test, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
@@ -68,7 +71,7 @@ def identify_on_machine(
     path: Path,
     moves: Recording,
     *,
-    columns: Path | None = None,
+    columns: StatedColumns = None,
     axis: str | None = None,
     terms: Sequence[str] | None = None,
     update: bool = False,
@@ -143,6 +146,13 @@ def versions_of(store: Store, machine: str, channel: str) -> list[ModelVersion]:
             )
             for row in rows
         ]
+
+
+def check_moves(moves: Recording, axis: str | None) -> Recording:
+    """Return moves over time; raises UnusableInput where a channel cannot be what it claims."""
+    summary = summary_of(moves, axis=effort_axis(moves, axis))
+    refuse_doubtful(moves.path, summary, moves.side)
+    return moves
 
 
 def refuse_faults(moves: Recording, axis: str | None) -> None:

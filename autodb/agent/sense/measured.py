@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import files_of
 from autodb.agent.rows.estimators import newest
+from autodb.agent.rows.force_errors import MEASURED, errors_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.sense.dynamometers import KIND
@@ -26,14 +27,11 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import FORCES
 from autodb.files.dynamometer import COMPONENTS, DynamometerSection
 from autodb.files.side import SideFile
-from autodb.pairs.posterior import DAY, GAIN
 from autodb.records import Recording
 from autodb.sensing.dynamometer import ForceError, ForceStatement, MeasuredForces, mean_errors
 from autodb.sensing.ranges.in_cut import steady_rows
 from autodb.store import Store, models
 
-MEASURED = "dynamometer"
-"""What a measured force has as its estimator."""
 PARTS_OF_CUT = 10
 """Parts of a cut whose means tell the standard error of the whole cut's. Chosen."""
 _CHANNELS = {c: f"force.{c}" for c in COMPONENTS}
@@ -113,21 +111,9 @@ def measured_row(
     )
 
 
-def errors_of(row: models.SensedForce) -> list[ForceError]:
-    """Return the errors of a measured force."""
-    return [ForceError(**one) for one in row.errors or ()]
-
-
 def _shared(row: models.SensedForce) -> list[ForceError]:
     """Return what a force shares with others: noise that more cuts tell better is no news."""
     return [one for one in errors_of(row) if one.of is not None]
-
-
-def shared_key(error: ForceError, recording: int) -> str:
-    """Return the key under which a pair's posterior keeps an error that forces share."""
-    return (
-        f"{DAY} of {error.of}, recording {recording}" if error.passing else f"{GAIN} of {error.of}"
-    )
 
 
 def _kept(

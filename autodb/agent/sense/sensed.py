@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.rows.calibrations import as_calibration, beyond_its_range
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.corrected import is_after
 from autodb.agent.rows.drifted import DriftedGain, drifted_gains
 from autodb.agent.rows.edges_in_use import conditions_in_use
-from autodb.agent.sense.measured import MEASURED, errors_of, shared_key
+from autodb.agent.rows.force_errors import MEASURED, errors_of, shared_key
+from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.errors import UnusableInput
 from autodb.pairs.confirmed import with_terms
 from autodb.pairs.determined import CHIP_SHARE

@@ -59,7 +59,7 @@ UNITS = (
 def unit_of_key(name: str) -> str | None:
     """Return the unit that a key's ending names, or None.
 
-    >>> unit_of("speed_mm_min")
+    >>> unit_of_key("speed_mm_min")
     'mm/min'
     """
     return next((unit for ending, unit in UNITS if name.endswith(ending)), None)

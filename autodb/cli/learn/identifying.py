@@ -9,11 +9,13 @@ from autodb.cli._common import (
     Columns,
     Database,
     Group,
+    Json,
     OptionalMachine,
     Resample,
     opened_store,
     read_one,
     say,
+    say_json,
     show,
     table,
     working,
@@ -85,6 +87,7 @@ def identify_command(
     columns: Columns = None,
     group: Group = None,
     resample: Resample = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
@@ -120,6 +123,11 @@ def identify_command(
         spread = feed_axis.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
         if page is not None:
             _write_page(model, moves, page)
+    if json:
+        from autodb.library.found import IdentifyResult
+
+        say_json(IdentifyResult(model, moves, kept.version if kept else None).to_dict())
+        return
     _show_fit(model, moves, other, spread)
     if seen is not None:
         show_staged(model, seen)
@@ -219,13 +227,9 @@ def moves_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read moves of an axis over time, refused where a channel cannot be what it claims."""
-    from autodb.records.plausible import refuse_doubtful
-    from autodb.records.summary import summary_of
-    from autodb.sensing.drives.moves.prepared import effort_axis
+    from autodb.agent.sense.identifying import check_moves
 
-    moves = read_over_time(path, columns, group, resample)
-    refuse_doubtful(path, summary_of(moves, axis=effort_axis(moves, axis)), moves.side)
-    return moves
+    return check_moves(read_over_time(path, columns, group, resample), axis)
 
 
 def say_time(recording: "records.Recording") -> None:
@@ -238,13 +242,9 @@ def read_over_time(
     path: Path, columns: Path | None, group: str | None, resample: float | None
 ) -> "records.Recording":
     """Read a recording over time."""
-    from autodb.errors import UnusableInput
-    from autodb.records import CutTable
+    from autodb.records.resample import only_over_time
 
-    found = read_one(path, columns=columns, group=group, resample_hz=resample)
-    if isinstance(found, CutTable):
-        raise UnusableInput(f"{path}: is a table of cuts; use a recording over time")
-    return found
+    return only_over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
 
 
 def _fitted_names(model: "Identified") -> list[str]:

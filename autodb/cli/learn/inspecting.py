@@ -8,7 +8,21 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, OptionalMachine, opened_store, say, show, table
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineAlone,
+    MachineName,
+    OptionalMachine,
+    complain,
+    named_machine,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+)
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -25,6 +39,7 @@ def inspect_command(
     machine: OptionalMachine = None,
     recording: OfRecording = None,
     cut: Cut = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Estimate the passive force, which no current shows, from a part's diameters and stiffness.
@@ -43,7 +58,10 @@ def inspect_command(
         )
     file = read_part(part)
     found = inspect(file, where=str(part))
-    if found.why_not is not None:
+    tell = complain if json else say
+    if json:
+        say_json(found)
+    elif found.why_not is not None:
         say(f"passive force: not sensed: {found.why_not}")
     else:
         say(
@@ -51,22 +69,29 @@ def inspect_command(
             f"outward; the radius was off by {1e3 * found.off_mm:.1f} µm"
         )
     if machine is None or recording is None or cut is None:
-        say("not stored: give --machine, --recording and --cut to keep it")
+        tell("not stored: give --machine, --recording and --cut to keep it")
         return
     with opened_store(db) as store:
         new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
     what = "kept" if new else "already there"
-    say(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
+    tell(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
 
 
 def sensors_command(
-    name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
+    alone: MachineAlone = None,
+    machine: MachineName = None,
+    json: Json = False,
+    db: Database = None,
 ) -> None:
     """List a machine's force sensors, the error of each, and since when they are in use."""
     from autodb.agent.sense.sensors import sensors_of
 
-    with opened_store(db) as store, store.reading() as session:
+    asked = named_machine(machine, alone)
+    with opened_machine(db, asked) as (store, name), store.reading() as session:
         found, not_sensed = sensors_of(session, name)
+    if json:
+        say_json({"sensors": found, "not_sensed": not_sensed})
+        return
     rows = table(
         f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
     )  # fmt: skip

@@ -10,6 +10,7 @@ from autodb.cli._common import say, show, table, working
 if TYPE_CHECKING:
     from autodb.readers import ColumnSet
     from autodb.records.proposed.columns import ProposedBase
+    from autodb.records.summary import BaseSummary
 
 AnyFile = Annotated[Path, typer.Argument(readable=False, help="Any file that a logger wrote.")]
 Write = Annotated[
@@ -71,4 +72,32 @@ def _show_rows(base: "ColumnSet", first: tuple[tuple[str, ...], ...]) -> None:
     rows = table(f"First rows{more}", *base.columns[:SHOWN])
     for row in first:
         rows.add_row(*row[:SHOWN])
+    show(rows)
+
+
+def show_file(file: Path, columns: Path | None) -> None:
+    """Show what a file holds, and refuse it as an import would."""
+    from autodb.records import open_source
+    from autodb.records.plausible import refuse_implausible
+    from autodb.records.summary import summarise
+
+    with working(f"reading {file.name}") as progress:
+        source = open_source(file, columns=columns)
+        bases = summarise(source, progress=progress)
+    for base in bases:
+        _show_summary(f"{file.name} {base.name}".rstrip(), base)
+    for remark in source.remarks:
+        say(remark)
+    refuse_implausible(source, bases)
+
+
+def _show_summary(title: str, base: "BaseSummary") -> None:
+    what = f"{base.rows} cuts"
+    if base.timing is not None:
+        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
+    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
+    for c in base.channels.values():
+        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
+        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
+        rows.add_row(c.name, c.unit, *numbers, gaps)
     show(rows)

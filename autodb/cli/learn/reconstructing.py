@@ -12,6 +12,7 @@ from autodb.cli._common import (
     Database,
     Group,
     Resample,
+    default_machine,
     opened_store,
     say,
     show,
@@ -128,6 +129,8 @@ def reconstruct_command(
     from autodb.files.targets import check_target, write_text
     from autodb.reports.load_page import render_loads, write_table
 
+    if machine is None and moves is None:
+        machine = default_machine(db)
     _check(
         _Given(estimator, machine, moves, terms, removed),
         of_drives=axis is not None or observer or newtons_per_ampere is not None,

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, MachineName, opened_store, say, working
+from autodb.cli._common import (
+    Columns,
+    Database,
+    MachineName,
+    opened_machine,
+    opened_store,
+    say,
+    until_stopped,
+    working,
+)
 from autodb.files.excuses import excuse
 
 if TYPE_CHECKING:
@@ -13,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def refresh_command(
-    machine: MachineName,
+    machine: MachineName = None,
     inbox: Annotated[
         Path | None,
         typer.Option(
@@ -51,39 +60,48 @@ def refresh_command(
 
 
 def _once(
-    machine: str, db: str | None, inbox: Path | None, columns: Path | None, *, json: bool
+    machine: str | None, db: str | None, inbox: Path | None, columns: Path | None, *, json: bool
 ) -> None:
     from autodb.agent.ingest.inbox import Inbox
     from autodb.agent.operate.refreshing import refresh
 
     folder = None if inbox is None else Inbox(inbox, columns)
-    with opened_store(db) as store, working(f"refreshing {machine}") as progress:
-        done = refresh(store, machine, inbox=folder, progress=progress)
+    with opened_machine(db, machine) as (store, name), working(f"refreshing {name}") as progress:
+        done = refresh(store, name, inbox=folder, progress=progress)
     _print(done, json=json)
 
 
 def _watch(
-    machine: str, db: str | None, inbox: Path, columns: Path | None, every_s: float, *, json: bool
+    machine: str | None,
+    db: str | None,
+    inbox: Path,
+    columns: Path | None,
+    every_s: float,
+    *,
+    json: bool,
 ) -> None:
     from autodb.agent.ingest.inbox import Inbox
     from autodb.agent.operate.refreshing import watch as run
 
-    run(
-        lambda: opened_store(db),
-        machine,
-        Inbox(inbox, columns),
-        tell=lambda done: _print(done, json=json),
-        say=lambda line: say(f"autodb: {line}"),
-        excuse=excuse,
-        every_s=every_s,
-    )
+    with opened_machine(db, machine) as (_, name):
+        pass
+    with until_stopped():
+        run(
+            lambda: opened_store(db),
+            name,
+            Inbox(inbox, columns),
+            tell=lambda done: _print(done, json=json),
+            say=lambda line: say(f"autodb: {line}"),
+            excuse=excuse,
+            every_s=every_s,
+        )
 
 
-def _report(machine: str, db: str | None, *, json: bool) -> None:
+def _report(machine: str | None, db: str | None, *, json: bool) -> None:
     from autodb.agent.learn.passes import last_pass
 
-    with opened_store(db) as store:
-        found = last_pass(store, machine)
+    with opened_machine(db, machine) as (store, name):
+        found = last_pass(store, name)
     if not json:
         say(f"pass {found.number}, {found.finished_at}")
     _print(found.done, json=json)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table
+from autodb.cli._common import Database, Stopped, opened_store, say, show, table
 from autodb.files.excuses import excuse
 
 if TYPE_CHECKING:
@@ -45,7 +45,10 @@ def agent(
     else:
         from autodb.agent.operate.running import Agent
 
-        Agent(file, plan, lambda: opened_store(db), say=say, excuse=excuse).run()
+        try:
+            Agent(file, plan, lambda: opened_store(db), say=say, excuse=excuse).run()
+        except KeyboardInterrupt:  # it has said that it stopped
+            raise Stopped from None
 
 
 def _health(file: Path) -> None:

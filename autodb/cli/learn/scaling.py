@@ -1,11 +1,23 @@
 """`scale`: what an ampere of a feed drive is, determined from a known load."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, Database, Group, Resample, opened_store, say, working
+from autodb.cli._common import (
+    Columns,
+    Database,
+    Group,
+    Json,
+    MachineName,
+    Resample,
+    opened_machine,
+    say,
+    say_json,
+    working,
+)
 from autodb.cli.learn.identifying import Axis, moves_of
 
 if TYPE_CHECKING:
@@ -20,7 +32,6 @@ if TYPE_CHECKING:
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording of the axis under a known load.")
 ]
-Owner = Annotated[str, typer.Option("--machine", help="Machine whose models of its axes are used.")]
 AddedMass = Annotated[
     float | None,
     typer.Option(
@@ -42,13 +53,14 @@ APART_SDS = 2.6
 
 def scale(
     recording: Recording,
-    machine: Owner,
+    machine: MachineName = None,
     axis: Axis = None,
     added_mass: AddedMass = None,
     standard_cut: StandardCut = None,
     columns: Columns = None,
     group: Group = None,
     resample: Resample = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Determine the force constant (N/A) from a known mass, a measured push or a standard cut."""
@@ -58,21 +70,28 @@ def scale(
     if added_mass is not None and standard_cut is not None:
         raise UnusableInput("give --added-mass or --standard-cut, not both")
     known = _cut_named(standard_cut) if standard_cut else None
-    with opened_store(db) as store, working(f"scaling by {recording.name}") as progress:
+    with (
+        opened_machine(db, machine) as (store, name),
+        working(f"scaling by {recording.name}") as progress,
+    ):
         loaded = moves_of(recording, axis, columns, group, resample)
         if added_mass is not None:
             found = scaling.by_mass(
-                store, machine, loaded, mass_kg=added_mass, axis=axis, progress=progress
+                store, name, loaded, mass_kg=added_mass, axis=axis, progress=progress
             )
         else:
-            found = _by_force(store, machine, loaded, axis, standard_cut, known)
-        stated = scaling.stated(store, machine, found.axis)
-        kept = scaling.keep_scale(store, machine, found, recording, columns=columns)
+            found = _by_force(store, name, loaded, axis, standard_cut, known)
+        stated = scaling.stated(store, name, found.axis)
+        kept = scaling.keep_scale(store, name, found, recording, columns=columns)
+    if json:
+        stored = {"version": kept.version, "already_there": kept.already_there}
+        say_json({**asdict(found), "percent": found.percent, **stored})
+        return
     say(f"{found.axis}: force constant {found.newtons_per_ampere:.4g} N/A ± {found.percent:.2g} % "
         f"(95 %), by {found.source}")  # fmt: skip
     _compare(found, stated)
     there = ", already there" if kept.already_there else ""
-    say(f"{found.axis}: scale {kept.version} of machine '{machine}'{there}; 'autodb reconstruct' "
+    say(f"{found.axis}: scale {kept.version} of machine '{name}'{there}; 'autodb reconstruct' "
         "uses it")  # fmt: skip
 
 

@@ -3,16 +3,27 @@
 `withdraw`: a recording that should not have come in, with all that was derived from it.
 """
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
-from autodb.cli._common import MachineName
 
 CHECK_FAILED = 1
 EXAMPLES = 3
@@ -28,6 +39,7 @@ def doctor(
             help="Restore its newest backup in a temporary place, and check that.",
         ),
     ] = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Check the database and the recordings it came from; exit 1 when a check fails."""
@@ -37,6 +49,10 @@ def doctor(
     url = database_url(db)
     with working("checking") as progress:
         findings = examine(url, backups=backups, progress=progress)
+    if json:
+        say_json([{"check": one.check.name, **asdict(one.outcome)} for one in findings])
+        _fail_where_one_did(findings)
+        return
     rows = table("Checks", "check", ">found", "must be", "")
     for finding in findings:
         out = finding.outcome
@@ -52,6 +68,10 @@ def doctor(
             rows.add_row(check.name, "", "", f"not checked: {why_not}")
     show(rows)
     _say_what_was_found(findings)
+    _fail_where_one_did(findings)
+
+
+def _fail_where_one_did(findings: "list[Finding]") -> None:
     if not all(finding.outcome.passed for finding in findings):
         raise typer.Exit(CHECK_FAILED)
 
@@ -263,7 +283,7 @@ Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, m
 
 def withdraw_command(
     recording: Number,
-    machine: MachineName,
+    machine: MachineName = None,
     why: Annotated[
         str | None, typer.Option("--why", metavar="TEXT", help="Why; a trace says it.")
     ] = None,
@@ -279,18 +299,21 @@ def withdraw_command(
 
     if undo == (why is not None):
         raise UnusableInput("withdraw needs --why TEXT or --undo; give one of them")
-    with opened_store(db) as store, working(f"learning {machine} anew") as progress:
+    with (
+        opened_machine(db, machine) as (store, name),
+        working(f"learning {name} anew") as progress,
+    ):
         if why is None:
-            done = take_again(store, machine, recording)
+            done = take_again(store, name, recording)
         else:
-            done = withdraw(store, machine, recording, why=why)
-        learnt = refresh(store, machine, progress=progress)
+            done = withdraw(store, name, recording, why=why)
+        learnt = refresh(store, name, progress=progress)
     what = "are used again" if undo else "are no longer used"
     cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
     say(f"recording {recording}: {cuts} {what}")
     for line in done.taken_back:
         say(f"taken back: {line}")
     if any(line.startswith("calibration") for line in done.taken_back):
-        say(f"'autodb calibrate --machine {machine}' fits current to force without it")
+        say(f"'autodb calibrate --machine {name}' fits current to force without it")
     for line in learnt.lines():
         say(line)

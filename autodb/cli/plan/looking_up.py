@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table
+from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
 from autodb.cli.plan.predict_and_trace import (
-    Json,
     ToolPath,
     say_answer,
     show_figures,
@@ -102,7 +101,7 @@ Sure = Annotated[
 
 
 def lookup(
-    machine: MachineName,
+    machine: MachineName = None,
     material: Material = None,
     tool: ToolName = None,
     tool_file: ToolPath = None,
@@ -151,10 +150,10 @@ def lookup(
         raise UnusableInput("a cut needs --material and --tool")
     if cut is None and lot is not None:
         raise UnusableInput("--lot goes with a cut; state one, or leave --lot out")
-    with opened_store(db) as store, store.reading() as session:
-        pair_reader = PairReader(session, machine)
+    with opened_machine(db, machine) as (store, name), store.reading() as session:
+        pair_reader = PairReader(session, name)
         if cut is None:
-            _list(machine, pair_reader.pairs(material, tool), json=json)
+            _list(name, pair_reader.pairs(material, tool), json=json)
             return
         basis = pair_reader.basis(str(material), str(tool)).of_lot(lot).with_tool(geometry)
         if largest is None:

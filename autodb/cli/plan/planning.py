@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    say,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.answer.planning import ProposedCuts
@@ -17,12 +26,11 @@ JobFile = Annotated[
         readable=False, help="Job file (TOML) whose forces should be known more precisely."
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 
 def plan_command(
     job: JobFile,
-    machine: MachineName,
+    machine: MachineName = None,
     feed: Annotated[
         str | None,
         typer.Option("--feed", metavar="LOW:HIGH", help="Feeds to try, mm/rev or mm/tooth."),
@@ -44,8 +52,8 @@ def plan_command(
     asked = read_job(job)
     given = {"feed": feed, "depth": depth, "speed": speed}
     ranges = {name: _range(name, text) for name, text in given.items() if text is not None}
-    with opened_store(db) as store, working(f"planning for {machine}"):
-        found = plan_cuts(store, machine, asked, ranges=ranges)
+    with opened_machine(db, machine) as (store, name), working(f"planning for {name}"):
+        found = plan_cuts(store, name, asked, ranges=ranges)
     if json:
         from pydantic import TypeAdapter
 

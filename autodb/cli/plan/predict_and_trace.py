@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from rich.tree import Tree
@@ -30,7 +41,6 @@ ToolPath = Annotated[
         help="What is known of the tool: a tool file (TOML), or a tool bit of FreeCAD (.fctb).",
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 Kind = Annotated[
     str,
     typer.Argument(
@@ -41,7 +51,7 @@ Kind = Annotated[
 
 def predict_command(
     job: JobFile,
-    machine: MachineName,
+    machine: MachineName = None,
     csv: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Write the answer as a table: FILE.csv."),
@@ -74,10 +84,10 @@ def predict_command(
     asked = read_job(job)
     other = None if beside is None else read_job(beside)
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
-    with opened_store(db) as store:
-        answer = predict_job(store, machine, asked, tool=stated)
-        compared = () if other is None else (answer, answer_job(store, machine, other))
-        limits = limits_of_machine(store, machine)
+    with opened_machine(db, machine) as (store, name):
+        answer = predict_job(store, name, asked, tool=stated)
+        compared = () if other is None else (answer, answer_job(store, name, other))
+        limits = limits_of_machine(store, name)
     _write_predicted(answer, limits, csv, plot)
     if json:
         from pydantic import TypeAdapter
@@ -241,6 +251,7 @@ def interval(value: "Interval") -> str:
 def trace_command(
     kind: Kind,
     number: Annotated[int, typer.Argument(help="Its number.", min=1, max=2**63 - 1)],
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Show where a stored number came from, down to recordings."""
@@ -248,6 +259,9 @@ def trace_command(
 
     with opened_store(db) as store:
         node = trace(store, kind, number)
+    if json:
+        say_json(node)
+        return
     show(as_tree(node))
 
 

@@ -5,7 +5,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, opened_store, say, show, table
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineName,
+    opened_machine,
+    say,
+    say_json,
+    show,
+    table,
+)
 
 if TYPE_CHECKING:
     from autodb.agent.matching.scoring import PredictionScores
@@ -21,12 +30,12 @@ LARGEST = 2**63 - 1
 
 @predictions.command("score")
 def score_command(
-    machine: MachineName,
+    machine: MachineName = None,
     plot: Annotated[
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write a picture of each cut: FILE.html."),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the scores as JSON.")] = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Say how far off a machine's past predictions were, and how sure they were of it."""
@@ -35,8 +44,8 @@ def score_command(
 
     if plot is not None:
         check_target(plot, suffix=".html", option="--plot")
-    with opened_store(db) as store:
-        found = scores_of_machine(store, machine)
+    with opened_machine(db, machine) as (store, name):
+        found = scores_of_machine(store, name)
     if plot is not None:
         from autodb.reports.scored import render_scores
 
@@ -88,7 +97,7 @@ def _show(found: "PredictionScores") -> None:
 
 @predictions.command("match")
 def match_command(
-    machine: MachineName,
+    machine: MachineName = None,
     recording: Annotated[
         int | None,
         typer.Option(
@@ -107,6 +116,7 @@ def match_command(
             "--cut", metavar="NUMBER=NAME", help="Which cut of the job one of them is; repeatable."
         ),
     ] = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Match cuts with what was predicted of them: all that are open, or as stated."""
@@ -117,13 +127,14 @@ def match_command(
         raise UnusableInput("--recording and --prediction go together")
     if cut and recording is None:
         raise UnusableInput("--cut goes with --recording and --prediction")
-    with opened_store(db) as store:
+    with opened_machine(db, machine) as (store, name):
         if recording is None or prediction is None:
-            found = match_open(store, machine)
+            found = match_open(store, name)
         else:
-            found = match_stated(
-                store, machine, recording, prediction, dict(map(_named, cut or ()))
-            )
+            found = match_stated(store, name, recording, prediction, dict(map(_named, cut or ())))
+    if json:
+        say_json(found)
+        return
     rows = table("Matched", ">recording", ">cut", ">prediction", "job", "its cut", "by")
     for one in found.cuts:
         rows.add_row(
@@ -135,7 +146,7 @@ def match_command(
     for line in found.asked:
         say(line)
     if not found.cuts and not found.asked:
-        say(f"machine '{machine}': no cut is open that a prediction fits")
+        say(f"machine '{name}': no cut is open that a prediction fits")
 
 
 def _named(text: str) -> tuple[float, str]:

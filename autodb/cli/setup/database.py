@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table
+from autodb.cli._common import Database, Json, opened_store, say, say_json, show, table
 
 if TYPE_CHECKING:
     from autodb.store import models
@@ -100,8 +100,14 @@ def retire(
 
 
 @machine.command("list")
-def list_machines_command(db: Database = None) -> None:
+def list_machines_command(json: Json = False, db: Database = None) -> None:
     """List the machines."""
+    if json:
+        from autodb.agent.answer.overview import every_machine
+
+        with opened_store(db) as store, store.reading() as session:
+            say_json(every_machine(session))
+        return
     from sqlalchemy import select
 
     from autodb.store.models import Machine
@@ -116,9 +122,17 @@ def list_machines_command(db: Database = None) -> None:
 
 @machine.command("show")
 def show_machine_command(
-    name: Annotated[str, typer.Argument(help="Name of the machine.")], db: Database = None
+    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    json: Json = False,
+    db: Database = None,
 ) -> None:
     """Show a machine's axes, the forces that they sense, and all that its file states."""
+    if json:
+        from autodb.agent.answer.overview import machine_said
+
+        with opened_store(db) as store, store.reading() as session:
+            say_json(machine_said(session, name))
+        return
     from autodb.agent.rows.calibrations import current_calibrations
     from autodb.agent.rows.machines import as_file, find_machine
     from autodb.files.machine import flat

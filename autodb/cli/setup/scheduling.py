@@ -6,14 +6,14 @@ from typing import Annotated
 
 import typer
 
-from autodb.cli._common import Database, MachineName, from_anywhere, opened_store, say
+from autodb.cli._common import Database, MachineName, from_anywhere, opened_machine, say
 
 
 def schedule(
-    machine: MachineName,
     inbox: Annotated[
         Path, typer.Option("--inbox", metavar="DIR", help="Folder that recordings come into.")
     ],
+    machine: MachineName = None,
     every: Annotated[int, typer.Option("--every", metavar="MIN", min=1, help="Minutes.")] = 15,
     cron: Annotated[
         bool, typer.Option("--cron", help="Print a line for cron in place of systemd's units.")
@@ -31,11 +31,11 @@ def schedule(
 
     if cron and out is not None:
         raise UnusableInput("--out is for systemd's units; a line of cron is printed")
-    command = _command(machine, inbox, db)
+    name, command = _command(machine, inbox, db)
     if cron:
         say(cron_line(command, every_min=every))
         return
-    units = systemd_units(machine, command, every_min=every)
+    units = systemd_units(name, command, every_min=every)
     for name, text in units.files.items():
         if out is None:
             say(f"# {name}\n{text}")
@@ -47,14 +47,15 @@ def schedule(
         say(f"# {line}" if out is None else line)
 
 
-def _command(machine: str, inbox: Path, db: str | None) -> list[str]:
-    """Return the command to be run, by whole paths; the machine, folder and database are there."""
+def _command(machine: str | None, inbox: Path, db: str | None) -> tuple[str, list[str]]:
+    """Return the machine, and the command to be run by whole paths, where all of it is there."""
     from autodb.agent.rows.machines import find_machine
     from autodb.errors import UnusableInput
 
-    with opened_store(db) as store, store.reading() as session:
-        find_machine(session, machine)
+    with opened_machine(db, machine) as (store, name), store.reading() as session:
+        find_machine(session, name)
     if not inbox.is_dir():
         raise UnusableInput(f"{inbox}: no such folder; create it or name another")
     run = [sys.executable, "-m", "autodb", "refresh"]
-    return [*run, "--machine", machine, "--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]
+    where = ["--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]
+    return name, [*run, "--machine", name, *where]

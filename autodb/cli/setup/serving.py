@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, from_anywhere, opened_store, say, show, table
+from autodb.cli._common import (
+    Database,
+    from_anywhere,
+    opened_store,
+    say,
+    show,
+    table,
+    until_stopped,
+)
 
 if TYPE_CHECKING:
     from autodb.web.http.settings import RequestLimits, Settings
@@ -117,7 +125,8 @@ def serve(
     say(f"{at} (and {at}/api/v1): {does}; Ctrl-C stops it")
     if not settings.on_loopback and tls is None:
         say("without TLS, tokens can be read in transit; use --certificate and --key")
-    server.run_server(make_app(settings), listening, tls, settings.proxies)
+    with until_stopped():
+        server.run_server(make_app(settings), listening, tls, settings.proxies)
 
 
 def _limits(upload_mib: int | None) -> "RequestLimits":

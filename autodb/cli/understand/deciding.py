@@ -4,7 +4,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    MachineAlone,
+    MachineName,
+    named_machine,
+    opened_machine,
+    opened_store,
+    say,
+    say_json,
+    show,
+    table,
+    working,
+)
 from autodb.files.channels import unit_of
 
 if TYPE_CHECKING:
@@ -44,22 +57,31 @@ As = Annotated[
 
 @mismatch.command("list")
 def list_mismatches_command(
-    name: Annotated[str, typer.Argument(help="Name of the machine.")],
+    alone: MachineAlone = None,
+    machine: MachineName = None,
     all_: Annotated[bool, typer.Option("--all", help="Also those decided on.")] = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """List the causes that explain found on a machine and nobody has decided on."""
     from autodb.agent.operate.deciding import mismatches
 
+    asked = named_machine(machine, alone)
+    with opened_machine(db, asked) as (store, name), store.reading() as session:
+        found = mismatches(session, name, decided=all_)
+        if json:
+            from autodb.agent.answer.overview import mismatch_said
+
+            say_json({"mismatches": [mismatch_said(session, row) for row in found]})
+            return
+        listed = [_cells(row) for row in found]
     rows = table(
         f"Mismatches of {name}",
         ">number", "recording", "channel", "term", "or", "kind", ">sure %", "status", "statement",
     )  # fmt: skip
-    with opened_store(db) as store, store.reading() as session:
-        found = mismatches(session, name, decided=all_)
-        for row in found:
-            rows.add_row(*_cells(row))
-    if found:
+    for cells in listed:
+        rows.add_row(*cells)
+    if listed:
         show(rows)
     else:
         kind = "mismatch" if all_ else "open mismatch"
@@ -77,12 +99,17 @@ def _cells(row: "Mismatch") -> tuple[str, ...]:
 
 
 @mismatch.command("show")
-def show_mismatch_command(number: Number, db: Database = None) -> None:
+def show_mismatch_command(number: Number, json: Json = False, db: Database = None) -> None:
     """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
     from autodb.agent.operate.deciding import mismatch as find
 
     with opened_store(db) as store, store.reading() as session:
         row = find(session, number)
+        if json:
+            from autodb.agent.answer.overview import mismatch_said
+
+            say_json(mismatch_said(session, row))
+            return
         several = "s" if len(row.recordings) > 1 else ""
         numbers = ", ".join(str(one.id) for one in row.recordings)
         names = ", ".join(_name(one.path) for one in row.recordings)

@@ -10,7 +10,9 @@ from autodb.cli._common import (
     Columns,
     Database,
     Group,
+    Json,
     Resample,
+    default_machine,
     opened_store,
     read_one,
     say,
@@ -42,7 +44,10 @@ Includes = Annotated[
     typer.Option("--includes", help="Terms that the simulation already has, with commas between."),
 ]
 ModelOf = Annotated[
-    str | None, typer.Option("--machine", help="Use this machine's own stored models.")
+    str | None,
+    typer.Option(
+        "--machine", help="Use this machine's own stored models [default: of the only one]"
+    ),
 ]
 OutFolder = Annotated[
     Path | None,
@@ -50,7 +55,6 @@ OutFolder = Annotated[
         "--out", help="Folder for the answer [default: ./NAME-explained, of several ./together]."
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 
 
 def explain_command(
@@ -70,6 +74,8 @@ def explain_command(
     Of several recordings it also says whether the cause lies in machine, tool, material, sensor or
     calibration.
     """
+    if simulation is None and machine is None:
+        machine = default_machine(db)
     _check(recordings, simulation, includes, machine, group, resample)
 
     def one(number: int) -> "Looked":

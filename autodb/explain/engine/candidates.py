@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 UNKNOWN = "unknown"
@@ -164,6 +163,8 @@ def spline(values: Array, count: int, like: Array | None = None) -> Array:
     Quantile knots put the columns where the data are; a stationary signal gives one constant.
     ``like``: values that the knots are taken from; beyond them the curve keeps its last value.
     """
+    from scipy.interpolate import BSpline
+
     like = values if like is None else like
     low, high = float(like.min()), float(like.max())
     if high - low <= 0:

@@ -81,9 +81,18 @@ def unit_within(name: str) -> str:
     >>> unit_within("Fx [kN]"), unit_within("Time (s)"), unit_within("load (left)")
     ('kN', 's', '')
     """
+    return name_and_unit(name)[1]
+
+
+def name_and_unit(name: str) -> tuple[str, str]:
+    """Return a column's name, and the unit of ours that stands in brackets behind it, or nothing.
+
+    >>> name_and_unit("force.x [kN]"), name_and_unit("load (left)")
+    (('force.x', 'kN'), ('load (left)', ''))
+    """
     found = _IN_BRACKETS.match(name)
     unit = found["unit"].strip() if found else ""
-    return unit if is_unit(unit) else ""
+    return (found["name"], unit) if found and is_unit(unit) else (name, "")
 
 
 def bare_unit(cell: str) -> str:

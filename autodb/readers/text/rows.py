@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from autodb.files.channels import is_channel
 from autodb.files.text import TextSection
 from autodb.files.units import is_any_unit
 from autodb.readers.text.cells import UNKNOWN, bare_unit
@@ -168,8 +169,13 @@ def are_units(row: Cells) -> bool:
     said = [cell for cell in row if cell]
     if not said or any(len(bare_unit(cell)) > LONGEST_UNIT for cell in said):
         return False
-    known = [c for c in said if (c[0], c[-1]) in _BRACKETS or is_any_unit(bare_unit(c))]
+    known = [c for c in said if (c[0], c[-1]) in _BRACKETS or _is_unit(bare_unit(c))]
     return len(known) >= 0.5 * len(said)
+
+
+def _is_unit(cell: str) -> bool:
+    """Say whether a cell is a unit of anything: `t` is our time, no tonne."""
+    return is_any_unit(cell) and not is_channel(cell)
 
 
 def _counted(row: Cells) -> bool:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from autodb import fitting
 
@@ -165,6 +164,8 @@ def slow(estimate: Array, error: Array) -> Array:
     average the one plus f_i f_{i+1} times the other, f the estimates (n,); by least squares,
     neither below zero. A mean product below ``CLEAR`` standard errors of chance counts as none.
     """
+    from scipy.optimize import nnls
+
     together, chance = error[1:] * error[:-1], float(error @ error) / len(error)
     if float(np.mean(together)) <= CLEAR * chance / np.sqrt(len(error)):
         return np.zeros(2)

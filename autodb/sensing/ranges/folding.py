@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from autodb.sensing.ranges.forms import MeasuredCuts
 
@@ -61,6 +60,8 @@ def fold_of(sensed: MeasuredCuts, force: Array) -> Fold | None:
 
 def _fit(sensed: MeasuredCuts, along: Array, start: float) -> tuple[float, float, float, Array]:
     """Return F_0, k, the magnetising range where none in air is known, and what is left (n,), A."""
+    from scipy.optimize import least_squares
+
     air = sensed.air
     range_A = sensed.current if air is None else sensed.current + air
 

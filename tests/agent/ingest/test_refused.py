@@ -12,9 +12,7 @@ REFUSALS: list[tuple[tuple[str, ...], str]] = [
     (("predict", "none.toml", "--machine", "lathe-1"), "none.toml: no such file"),
     (("trace", "predicton", "1"), "did you mean prediction"),
     (("trace", "prediction", "77"), "there is no prediction 77"),
-    (("explain", "a.csv"), "either --simulation FILE or --machine NAME"),
     (("explain", "a.csv", "--machine", "lathe-1", "--includes", "coulomb"), "--includes goes with"),
-    (("calibrate",), "give a cut table"),
     (("calibrate", "--machine", "lathe-1", "--protocol", "nope"), "no protocol 'nope'"),
 ]
 

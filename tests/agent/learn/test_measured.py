@@ -13,8 +13,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
+from autodb.agent.rows.force_errors import MEASURED, errors_of
 from autodb.agent.rows.posteriors import as_posterior
-from autodb.agent.sense.measured import MEASURED, errors_of
 from autodb.agent.sense.sensed import as_observed
 from autodb.fitting import Gaussian
 from autodb.pairs.posterior import DAY, GAIN, OWN, PairPosterior

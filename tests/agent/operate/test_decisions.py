@@ -90,12 +90,13 @@ def test_a_rejected_cause_stays_rejected(machine: Cli, refused: Refused) -> None
 
 
 def test_what_is_not_there(machine: Cli, refused: Refused) -> None:
-    assert "there is no mismatch 7; list a machine's with 'autodb mismatch list NAME'" in refused(
-        "mismatch", "confirm", 7
+    assert (
+        "there is no mismatch 7; list a machine's with 'autodb mismatch list --machine NAME'"
+        in refused("mismatch", "confirm", 7)
     )
     assert "there is no mismatch 7" in refused("mismatch", "reject", 7)
     assert "there is no mismatch 7" in refused("mismatch", "show", 7)
-    assert "no machine 'mil' (did you mean mill" in refused("mismatch", "list", "mil")
+    assert "no machine 'mil' (did you mean mill" in refused("mismatch", "list", "--machine", "mil")
     number = keep_mismatch(write_uneven("b.csv", 2), machine, "asymmetry")
     Path("b.csv").write_text("something else")
     assert f"mismatch {number} stays open: " in refused("mismatch", "confirm", number)

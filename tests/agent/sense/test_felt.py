@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.ingest.importing import cuts_as_table
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.sensed import as_observed
 from autodb.pairs.observed import CHIP
 from autodb.sensing.ranges.forms import LAWS, CurrentForm, MeasuredCuts

@@ -76,6 +76,9 @@ def test_a_stiff_part_tells_nothing_and_says_why(cli: Cli) -> None:
     thick = cli("inspect", _part(Path("part.toml"), diameter_mm=90.0))
     assert thick.code == 0
     assert "not sensed: its 95 % interval is" in thick.out
+    printed = json.loads(cli("inspect", "part.toml", "--json").out)
+    assert printed["force_N"] is None
+    assert printed["why_not"].startswith("its 95 % interval is")
 
 
 def test_what_the_part_told_is_learnt_and_traced(learnt: Cli, sample_jobs: Path) -> None:

@@ -158,7 +158,9 @@ def test_what_a_network_cannot_take_is_refused_in_one_line(trained: Cli) -> None
     assert "was trained from" in refused("reconstruct", far, *use)
     mute = _write(Path("mute.csv"), other.drop(columns="x.drive_force"))
     assert "x.drive_force" in refused("reconstruct", mute, *use)
-    assert "--machine" in refused("reconstruct", FILES[0], "--estimator", "lstm")
+    assert "--machine" in refused(
+        "reconstruct", FILES[0], "--estimator", "lstm", "--moves", FILES[0]
+    )
     assert "--observer" in refused("reconstruct", FILES[0], *use, "--observer")
     train = ("--machine", "mill-1", "--network")
     assert "has 250 Hz" in refused("calibrate", FILES[0], slow, *train)

@@ -1,5 +1,6 @@
 """Newtons an ampere by a known mass, a push and a standard cut: recovered, kept, used, refused."""
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -148,6 +149,8 @@ def test_the_machine_keeps_what_a_known_load_told_and_uses_the_surest(cli: Cli) 
     assert used.code == 0, used.err
     assert "scale 3: force.z of push.csv" in " ".join(used.out.split())
     assert "push.csv" in cli("trace", "scale", "3").out
+    printed = json.loads(cli("scale", "push.csv", "--json").out)
+    assert (printed["axis"], printed["version"], printed["already_there"]) == ("z", 3, True)
     again = cli("scale", "push.csv", "--machine", "m")
     assert "scale 3 of machine 'm', already there" in again.out
     for words, line in (

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from autodb import fitting
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
@@ -116,6 +115,7 @@ def fit_curved(form: CurrentForm, start: Array, sensed: MeasuredCuts, target: Ar
 
     Raises Undetermined where the cuts (n,) do not hold it.
     """
+    from scipy.optimize import least_squares
 
     def error(values: Array) -> Array:
         return form.value(values, sensed) - target

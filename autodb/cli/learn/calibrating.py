@@ -1,5 +1,6 @@
-"""`import`, `calibrate`, `refresh`: what a machine learns from."""
+"""`calibrate`: from currents to forces, axis by axis."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,9 +9,13 @@ import typer
 from autodb.cli._common import (
     Columns,
     Database,
+    Json,
     OptionalMachine,
+    complain,
+    default_machine,
     opened_store,
     say,
+    say_json,
     show,
     table,
     working,
@@ -19,14 +24,9 @@ from autodb.cli.learn.fitting import AskedRecordings, level_command, train_comma
 
 if TYPE_CHECKING:
     from autodb.agent.sense.calibrating import Calibrated
-    from autodb.records.summary import BaseSummary
     from autodb.sensing.ranges.calibration import Calibration
     from autodb.standard import CutProtocol
-    from autodb.store import Store
 
-Files = Annotated[
-    list[Path], typer.Argument(readable=False, help="Recordings, cut tables or material cards.")
-]
 ProtocolName = Annotated[
     str | None,
     typer.Option("--protocol", help="Standard cuts whose reference forces to use: name or file."),
@@ -75,97 +75,13 @@ OfTable = Annotated[
 ]
 
 
-def import_(
-    files: Files, machine: OptionalMachine = None, columns: Columns = None, db: Database = None
-) -> None:
-    """Import recordings and cut tables; each file enters once. Without --machine only look.
-
-    Material cards (CSV) belong to no machine and enter without it.
-    """
-    from autodb.agent.ingest.gathering import each_used
-    from autodb.pairs.cards import is_card
-
-    cards = [file for file in files if is_card(file)]
-    recordings = [file for file in files if file not in cards]
-    if cards:
-        with opened_store(db) as store:
-            for file in cards:
-                _import_cards(store, file)
-    if machine is None:
-        for file in recordings:
-            _look(file, columns)
-        if recordings:
-            say("not stored: give --machine NAME to keep it")
-    elif recordings:
-        with opened_store(db) as store:
-            each_used(recordings, lambda file: _import(store, file, machine, columns), tell=say)
-
-
-def _import_cards(store: "Store", file: Path) -> None:
-    """Import a table of material cards and say what became of each."""
-    from autodb.agent.rows.imported_cards import keep_cards
-    from autodb.pairs.cards import read_cards
-
-    for card in keep_cards(store, read_cards(file)):
-        what = "already there" if card.already_there else "imported"
-        if card.replaced:
-            what = f"replaces the one of this source: {'; '.join(card.replaced)}"
-        say(f"{file.name}: card of {card.material} ({card.source}): {what}")
-
-
-def _import(store: "Store", file: Path, machine: str, columns: Path | None) -> int:
-    """Import one file, say what became of it, and return the recording's number."""
-    from autodb.agent.ingest.importing import import_file
-
-    with working(f"importing {file.name}") as progress:
-        done = import_file(store, file, machine=machine, columns=columns, progress=progress)
-    what = "already there" if done.already_there and not done.looked_at else "imported"
-    if done.withdrawn is not None:
-        what = f"withdrawn ({done.withdrawn}), it does not count"
-    if done.other_side:
-        what += " (with another side file, which still holds)"
-    again = f", {done.again} more are there already" if done.again else ""
-    counted = f"{done.rows} rows, {done.cuts} cuts{again}"
-    say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
-    for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
-        say(f"{file.name}: {note}")
-    return done.recording_id
-
-
-def _look(file: Path, columns: Path | None) -> None:
-    """Show what a file holds, and refuse it as an import would."""
-    from autodb.records import open_source
-    from autodb.records.plausible import refuse_implausible
-    from autodb.records.summary import summarise
-
-    with working(f"reading {file.name}") as progress:
-        source = open_source(file, columns=columns)
-        bases = summarise(source, progress=progress)
-    for base in bases:
-        _show_summary(f"{file.name} {base.name}".rstrip(), base)
-    for remark in source.remarks:
-        say(remark)
-    refuse_implausible(source, bases)
-
-
-def _show_summary(title: str, base: "BaseSummary") -> None:
-    what = f"{base.rows} cuts"
-    if base.timing is not None:
-        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
-    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
-    for c in base.channels.values():
-        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
-        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
-        rows.add_row(c.name, c.unit, *numbers, gaps)
-    show(rows)
-
-
 def calibrate_command(
     recordings: OptionalFiles = None,
     machine: OptionalMachine = None,
     columns: Columns = None,
     protocol: ProtocolName = None,
     card: CardFile = None,
+    json: Json = False,
     network: Network = False,
     of_table: OfTable = False,
     update: Update = False,
@@ -177,35 +93,68 @@ def calibrate_command(
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
         (train_command if network else level_command)(asked)
         return
-    from autodb.errors import UnusableInput
     from autodb.reports.card.run_course import moved_over
     from autodb.standard import read_protocol
 
     chosen = read_protocol(protocol) if protocol else None
     if not recordings and machine is None:
+        machine = default_machine(db)
+    asked = AskedRecordings(recordings or [], machine, columns, db)
+    _check(asked, card, update=update)
+    tell = complain if json else say
+    done = _calibrated(asked, chosen, tell, update=update)
+    moved = moved_over(done, chosen)
+    if json:
+        from autodb.library.answers import CalibrateResult
+
+        say_json(CalibrateResult(done, machine or "", chosen).to_dict())
+    else:
+        _say_calibrated(done, moved, stored=machine is not None)
+    if card is not None:
+        _write_card(done, machine, chosen, moved, card, tell)
+
+
+def _check(asked: AskedRecordings, card: Path | None, *, update: bool) -> None:
+    """Raise UnusableInput for what cannot be calibrated, or written, before anything is stored."""
+    from autodb.errors import UnusableInput
+    from autodb.reports.card.files import check_card_target
+
+    if not asked.files and asked.machine is None:
         raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
-    if update and (machine is None or not recordings):
+    if update and (asked.machine is None or not asked.files):
         raise UnusableInput("--update needs --machine NAME and recordings to add")
     if card is not None:
-        _check_card(card)
-    if machine is None:
-        done = _calibrate_files(recordings or [], columns, chosen)
-    else:
-        added = AskedRecordings(recordings or [], machine, columns, db)
-        done = _calibrate_machine(added, chosen, update=update)
-    moved = moved_over(done, chosen)
+        check_card_target(card)
+
+
+def _calibrated(
+    asked: AskedRecordings,
+    protocol: "CutProtocol | None",
+    tell: Callable[[str], None],
+    *,
+    update: bool,
+) -> "Calibrated":
+    """Calibrate a machine, or on files alone."""
+    from autodb.library.alone import calibrate_files
+
+    if asked.machine is not None:
+        return _calibrate_machine(asked, protocol, tell, update=update)
+    with working(f"calibrating on {', '.join(file.name for file in asked.files)}"):
+        return calibrate_files(asked.files, columns=asked.columns, protocol=protocol, tell=tell)
+
+
+def _say_calibrated(done: "Calibrated", moved: list[tuple[str, ...]], *, stored: bool) -> None:
+    """Print calibrations, what moved over their cuts, and what is not there."""
     _show_calibrations(done.calibrations)
     for one, sentences in zip(done.calibrations, moved, strict=True):
         for sentence in sentences:
             say(f"axis {one.called}: {sentence}")
     for sentence in done.left_out:
         say(f"excluded: {sentence}")
-    if machine is None:
+    if not stored:
         say("not stored: give --machine NAME to keep it")
     elif not any(done.new):
         say("already there: the same cuts gave the same equations")
-    if card is not None:
-        _write_card(done, machine, chosen, moved, card)
 
 
 def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_cuts: bool) -> None:
@@ -220,30 +169,12 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
         raise UnusableInput(f"--protocol and --card go with cuts, not with {option}")
 
 
-def _calibrate_files(
-    files: list[Path], columns: Path | None, protocol: "CutProtocol | None"
-) -> "Calibrated":
-    from autodb.agent.ingest.gathering import cuts_of_files
-    from autodb.agent.sense.calibrating import (
-        Calibrated,
-        calibrate_table,
-        with_errors_of_dynamometer,
-    )
-    from autodb.files.checksums import checksum
-    from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
-
-    axes = tuple(COMPONENT_OF_AXIS)
-    with working(f"calibrating on {', '.join(file.name for file in files)}"):
-        cuts = cuts_of_files(files, columns=columns, tell=say)
-        done, left_out = calibrate_table(cuts, axes=axes, protocol=protocol)
-        if protocol is None:
-            done = [with_errors_of_dynamometer(one, cuts) for one in done]
-    sources = [(file.name, checksum(file)) for file in files]
-    return Calibrated(cuts, axes, done, left_out, sources)
-
-
 def _calibrate_machine(
-    asked: AskedRecordings, protocol: "CutProtocol | None", *, update: bool
+    asked: AskedRecordings,
+    protocol: "CutProtocol | None",
+    tell: Callable[[str], None],
+    *,
+    update: bool,
 ) -> "Calibrated":
     from autodb.agent.ingest.gathering import each_used
     from autodb.agent.ingest.importing import import_file
@@ -255,22 +186,15 @@ def _calibrate_machine(
         def number_of(file: Path) -> int:
             done = import_file(store, file, machine=machine, columns=asked.columns)
             for note in done.notes:
-                say(f"{file.name}: {note}")
+                tell(f"{file.name}: {note}")
             return done.recording_id
 
-        only = each_used(asked.files, number_of, tell=say) if asked.files else None
+        only = each_used(asked.files, number_of, tell=tell) if asked.files else None
         if only is not None and update:
             only = sorted({*only, *calibrated_on(store, machine)})
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
-
-
-def _check_card(path: Path) -> None:
-    """Refuse a name that no card can be written to, before anything is stored."""
-    from autodb.reports.card.files import check_card_target
-
-    check_card_target(path)
 
 
 def _write_card(
@@ -279,6 +203,7 @@ def _write_card(
     protocol: "CutProtocol | None",
     moved: list[tuple[str, ...]],
     path: Path,
+    tell: Callable[[str], None],
 ) -> None:
     from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card
@@ -287,7 +212,7 @@ def _write_card(
     with working(f"writing {path.name}") as progress:
         progress("estimating cuts without their groups")
         write_card(card_of_calibrations(done, title=title, protocol=protocol, moved=moved), path)
-    say(f"card: {path}")
+    tell(f"card: {path}")
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:

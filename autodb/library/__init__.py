@@ -1,0 +1,1 @@
+"""What `import autodb` gives: a database, its machines and their answers, with data frames."""

@@ -1,0 +1,58 @@
+"""What comes back: frozen results with their numbers as tables, as plain data, and as a page."""
+
+import html
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autodb.files.targets import check_target, write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+HEIGHT_PX = 640
+"""Of a page inside a notebook. Chosen."""
+
+
+@dataclass(frozen=True)
+class ResultPage:
+    """A page that loads nothing: a notebook shows it, ``save`` writes it."""
+
+    html: str = field(repr=False)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file FILE.html, which is replaced, and return its path.
+
+        Raises UnusableInput for a path that is none of a page.
+        """
+        target = Path(path)
+        check_target(target, suffix=".html", option="path")
+        write_text(target, self.html)
+        return target
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.html)
+        return f'<iframe srcdoc="{page}" style="width:100%;height:{HEIGHT_PX}px;border:0"></iframe>'
+
+
+class Result(ABC):
+    """An answer: ``to_pandas`` its rows, ``to_dict`` all of it as plain data."""
+
+    @abstractmethod
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return the rows of the answer."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Return the answer as plain data, as ``--json`` of the command prints it."""
+
+    def _repr_html_(self) -> str:
+        return str(self.to_pandas().to_html(index=False))
+
+
+def plain(answer: Any) -> Any:
+    """Return a dataclass of an answer as plain data."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(type(answer)).dump_python(answer, mode="json")
