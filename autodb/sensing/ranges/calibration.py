@@ -34,6 +34,8 @@ from autodb.sensing.ranges.forms import (
     BOTH_WAYS_FORMS,
     FEED_FORMS,
     FEED_SETS,
+    LINE,
+    MAGNETISED,
     SPINDLE_FORMS,
     SPINDLE_SETS,
     TANGENTIAL_FORMS,
@@ -185,7 +187,10 @@ def calibrate(
     own = of_one_way(replace(law, covariance=covariance))
     one_way = sound.sensed.one_way
     currents = sound.sensed.at(one_way).current
-    rivals = near_forms(trials, form, sound.sensed, sound.target, sound.groups)
+    # of a slide the load beside a magnetising current is a line again away from no load: to count
+    # both would halve what the others say of what lies beyond
+    apart = [t for t in trials if not (form is LINE and t.form is MAGNETISED and axis in FEED_AXES)]
+    rivals = near_forms(apart, form, sound.sensed, sound.target, sound.groups)
     return Calibration(
         form=own.form,
         axis=axis,
