@@ -86,8 +86,7 @@ class CurrentForm(Protocol):
     def margin(self) -> float:
         """Standard errors by which its squared errors on groups left out must be lower than those
         of a plainer form: one (Breiman, Friedman, Olshen, Stone 1984, Classification and regression
-        trees), and two of rules, which nobody can check by hand, and of what few cuts of a slide
-        would take by chance.
+        trees), and of rules, which nobody can check by hand, two.
         """
 
     def fits(self, sensed: MeasuredCuts) -> bool:

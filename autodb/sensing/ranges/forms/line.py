@@ -70,7 +70,6 @@ class LineOfSpeed(StraightLine):
     """A line whose slope follows the logarithm of the feed speed."""
 
     kind = "line-of-speed"
-    margin = 2.0  # with one, one in ten tables of twelve cuts took it by chance
     label = "line, slope by feed speed"
 
     def columns(self, sensed: MeasuredCuts) -> Array:
