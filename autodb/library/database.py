@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from autodb.agent.rows.machines import add_machine, machines_at_work, the_machine
+from autodb.errors import NotThere
 from autodb.files.machine import LATHE, MachineFile, read_machine_file
 from autodb.files.toml import checked
 from autodb.library.machine import ShopMachine
@@ -79,5 +80,8 @@ def open_database(
     url = database_url(None if database is None else os.fspath(database))
     if create:
         create_store(url)
-    with opened_database(url):
-        return Database(whole_url(url))
+    try:
+        with opened_database(url):
+            return Database(whole_url(url))
+    except NotThere as error:
+        raise NotThere(f"{error}, or open it with create=True") from None

@@ -12,7 +12,7 @@ from pathlib import Path
 from sqlalchemy import Engine, inspect
 from sqlalchemy.orm import Session
 
-from autodb.errors import UnusableInput
+from autodb.errors import NotThere, UnusableInput
 from autodb.store import rowsums
 from autodb.store.engines import (
     MACHINE,
@@ -125,7 +125,7 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     engine = engine_of(url)
     named = shown_url(url)
     if not on_server(url) and not file_of(url).exists():
-        raise UnusableInput(f"{named}: no database there; make one with 'autodb init'")
+        raise NotThere(f"{named}: no database there; make one with 'autodb init'")
     try:
         _check_schema(engine, url, any_schema=any_schema)
     except UnusableInput:
