@@ -40,6 +40,9 @@ __all__ = ["RawCut", "cut_of_recording", "has_phase_currents"]
 
 AVERAGE_S = 0.5
 """What range and force are averaged over: half of it before an event already shows it."""
+SLIPS = 0.06
+"""Share by which a spindle drive's frequency changes at a constant speed, at most: an induction
+motor's slip at its rated torque. Chosen."""
 SPEED_SPREAD = 0.003
 """How well a spindle's speed is known which only the side file states; chosen, some slip."""
 
@@ -118,7 +121,8 @@ def _recorded(
 def _speed_over_time_rpm(recording: Recording, loads: dict[str, PhaseLoad]) -> Array | None:
     """Return the spindle's speed (n,), rpm, as recorded; None where it is not known.
 
-    Else what the side file states of the beginning, followed by the drive's frequency.
+    Else what the side file states of the beginning, followed by the drive's frequency where that
+    changes by more than a motor slips under load.
     """
     speed = recording.get("spindle.speed")
     stated_rpm = recording.side.cut.speed_rpm
@@ -130,7 +134,9 @@ def _speed_over_time_rpm(recording: Recording, loads: dict[str, PhaseLoad]) -> A
         return np.full(len(recording), stated_rpm)
     whole = np.interp(np.arange(len(recording)), known, turns[known])
     first = whole[known[0] : known[0] + round(signals.MARGIN_S * recording.timing.rate_hz)]
-    return np.asarray(stated_rpm * whole / np.median(first))
+    share = whole / np.median(first)
+    changes = float(np.quantile(share, 0.95) - np.quantile(share, 0.05)) > SLIPS
+    return np.asarray(stated_rpm * share if changes else np.full_like(share, stated_rpm))
 
 
 def _slows(recording: Recording, loads: dict[str, PhaseLoad]) -> int | None:

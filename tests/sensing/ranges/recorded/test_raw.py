@@ -107,3 +107,16 @@ def test_velocity_and_temperature_of_a_cut_are_kept_with_it(cut: dict[str, Array
     for moves in ({"z.velocity": -4.0 + 0.0 * t}, {"z.position": 100.0 - 4.0 * t}):
         row = _row(raw.cut_of_recording(Recording(path=Path("a.csv"), channels=bare | moves)).table)
         assert_allclose(row["z.velocity"], -4.0)
+
+
+def test_a_stated_speed_stays_under_a_load_that_makes_the_motor_slip(
+    cut: dict[str, Array], tmp_path: Path
+) -> None:
+    """The virtual spindle's frequency rises by 2 % in the cut; the work turns as before."""
+    bare = {name: v for name, v in cut.items() if name != "spindle.speed"}
+    path = tmp_path / "bare.csv"
+    write_csv(path, bare)
+    path.with_suffix(".toml").write_text('[cut]\noperation = "turn"\nspeed_rpm = 2000\n', "utf-8")
+    read = records.read(path)
+    assert isinstance(read, Recording)
+    assert_allclose(_row(raw.cut_of_recording(read).table)["spindle.speed"], 2000.0)
