@@ -60,7 +60,8 @@ def radius_course(recording: Recording, speed_rpm: Array | None) -> RadiusCourse
     recorded = recording.get("work.diameter")
     if recorded is not None:
         radius = 0.5 * recorded
-        return RadiusCourse(radius - radius[0], np.maximum(radius, 1e-3))
+        moved = np.zeros_like(radius) if side.operation == "turn" else radius - radius[0]
+        return RadiusCourse(moved, np.maximum(radius, 1e-3))
     if side.operation not in TURNED or side.work_diameter_mm is None:
         return None
     moved = _moved_mm(recording, speed_rpm)
@@ -70,8 +71,13 @@ def radius_course(recording: Recording, speed_rpm: Array | None) -> RadiusCourse
 
 
 def _moved_mm(recording: Recording, speed_rpm: Array | None) -> Array | None:
-    """Return how far the edge has moved away from the axis since the first sample, (n,)."""
+    """Return how far the edge has moved away from the axis since the first sample, (n,).
+
+    Along a cylinder x stands: what it moves before and after is no radius of the cut.
+    """
     side = recording.side.cut
+    if side.operation == "turn":
+        return np.zeros(len(recording))
     x_mm, x_mm_s = recording.get("x.position"), recording.get("x.velocity")
     if x_mm is not None:
         return np.asarray(x_mm - x_mm[0])

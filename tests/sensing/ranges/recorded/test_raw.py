@@ -120,3 +120,23 @@ def test_a_stated_speed_stays_under_a_load_that_makes_the_motor_slip(
     read = records.read(path)
     assert isinstance(read, Recording)
     assert_allclose(_row(raw.cut_of_recording(read).table)["spindle.speed"], 2000.0)
+
+
+def test_an_x_that_withdraws_is_no_other_radius_of_a_turned_cut(
+    cut: dict[str, Array], tmp_path: Path
+) -> None:
+    """It stands 5 mm clear until the approach begins, and goes 20 mm away at the end."""
+    t = cut["t"]
+    away = np.where(t < 0.3, 5.0, 0.0) + np.where(t > t[-1] - 0.4, 20.0, 0.0)
+    side = '[cut]\noperation = "turn"\nspeed_rpm = 2000\nwork_diameter_mm = 62\n'
+    rows = []
+    for name, moves in (("still", 0.0 * t), ("moves", away)):
+        path = tmp_path / f"{name}.csv"
+        bare = {key: values for key, values in cut.items() if key != "work.diameter"}
+        write_csv(path, bare | {"x.position": 31.0 + moves})
+        path.with_suffix(".toml").write_text(side, "utf-8")
+        read = records.read(path)
+        assert isinstance(read, Recording)
+        rows.append(_row(raw.cut_of_recording(read).table))
+    assert rows[0]["work.diameter"] == rows[1]["work.diameter"] == 62.0
+    assert_allclose(rows[1]["spindle.current.range"], rows[0]["spindle.current.range"])
