@@ -75,7 +75,7 @@ def open_database(
     ['lathe-1']
     >>> autodb.open("other.sqlite3")
     Traceback (most recent call last):
-    autodb.errors.UnusableInput: sqlite:///other.sqlite3: no database there; ...
+    autodb.errors.NotThere: sqlite:///other.sqlite3: no database there; ...
     """
     url = database_url(None if database is None else os.fspath(database))
     if create:
