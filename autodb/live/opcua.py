@@ -12,12 +12,9 @@ import asyncio
 import contextlib
 import logging
 import math
-import os
 import re
 from collections.abc import AsyncGenerator
 from datetime import UTC, datetime
-from pathlib import Path
-from typing import Any
 
 from asyncua import ua
 from asyncua.client.client import Client
@@ -34,9 +31,9 @@ from asyncua.ua.uaerrors import UaError, UaStringParsingError
 from autodb.errors import UnusableInput, near
 from autodb.live.agentfile import AgentFile
 from autodb.live.batch import Batch, Position, Said, Value
+from autodb.live.opcua_session import OpcUaSession, away
 from autodb.live.source import Away, HeardValues, Offered, SourceClock, unknown_item
 
-TIMEOUT_S = 5.0
 LISTEN_S = 1.0
 TOGETHER_S = 0.02
 """How long what is sent together may take to come in."""
@@ -61,18 +58,18 @@ class OpcUa:
 
     async def offered(self) -> list[Offered]:
         """Return the variables of the server that are no part of OPC UA itself."""
-        async with _Session(self._source) as client:
+        async with OpcUaSession(self._source) as client:
             found: list[Offered] = []
             try:
                 spaces = await client.get_namespace_array()
                 await _browse(client.nodes.objects, "", found, set(), spaces=spaces, deep=DEEP)
             except (UaError, OSError, TimeoutError) as error:
-                raise _away(self._url, error) from None
+                raise away(self._url, error) from None
             return found
 
     async def batches(self, after: Position | None) -> AsyncGenerator[Batch, None]:
         """Yield what the server says, from behind ``after`` where it keeps a history."""
-        async with _Session(self._source) as client:
+        async with OpcUaSession(self._source) as client:
             try:
                 spaces = await client.get_namespace_array()
                 self._refuse_moved(spaces, after)
@@ -89,12 +86,12 @@ class OpcUa:
                 finally:
                     listening.end()
             except (UaError, OSError, TimeoutError) as error:
-                raise _away(self._url, error) from None
+                raise away(self._url, error) from None
 
     async def units(self) -> dict[str, str]:
         """Return the engineering units (OPC 10000-8, 5.6.3) of nodes that say them."""
         found = {}
-        async with _Session(self._source) as client:
+        async with OpcUaSession(self._source) as client:
             try:
                 nodes = await self._nodes(client, await client.get_namespace_array())
                 for item, node in nodes.items():
@@ -102,7 +99,7 @@ class OpcUa:
                         said = await (await node.get_child("0:EngineeringUnits")).read_value()
                         found[item] = str(said.DisplayName.Text or "")
             except (UaError, OSError, TimeoutError) as error:
-                raise _away(self._url, error) from None
+                raise away(self._url, error) from None
         return {item: unit for item, unit in found.items() if unit}
 
     def _numbered(self, spaces: list[str]) -> dict[str, str]:
@@ -167,69 +164,6 @@ class OpcUa:
 NUMBERED = re.compile(r"ns=(?P<number>\d+);")
 BY_URI = re.compile(r"nsu=(?P<uri>.+?);(?P<id>[isgb]=.*)", re.DOTALL)
 UNKNOWN = (StatusCodes.BadNodeIdUnknown, StatusCodes.BadNodeIdInvalid)
-
-
-class _Session:
-    """A connection to a server, as an agent file says it is made."""
-
-    def __init__(self, source: Any) -> None:
-        self._source = source
-        self._client = Client(source.url, timeout=TIMEOUT_S)
-
-    async def __aenter__(self) -> Client:
-        source, client = self._source, self._client
-        try:
-            if source.user is not None:
-                client.set_user(source.user)
-            if source.password_env is not None:
-                client.set_password(_password(source.password_env))
-            if source.security is not None:
-                client.application_uri = application_uri(source.security, url=source.url)
-                await client.set_security_string(source.security)
-            await client.connect()
-        except (UaError, OSError, TimeoutError, ValueError) as error:
-            raise _away(source.url, error) from None
-        return client
-
-    async def __aexit__(self, *_: object) -> None:
-        with contextlib.suppress(UaError, OSError, TimeoutError):  # it is gone already
-            await asyncio.wait_for(self._client.disconnect(), TIMEOUT_S)
-
-
-def application_uri(security: str, *, url: str) -> str:
-    """Return what the certificate of a security text calls its application (OPC 10000-6, 6.2.2).
-
-    A server may refuse a client that calls itself otherwise. Raises UnusableInput for a text that
-    is none, or names a file that is not there or no certificate.
-    """
-    from cryptography import x509
-
-    cells = security.split(",")
-    if len(cells) not in (4, 5):
-        raise UnusableInput(
-            f"{url}: security = '{security}' is not POLICY,MODE,CERTIFICATE,KEY, like "
-            "Basic256Sha256,SignAndEncrypt,cert.pem,key.pem"
-        )
-    for name in cells[2:]:
-        if not Path(name).is_file():
-            raise UnusableInput(f"{url}: security: no file {name}")
-    content = Path(cells[2]).read_bytes()
-    pem = content.lstrip().startswith(b"-----")
-    try:
-        read = x509.load_pem_x509_certificate if pem else x509.load_der_x509_certificate
-        names = read(content).extensions.get_extension_for_class(x509.SubjectAlternativeName)
-        uris = names.value.get_values_for_type(x509.UniformResourceIdentifier)
-    except (ValueError, x509.ExtensionNotFound) as error:
-        raise UnusableInput(f"{url}: security: {cells[2]} is no certificate ({error})") from None
-    if not uris:
-        raise UnusableInput(f"{url}: security: {cells[2]} names no application (URI)")
-    return uris[0]
-
-
-def _password(variable: str) -> str:
-    if variable not in os.environ:
-        raise UnusableInput(f"password_env: no variable {variable} in the environment; set it")
-    return os.environ[variable]
 
 
 class _Listening:
@@ -411,8 +345,3 @@ def _by_uri(node: ua.NodeId, spaces: list[str]) -> str:
     number, _, name = node.to_string().partition(";")
     space = int(number.removeprefix("ns="))
     return f"nsu={spaces[space]};{name}" if space < len(spaces) else node.to_string()
-
-
-def _away(url: str, error: Exception) -> Away:
-    said = str(error).splitlines()
-    return Away(f"{url}: {said[0] if said and said[0] else type(error).__name__}")

@@ -22,7 +22,7 @@ from autodb.cli._common import (
 if TYPE_CHECKING:
     from rich.tree import Tree
 
-    from autodb.agent.answer.predicting import Predicted
+    from autodb.agent.answer.predicting import JobAnswer, Predicted
     from autodb.agent.answer.tracing import Node
     from autodb.agent.learn.known import Behind
     from autodb.files.machine import AxisLimits
@@ -90,14 +90,7 @@ def predict_command(
         limits = limits_of_machine(store, name)
     _write_predicted(answer, limits, csv, plot)
     if json:
-        from pydantic import TypeAdapter
-
-        from autodb.agent.answer.predicting import JobAnswer, Predicted
-
-        if compared:
-            say(TypeAdapter(tuple[JobAnswer, ...]).dump_json(compared, indent=1).decode())
-        else:
-            say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
+        _say_as_json(answer, compared)
         return
     show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
     show_figures(answer.cuts, answer.figures, answer.totals)
@@ -112,6 +105,18 @@ def predict_command(
         if path is not None:
             say(f"{what}: {path}")
     say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def _say_as_json(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> None:
+    """Print an answer, or two that are compared, as JSON."""
+    from pydantic import TypeAdapter
+
+    from autodb.agent.answer.predicting import JobAnswer, Predicted
+
+    if compared:
+        say(TypeAdapter(tuple[JobAnswer, ...]).dump_json(compared, indent=1).decode())
+    else:
+        say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
 
 
 def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:

@@ -5,6 +5,7 @@ Force for the feed axes, torque T for the spindle, F_y = T/r_e, each in one of t
 known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from autodb.sensing.ranges.choosing import (
     CONDITION,
     FOLDS,
     MIN_GROUPS,
+    TriedForm,
     assessed,
     best,
     close,
@@ -168,9 +170,8 @@ def calibrate(
     Raises UnusableInput when the current, the force or enough independent groups are missing.
     """
     points = calibration_points(table, axis, force_N=force_N, other_way=other_way)
-    fold = None
-    if axis in FEED_AXES and other_way is None:
-        fold = fold_of(points.sensed, points.target)
+    one_sided = axis in FEED_AXES and other_way is None
+    fold = fold_of(points.sensed, points.target) if one_sided else None
     if fold is not None:
         points = _unfolded(points, fold, axis=axis, path=table.path)
     sudden = transients(points.sensed.current, points.target, points.groups)
@@ -185,12 +186,7 @@ def calibrate(
         cuts, rmse=scores.rmse, day_share=DAY_SHARE[axis], reference_share=reference_share
     )
     own = of_one_way(replace(law, covariance=covariance))
-    one_way = sound.sensed.one_way
-    currents = sound.sensed.at(one_way).current
-    # of a slide the load beside a magnetising current is a line again away from no load: to count
-    # both would halve what the others say of what lies beyond
-    apart = [t for t in trials if not (form is LINE and t.form is MAGNETISED and axis in FEED_AXES)]
-    rivals = near_forms(apart, form, sound.sensed, sound.target, sound.groups)
+    currents = sound.sensed.at(sound.sensed.one_way).current
     return Calibration(
         form=own.form,
         axis=axis,
@@ -209,14 +205,32 @@ def calibrate(
         close=tuple(one.label for one in close(trials, sound.groups)),
         current_low=float(currents.min()),
         current_high=float(currents.max()),
-        domain=domain_of(
-            own,
-            sound.sensed.at(one_way),
-            sound.target[one_way],
-            rivals,
-            conditions=OF_FEED if axis in FEED_AXES else OF_SPINDLE,
-            fold=fold,
-        ),
+        domain=_domain(axis, own, form, trials, sound, fold),
+    )
+
+
+def _domain(  # noqa: PLR0917 - what a calibration was made with
+    axis: str,
+    own: FittedForm,
+    form: CurrentForm,
+    trials: Sequence[TriedForm],
+    sound: Points,
+    fold: Fold | None,
+) -> Domain:
+    """Return what a calibration's cuts were, and which laws were nearly as good.
+
+    Of a slide the load beside a magnetising current is a line again away from no load: to count
+    both would halve what the others say of what lies beyond.
+    """
+    slides, one_way = axis in FEED_AXES, sound.sensed.one_way
+    apart = [t for t in trials if not (slides and form is LINE and t.form is MAGNETISED)]
+    return domain_of(
+        own,
+        sound.sensed.at(one_way),
+        sound.target[one_way],
+        near_forms(apart, form, sound.sensed, sound.target, sound.groups),
+        conditions=OF_FEED if slides else OF_SPINDLE,
+        fold=fold,
     )
 
 
