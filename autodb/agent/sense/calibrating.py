@@ -61,6 +61,11 @@ def calibrate_table(
     feed directions. ``names`` (n,) of the cuts in messages; default their numbers. Raises
     UnusableInput when the data show a fault that concerns all axes, or no axis can be calibrated.
     """
+    if protocol is None and not any(f"force.{c}" in table for c in FORCE_COMPONENTS):
+        raise UnusableInput(
+            f"{table.path}: no channel force.x, force.y or force.z{table.near('force.z')}; add "
+            "what a dynamometer measured, or calibrate standard cuts with --protocol NAME"
+        )
     known = known or faults.KnownOfCuts(protocol)
     faults.refuse(table.path, faults.checks_of_units(table, axes, known))
     faults.refuse(table.path, faults.checks_of_signs(table, known))

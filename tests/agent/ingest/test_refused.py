@@ -93,7 +93,7 @@ def test_a_misspelt_column_is_pointed_at(refused: Callable[..., str], tmp_path: 
     assert "did you mean x.curent?" in refused("identify", typo)
     bare = tmp_path / "bare.csv"
     bare.write_text("cut,t,z.current\n1,0,2\n2,1,3\n")
-    assert "no channel 'force.z'" in refused("calibrate", bare)
+    assert "no channel force.x, force.y or force.z" in refused("calibrate", bare)
     short = tmp_path / "short.csv"
     short.write_text("t,x.position,x.current\n0,1,1\n1,2,1\n2,3,1\n")
     assert "record at least 100" in refused("identify", short)

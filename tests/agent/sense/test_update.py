@@ -60,3 +60,14 @@ def test_update_needs_a_machine_and_recordings(refused: Callable[..., str], cli:
     for given in (("--machine", "m"), ("a.csv",)):
         line = refused("calibrate", *given, "--update")
         assert "--update needs --machine NAME and recordings to add" in line
+
+
+def test_cuts_without_a_force_are_told_what_would_do(
+    refused: Callable[..., str], sample_jobs: Path
+) -> None:
+    source = sample_jobs / "stepped_shaft" / "recordings" / "standard-cuts.csv"
+    cuts = pd.read_csv(source)
+    cuts.drop(columns=[name for name in cuts if name.startswith("force.")]).to_csv("bare.csv")
+    line = refused("calibrate", "bare.csv")
+    assert "no channel force.x, force.y or force.z" in line
+    assert "--protocol NAME" in line
