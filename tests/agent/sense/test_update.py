@@ -67,7 +67,9 @@ def test_cuts_without_a_force_are_told_what_would_do(
 ) -> None:
     source = sample_jobs / "stepped_shaft" / "recordings" / "standard-cuts.csv"
     cuts = pd.read_csv(source)
-    cuts.drop(columns=[name for name in cuts if name.startswith("force.")]).to_csv("bare.csv")
+    cuts.drop(columns=[name for name in map(str, cuts) if name.startswith("force.")]).to_csv(
+        "bare.csv"
+    )
     line = refused("calibrate", "bare.csv")
     assert "no channel force.x, force.y or force.z" in line
     assert "--protocol NAME" in line
