@@ -128,6 +128,9 @@ def _size(reading: AxisReading, number: int) -> IntervalValue:
     laws = reading.inquiry.laws
     beside = number - len(laws)
     effect = laws[number].effect if beside < 0 else reading.fitted.effects[beside]
+    alone = reading.inquiry.choices[number].shape.alone
+    if alone is not None:
+        effect = alone()
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     columns = laws[number].columns if beside < 0 else reading.fitted.columns[beside]

@@ -40,23 +40,31 @@ SOFT = 0.08
 """Width of a soft knee as a share of the limit."""
 BELOW = 0.995
 """Share of the rows of a clipped effort that are below its limit, but for noise. Chosen."""
+FLAT_SHARE, FLAT_ROWS, FLATTER, SAME = 0.005, 8, 4, 1e-6
+"""A recording ends flat where at least this share of its rows, and so many, have one and the same
+last value, and so many times more than have the next; the same within this share of its range.
+Chosen."""
 ONE_SIGN, OTHER_SIGN = 0.02, 0.1
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
-size; of a simulation with two signs twice that share has the other. Chosen."""
-TERMS_WITH_SIGNS, SIGN_ROUNDS = 2, 10
+size; of an effort with two signs twice that share has the other. Chosen."""
+TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
 
 def _has_one_sign(s: AxisSignals) -> bool:
-    """Whether what was recorded has hardly another sign, while the simulation has both."""
-    s = s.frame
-    if s.recorded is None:
+    """Whether what was recorded has hardly another sign."""
+    recorded = s.frame.recorded
+    if recorded is None:
         return True
-    low, high = np.quantile(s.recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
-    other = np.quantile(s.simulation, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
-    return bool(min(-low, high) < OTHER_SIGN * max(-low, high) and other[0] < 0.0 < other[1])
+    low, high = np.quantile(recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
+    return bool(min(-low, high) < OTHER_SIGN * max(-low, high))
+
+
+def _has_both_signs(effort: Array) -> bool:
+    low, high = np.quantile(effort, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
+    return bool(low < 0.0 < high)
 
 
 def gain_candidate(s: AxisSignals) -> Candidate:
@@ -178,9 +186,63 @@ def _shifted(s: AxisSignals) -> Array:
 
 
 def clipping(s: AxisSignals) -> Candidate:
-    """The effort is clipped at a limit that the simulation exceeds: both ways, or one way only."""
+    """The effort is clipped at a limit that the simulation exceeds, both ways or one way only, or
+    that it would exceed had it not been fitted to what was clipped.
+    """
     forms = [form for sides in SIDES for form in _limits(s, sides)]
-    return Candidate("saturation", "saturation", tuple(forms), (), first=True)
+    return Candidate("saturation", "saturation", (*forms, *_refitted(s)), (), first=True)
+
+
+def _refitted(s: AxisSignals) -> list[CandidateForm]:
+    """Return the limits at which the recording ends flat, of the simulation's terms fitted to the
+    rows within them.
+    """
+    recorded = s.recorded
+    if recorded is None or not s.own:
+        return []
+    low, high = -_flat_end(-recorded), _flat_end(recorded)
+    if not np.isfinite([low, high]).any():
+        return []
+    effort = _effort_within(np.column_stack(list(s.own.values())), recorded, low, high)
+    beyond = (effort < low) | (effort > high)
+    return [
+        CandidateForm(
+            lambda **_: np.clip(effort, low, high) - s.simulation,
+            shape={"limit": float(min(abs(low), abs(high)))},
+            names=("share",),
+            allowed=near_one,
+            through=lambda columns, **_: columns * ~beyond[:, None],
+            alone=lambda: np.clip(effort, low, high) - effort,
+        )
+    ]
+
+
+def _flat_end(recorded: Array) -> float:
+    """Return the highest value, but for rounding, where a recording ends flat there, else infinity."""
+    alike = SAME * float(np.ptp(recorded))
+    end = float(recorded.max()) - alike
+    below = recorded[recorded < end]
+    there, next_to_it = len(recorded) - len(below), below > below.max(initial=-np.inf) - alike
+    flat = there >= max(FLAT_SHARE * len(recorded), FLAT_ROWS, FLATTER * next_to_it.sum())
+    return end if flat else float("inf")
+
+
+def _effort_within(own: Array, recorded: Array, low: float, high: float) -> Array:
+    """Return the effort of terms (n, p) fitted to what was recorded within two limits, (n,).
+
+    A row at a limit says only that the effort was there or beyond it (Tobin 1958, Econometrica
+    26:24, here by least squares).
+    """
+    free = (recorded > low) & (recorded < high)
+    used = free
+    effort = np.zeros(len(recorded))
+    for _ in range(FIT_ROUNDS):
+        effort = own @ np.linalg.lstsq(own[used], recorded[used], rcond=None)[0]
+        short = np.where(recorded >= high, effort < high, effort > low)
+        if np.array_equal(used, free | short):
+            break
+        used = free | short
+    return np.asarray(effort)
 
 
 def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
@@ -240,9 +302,13 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
     """A magnitude was recorded: of the simulation, or of its terms fitted to the magnitude."""
     one_sign = _has_one_sign(s)
     efforts = [s.effort, *_signed_efforts(s)] if one_sign else [s.effort]
+    signed = [_has_both_signs(effort) for effort in efforts]
 
     def law(number: int) -> Array:
         return np.asarray(np.abs(efforts[number]) - s.simulation)
+
+    def alone(number: int) -> Array:
+        return np.asarray(np.abs(efforts[number]) - efforts[number])
 
     def through(columns: Array, number: int) -> Array:
         return columns * np.where(efforts[number] < 0, -1.0, 1.0)[:, None]
@@ -252,12 +318,17 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
             partial(law, number),
             names=("share",),
             tries=len(efforts),
-            allowed=lambda share: one_sign and near_one(share),
+            allowed=near_one if one_sign and signed[number] else _never,
             through=partial(through, number=number),
+            alone=partial(alone, number) if number else None,
         )
         for number in range(len(efforts))
     )
     return Candidate("lost_sign", "lost_sign", forms, (), first=True)
+
+
+def _never(_share: Array) -> bool:
+    return False
 
 
 def _signed_efforts(s: AxisSignals) -> list[Array]:
@@ -272,7 +343,7 @@ def _signed_efforts(s: AxisSignals) -> list[Array]:
     found = []
     for column in own.T:
         sign = np.sign(column)
-        for _ in range(SIGN_ROUNDS):
+        for _ in range(FIT_ROUNDS):
             effort = own @ np.linalg.lstsq(own, sign * s.recorded, rcond=None)[0]
             sign = np.sign(effort)
         found.append(effort)

@@ -173,6 +173,7 @@ def axis_signals(
     if read.cutoff_hz < cutoff_hz:
         cutoff_hz = read.cutoff_hz
         inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
+    sense = read.sense if "coulomb" in read.had else inputs["direction"]
     own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
@@ -182,10 +183,10 @@ def axis_signals(
         velocity=inputs["velocity"],
         acceleration=inputs["acceleration"],
         direction=inputs["direction"],
-        sense=read.sense,
+        sense=sense,
         simulation=simulation,
         effort=simulation,
-        friction=simulated_friction(read.sense, own, had),
+        friction=simulated_friction(sense, own, had),
         last_sense=last,
         way=way,
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
