@@ -234,6 +234,8 @@ def _factor(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     new = {"factor": _shifted(_scaled(change, 1.0, "1"), 1.0)}
     if "start" in found:
         new["start"] = _shifted(_scaled(found["start"], span, "s"), begin)
+    if "duration" in found:
+        new["duration"] = _scaled(found["duration"], span, "s")
     if "time_constant" in found:
         new["time_constant"] = _scaled(found["time_constant"], span, "s")
     return _instead(found, ("share_of_all",), new)

@@ -28,6 +28,8 @@ LONG = (0.07, 0.1, 0.15, 0.22)
 DELAYS_S = (0.0004, 0.0008, 0.0015, 0.0025, 0.004, 0.006, 0.009, 0.013, 0.02, 0.03, 0.045, *LONG)
 SETTLING = (0.05, 0.15, 0.4, 1.0)
 """Times of a settling drift and gain as shares of the recording."""
+RAMPS = (0.15, 0.3, 0.6)
+"""Times that a gain's ramp takes, as shares of the recording. Chosen."""
 STEPS = 24
 STEP_S, STEP_ROWS = 0.04, 2.0
 """Time that a gain's step takes, and rows at least: a search can follow it. Chosen."""
@@ -68,7 +70,8 @@ def _has_both_signs(effort: Array) -> bool:
 
 
 def gain_candidate(s: AxisSignals) -> Candidate:
-    """Every contribution scales alike with a factor that changes: steadily, settling, in a step."""
+    """Every contribution scales alike with a factor that changes: steadily, settling, in a step
+    or over a ramp."""
     run = _run(s)
     rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(s.frame.t_s[-1] - s.frame.t_s[0])
 
@@ -78,7 +81,11 @@ def gain_candidate(s: AxisSignals) -> Candidate:
     def stepping(start: float) -> Array:
         return s.effort * np.clip((run - start) / rise + 0.5, 0.0, 1.0)
 
-    tries = 1 + len(SETTLING) + STEPS
+    def ramping(start: float, duration: float) -> Array:
+        return s.effort * np.clip((run - start) / duration, 0.0, 1.0)
+
+    ramps = [(at, length) for length in RAMPS for at in np.arange(0.0, 1.0 - length, length / 2)]
+    tries = 1 + len(SETTLING) + STEPS + len(ramps)
     forms = [CandidateForm(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
     forms += grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
     forms += [
@@ -90,6 +97,19 @@ def gain_candidate(s: AxisSignals) -> Candidate:
             tries=tries,
         )
         for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]
+    ]
+    forms += [
+        CandidateForm(
+            ramping,
+            shape={"start": float(at), "duration": length},
+            within={
+                "start": (float(at) - length / 2, float(at) + length / 2),
+                "duration": (length / 2, 2 * length),
+            },
+            names=("share_of_all",),
+            tries=tries,
+        )
+        for at, length in ramps
     ]
     forms.append(CandidateForm(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))))
     return Candidate(
@@ -170,7 +190,7 @@ def shift(s: AxisSignals) -> Candidate:
     )
     return Candidate(
         "lag", "lag", (slightly, *forms), (), detail=lambda: _shifted(s),
-        excludes=frozenset({"compliance"}), mistaken=lambda: turning_columns(s),
+        mistaken=lambda: turning_columns(s),
     )  # fmt: skip
 
 
