@@ -46,6 +46,9 @@ FLAT_SHARE, FLAT_ROWS, FLATTER, SAME = 0.005, 8, 4, 1e-6
 """A recording ends flat where at least this share of its rows, and so many, have one and the same
 last value, and so many times more than have the next; the same within this share of its range.
 Chosen."""
+FLAT_SLOPE = 0.2
+"""Share of what the effort rises beyond its limit that what was recorded follows, at most: a soft
+limit lets some of it through. Chosen."""
 ONE_SIGN, OTHER_SIGN = 0.02, 0.1
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
 size; of an effort with two signs twice that share has the other. Chosen."""
@@ -276,6 +279,7 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
     step = (highest - lowest) / CLIPS
     lowest_seen = _recorded_end(s, sides) / (1.0 + 2.0 * SOFT)
     limits = [at for n in range(CLIPS) if (at := lowest + step * n) > lowest_seen]
+    limits = [at for at in limits if _flat_beyond(s.frame, sides, at)]
 
     def sharp(limit: float) -> Array:
         return np.where(size > limit, sign * limit - s.simulation, 0.0)
@@ -305,6 +309,26 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
         for law, through, tried in ((sharp, clipped, limits), (soft, softened, limits[::SOFTER]))
         for at in tried
     ]
+
+
+def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
+    """Whether what was recorded stays where it is while the effort goes beyond a limit.
+
+    A wave that a simulation has too high turns back there, or goes on; few rows say nothing.
+    """
+    if s.recorded is None:
+        return True
+    along = across = 0.0
+    rows = 0
+    for side in sides:
+        beyond = side * s.effort > limit
+        if beyond.any():
+            effort, recorded = s.effort[beyond], s.recorded[beyond]
+            further = effort - effort.mean()
+            along += float(further @ recorded)
+            across += float(further @ further)
+            rows += len(effort)
+    return rows < FLAT_ROWS or abs(along) <= FLAT_SLOPE * across
 
 
 def _recorded_end(s: AxisSignals, sides: tuple[float, ...]) -> float:

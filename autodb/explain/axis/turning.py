@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.read_off import BETTER, WIDTHS
+from autodb.explain.axis.read_off import WIDTHS
 from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.engine.fit import Folds
+from autodb.explain.engine.laws import GAIN
+from autodb.explain.engine.plain import BLOCKS, rms_fall
 
 Array = NDArray[np.float64]
 
@@ -19,29 +22,32 @@ def turned_as_recorded(s: AxisSignals) -> AxisSignals:
     shows.
 
     Laws that turn with the motion all share it: level, difference by direction, slope along the
-    travel, dip at creep. It stays as it is where another leaves as much, or where the simulation's own friction
-    has told it.
+    travel, dip at creep. It stays as it is unless with another these predict blocks left out
+    clearly better, and dry friction alone no worse; or where the simulation's own friction has told
+    it.
     """
     if s.recorded is None or "coulomb" in s.had:
         return s
-    rows = slice(None, None, max(1, len(s.recorded) // ROWS))
     place = s.position - s.position.mean()
-    plain = [*s.own.values(), np.ones_like(place), place, s.velocity, s.acceleration]
-
     dips = [np.exp(-np.abs(s.velocity) / speed) for speed in s.scales.dips()]
+    own = [*s.own.values(), np.ones_like(place)]
+    plain = [s.recorded - s.simulation, *own, place, s.velocity, s.acceleration]
+    thin = slice(None, None, max(1, len(place) // ROWS))
 
-    def left(sense: Array) -> float:
-        laws = [*plain, sense, np.abs(sense), sense * place, *(sense * dip for dip in dips)]
-        matrix = np.column_stack(laws)[rows]
-        size = np.sqrt(np.mean(matrix**2, axis=0))
-        matrix = matrix / np.where(size > 0.0, size, 1.0)
-        target = (s.recorded - s.simulation)[rows]
-        found = np.linalg.lstsq(matrix, target, rcond=None)[0]
-        return float(np.sum((target - matrix @ found) ** 2))
+    def left(sense: Array) -> tuple[Array, Array]:
+        laws = [sense, np.abs(sense), sense * place, *(sense * dip for dip in dips)]
+        rows = np.column_stack([*plain, *laws])[thin]
+        folds = Folds(rows, 0, blocks=BLOCKS, folds=BLOCKS)
+        everything = np.arange(1, rows.shape[1])
+        dry = np.array([*range(1, 1 + len(own)), len(plain)])
+        return tuple(folds.by_fold(at, np.zeros(len(at))) for at in (everything, dry))
 
-    tried = [np.tanh(s.velocity / (share * s.scales.top)) for share in WIDTHS]
-    remains = [left(sense) for sense in tried]
-    best = int(np.argmin(remains))
-    if remains[best] >= BETTER * left(s.sense):
-        return s
-    return replace(s, sense=tried[best])
+    whole, alone = left(s.sense)
+    best, sense = GAIN, s.sense
+    for share in WIDTHS:
+        other = np.tanh(s.velocity / (share * s.scales.top))
+        with_all, with_it = left(other)
+        fall = rms_fall(whole, with_all)
+        if fall > best and with_it.sum() <= alone.sum():
+            best, sense = fall, other
+    return replace(s, sense=sense)
