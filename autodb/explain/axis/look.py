@@ -26,7 +26,6 @@ from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
-from autodb.explain.axis.turning import turned_as_recorded
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -81,7 +80,7 @@ def explain_axis(
     measured, unit = recording[channel], recording.unit(channel)
     _check(recording, channel, measured, simulation)
     refuse_unknown_rests(recording, axis_of(channel))
-    signals = turned_as_recorded(axis_signals(recording, simulation, channel, parts, includes))
+    signals = axis_signals(recording, simulation, channel, parts, includes)
     trace = ChannelTrace(
         x_name="t",
         x=recording.t_s,

@@ -220,13 +220,13 @@ def _refitted(s: AxisSignals) -> list[CandidateForm]:
     """Return the limits at which the recording ends flat, of the simulation's terms fitted to the
     rows within them.
     """
-    recorded = s.recorded
-    if recorded is None or not s.own:
+    recorded, terms = s.recorded, _terms(s)
+    if recorded is None or not terms.size:
         return []
     low, high = -_flat_end(-recorded), _flat_end(recorded)
     if not np.isfinite([low, high]).any():
         return []
-    effort = _effort_within(np.column_stack(list(s.own.values())), recorded, low, high)
+    effort = _effort_within(terms, recorded, low, high)
     beyond = (effort < low) | (effort > high)
     return [
         CandidateForm(
@@ -371,6 +371,12 @@ def lost_sign_candidate(s: AxisSignals) -> Candidate:
     return Candidate("lost_sign", "lost_sign", forms, (), first=True)
 
 
+def _terms(s: AxisSignals) -> Array:
+    """Return the columns (n, p) of the terms that the simulation has, or is said to have."""
+    empty = np.empty((len(s.simulation), 0))
+    return np.column_stack([empty, *{**s.stated, **s.own}.values()])
+
+
 def _never(_share: Array) -> bool:
     return False
 
@@ -381,14 +387,14 @@ def _signed_efforts(s: AxisSignals) -> list[Array]:
     A simulation that was refitted to magnitudes has lost its signs with them. Fit and signs are
     found in turn, from the sign of each term on; the best stays.
     """
-    if s.recorded is None or len(s.own) < TERMS_WITH_SIGNS:
+    terms = _terms(s)
+    if s.recorded is None or terms.shape[1] < TERMS_WITH_SIGNS:
         return []
-    own = np.column_stack(list(s.own.values()))
     found = []
-    for column in own.T:
+    for column in terms.T:
         sign = np.sign(column)
         for _ in range(FIT_ROUNDS):
-            effort = own @ np.linalg.lstsq(own, sign * s.recorded, rcond=None)[0]
+            effort = terms @ np.linalg.lstsq(terms, sign * s.recorded, rcond=None)[0]
             sign = np.sign(effort)
         found.append(effort)
     left = [float(np.sum((np.abs(effort) - s.recorded) ** 2)) for effort in found]
