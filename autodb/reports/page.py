@@ -74,7 +74,7 @@ class Page:
 
 
 def render_page(page: Page, mismatch_html: str | None) -> str:
-    """Return the machine's report: one HTML file that loads nothing.
+    """Return the machine's report: a page that loads nothing from outside.
 
     ``mismatch_html`` is shown as it is: the content that explaining one recording gives.
     """

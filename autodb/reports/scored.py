@@ -28,7 +28,7 @@ BESIDE = 0.12
 
 
 def render_scores(found: PredictionScores) -> str:
-    """Return the page: one HTML file that loads nothing."""
+    """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "scored.html.j2",
         title=f"{found.machine}: predicted and made",
