@@ -74,11 +74,11 @@ def _pages(cli: Cli, cuts: Path) -> list[Path]:
     scores = PredictionScores("lathe-1", 0, (), (PAST,))
     write_page(Path("scores.html"), render_scores(scores))
     store.close()
-    both = [_of_three_axes(name) for name in ("a.csv", "b.csv")]
+    both = [explained(channel(), recording=name) for name in ("a.csv", "b.csv")]
     setups = [RecordingSetup(recording=one.explanation.recording, **NOTHING) for one in both]
     found = explain_together(setups, [one.explanation.channels for one in both])
     write_together(both, found, Path("both"))
-    write_answer(both[0], Path("explained"))
+    write_answer(_of_three_axes("a.csv"), Path("explained"))
     return sorted(Path().rglob("*.html"))
 
 
