@@ -63,6 +63,8 @@ class Site:
             "import": f"{MACHINE}/import",
             "mismatches": f"{MACHINE}/mismatches",
             "scores": f"{MACHINE}/scores",
+            "recordings": f"{MACHINE}/recordings",
+            "a table of cuts": f"{MACHINE}/recordings/4",
             "mismatch": f"/mismatches/{self.mismatch}",
             "not there": "/machines/none",
         }
@@ -171,6 +173,23 @@ def test_a_pair_is_shown_over_feed_and_depth(page: Page, site: Site) -> None:
     page.get_by_role("spinbutton", name="Depth").fill("1.5")
     page.get_by_role("button", name="Show it").click()
     expect(page.get_by_text("depth 1.5 mm")).to_be_visible()
+
+
+def test_a_recording_is_found_and_drawn_with_its_cut(page: Page) -> None:
+    page.goto(f"{MACHINE}/recordings")
+    page.get_by_role("button", name="Length").click()
+    expect(page.get_by_role("columnheader", name="Length")).to_have_attribute(
+        "aria-sort", "ascending"
+    )
+    assert page.locator("tbody tr").first.inner_text().split("\t")[1] == "standard-cut-raw.parquet"
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Download as CSV").click()
+    text = saved.value.path().read_text("utf-8-sig").splitlines()
+    assert text[0].startswith("No.,File,Recorded (UTC),Length,Rate [Hz]")
+    assert len(text) == 6
+    page.get_by_role("link", name="2", exact=True).click()
+    expect(page.get_by_text("the cut, 2.")).to_be_visible(timeout=60_000)
+    expect(page.locator(".js-plotly-plot .main-svg").first).to_be_visible()
 
 
 def test_a_job_is_planned_by_hand(page: Page) -> None:

@@ -8,9 +8,12 @@ from autodb.web.pages import (
     pairs,
     planner,
     program,
+    recordings,
     scores,
     signing,
 )
 
-PAGES = (signing, machines, mismatches, planner, program, pairs, scores, importing, machine)
+PAGES = (
+    signing, machines, mismatches, planner, program, recordings, pairs, scores, importing, machine,
+)  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""
