@@ -64,6 +64,7 @@ class Site:
             "mismatches": f"{MACHINE}/mismatches",
             "scores": f"{MACHINE}/scores",
             "recordings": f"{MACHINE}/recordings",
+            "health": f"{MACHINE}/health",
             "a table of cuts": f"{MACHINE}/recordings/4",
             "mismatch": f"/mismatches/{self.mismatch}",
             "not there": "/machines/none",
@@ -190,6 +191,15 @@ def test_a_recording_is_found_and_drawn_with_its_cut(page: Page) -> None:
     page.get_by_role("link", name="2", exact=True).click()
     expect(page.get_by_text("the cut, 2.")).to_be_visible(timeout=60_000)
     expect(page.locator(".js-plotly-plot .main-svg").first).to_be_visible()
+
+
+def test_health_leads_to_its_evidence(page: Page, site: Site) -> None:
+    page.goto(f"{MACHINE}/health")
+    expect(page.get_by_role("link", name=f"Decide on mismatch {site.mismatch}")).to_be_visible()
+    expect(page.locator("#course-z .main-svg").first).to_be_visible(timeout=60_000)
+    page.locator("section section", has_text="Z axis").get_by_text("What it rests on").click()
+    page.get_by_role("link", name="recording 4").first.click()
+    expect(page.get_by_role("heading", name="shop-week-1.csv")).to_be_visible()
 
 
 def test_a_job_is_planned_by_hand(page: Page) -> None:

@@ -35,7 +35,13 @@ def test_recordings_are_listed_newest_first_some_at_a_time(
     with store.writing() as session:
         owner = session.get_one(models.StoredRecording, number).machine_id
         for name in ("a.csv", "b.csv"):
-            row: dict[str, Any] = {"sha256": name, "path": name, "kind": "series", "rows": 9, "units": {}}
+            row: dict[str, Any] = {
+                "sha256": name,
+                "path": name,
+                "kind": "series",
+                "rows": 9,
+                "units": {},
+            }
             session.add(models.StoredRecording(machine_id=owner, side={}, **row))
     every = client.get(f"{API}/{MACHINE}/recordings").json()
     numbers = [one["id"] for one in every]

@@ -76,7 +76,7 @@ def test_every_page_answers_and_loads_scripts_of_its_own_alone(
         f"{MACHINE}/pair?{urlencode(pair)}", f"{MACHINE}/plan?{urlencode(pair | CUT)}",
         f"{MACHINE}/mismatches", f"{MACHINE}/mismatches?decided=true", f"{MACHINE}/import",
         f"{MACHINE}/scores", f"{MACHINE}/recordings", f"{MACHINE}/recordings/2",
-        f"{MACHINE}/recordings/4",
+        f"{MACHINE}/recordings/4", f"{MACHINE}/health",
         f"{MACHINE}/drives/z.current", f"/mismatches/{_open_mismatch(store)}",
     ]  # fmt: skip
     for path in pages:

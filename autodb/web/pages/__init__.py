@@ -1,6 +1,7 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
 
 from autodb.web.pages import (
+    health,
     importing,
     machine,
     machines,
@@ -14,6 +15,7 @@ from autodb.web.pages import (
 )
 
 PAGES = (
-    signing, machines, mismatches, planner, program, recordings, pairs, scores, importing, machine,
+    signing, machines, mismatches, planner, program, recordings, health, pairs, scores, importing,
+    machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

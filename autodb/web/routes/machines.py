@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.axis_courses import MachineCourse, machine_course
 from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.overview import (
     CalibrationSaid,
@@ -137,6 +138,16 @@ def machine_mismatches(
         return [mismatch_said(session, row) for row in rows]
 
     return answer_from_state(request, list[MismatchSaid], some)
+
+
+@router.get(
+    "/machines/{machine:path}/health",
+    summary="How its axes went, and what is due",
+    **documented_answer(MachineCourse),
+)
+def health_route(request: Request, _access: Reads, machine: MachineName) -> Response:
+    """Give gain, friction and force of a machine's axes over the weeks, and what is due."""
+    return answer_from_state(request, MachineCourse, lambda s: machine_course(s, machine))
 
 
 @router.get("/machines/{machine:path}", summary="One machine", **documented_answer(MachineSaid))

@@ -21,48 +21,8 @@ const drawPlots = (() => {
 })();
 drawPlots();
 
-// Pieces of a page that take a while to make: asked for, and put in when they are there.
-const askPiece = async (address, options, { status, into, button }) => {
-  const begun = Date.now();
-  const tell = () => { status.textContent = `working: ${Math.round((Date.now() - begun) / 1000)} s`; };
-  const ticking = setInterval(tell, 1000);
-  tell();
-  button.disabled = true;
-  status.className = "";
-  try {
-    const got = await fetch(address, options);
-    const text = await got.text();
-    clearInterval(ticking);
-    if (!got.ok) {
-      const said = new DOMParser().parseFromString(text, "text/html").querySelector(".said");
-      throw new Error(said ? said.textContent : `status ${got.status}`);
-    }
-    into.innerHTML = text;
-    into.hidden = false;
-    status.textContent = "";
-    await drawPlots();
-  } catch (error) {
-    status.textContent = error.message;
-    status.className = "said";
-  } finally {
-    clearInterval(ticking);
-    button.disabled = false;
-  }
-};
-
-document.querySelectorAll("[data-piece]").forEach((section) => {
-  const [button, status, into] = ["button", "[role=status]", "[aria-live]"].map((one) =>
-    section.querySelector(one));
-  const ask = () => askPiece(section.dataset.piece, {}, { status, into, button });
-  button.addEventListener("click", ask);
-  if ("now" in section.dataset) {
-    button.hidden = true;
-    ask().then(() => { button.hidden = !into.hidden && into.childElementCount > 0; });
-  }
-});
-
 // Tables: sorted by a column's title, downloaded as CSV, and on a narrow screen a card a row.
-(() => {
+const beginTables = (() => {
   const read = (cell) => (cell.dataset.value ?? cell.textContent.trim().replace(/\s+/g, " "));
   const size = (text) => parseFloat(text.replace("−", "-"));
   const before = (a, b) => {
@@ -90,7 +50,7 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     link.click();
     URL.revokeObjectURL(link.href);
   };
-  document.querySelectorAll("table[data-table]").forEach((table) => {
+  const begin = (table) => {
     const titles = [...table.tHead.rows[0].cells];
     [...table.tBodies[0].rows].forEach((row) => [...row.cells].forEach((cell, k) => {
       cell.dataset.label = titles[k].textContent;
@@ -112,8 +72,51 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     below.className = "below";
     below.append(button);
     table.parentElement.after(below);
-  });
+  };
+  return (part) => part.querySelectorAll("table[data-table]").forEach(begin);
 })();
+beginTables(document);
+
+// Pieces of a page that take a while to make: asked for, and put in when they are there.
+const askPiece = async (address, options, { status, into, button }) => {
+  const begun = Date.now();
+  const tell = () => { status.textContent = `working: ${Math.round((Date.now() - begun) / 1000)} s`; };
+  const ticking = setInterval(tell, 1000);
+  tell();
+  button.disabled = true;
+  status.className = "";
+  try {
+    const got = await fetch(address, options);
+    const text = await got.text();
+    clearInterval(ticking);
+    if (!got.ok) {
+      const said = new DOMParser().parseFromString(text, "text/html").querySelector(".said");
+      throw new Error(said ? said.textContent : `status ${got.status}`);
+    }
+    into.innerHTML = text;
+    into.hidden = false;
+    beginTables(into);
+    status.textContent = "";
+    await drawPlots();
+  } catch (error) {
+    status.textContent = error.message;
+    status.className = "said";
+  } finally {
+    clearInterval(ticking);
+    button.disabled = false;
+  }
+};
+
+document.querySelectorAll("[data-piece]").forEach((section) => {
+  const [button, status, into] = ["button", "[role=status]", "[aria-live]"].map((one) =>
+    section.querySelector(one));
+  const ask = () => askPiece(section.dataset.piece, {}, { status, into, button });
+  button.addEventListener("click", ask);
+  if ("now" in section.dataset) {
+    button.hidden = true;
+    ask().then(() => { button.hidden = !into.hidden && into.childElementCount > 0; });
+  }
+});
 
 // A program that is dropped: sent with the pair and the bar, answered by a piece of the page.
 (() => {
