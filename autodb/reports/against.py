@@ -19,7 +19,8 @@ PLOT_PX = 360
 class PredictedMade:
     """A quantity of cuts (n,) in ``unit``: predicted with its 95 % interval, and as it was made.
 
-    ``made`` is NaN where it was neither measured nor sensed; ``made_sd`` its standard deviation.
+    ``made`` is NaN where it was neither measured nor sensed; ``made_sd`` its standard deviation;
+    ``held``: whether the interval holds it.
     """
 
     title: str
@@ -30,11 +31,7 @@ class PredictedMade:
     high: Array
     made: Array
     made_sd: Array
-
-
-def inside_interval(made: Array, low: Array, high: Array) -> Flags:
-    """Return which of what was made (n,) lies in its predicted interval."""
-    return np.asarray((made >= low) & (made <= high))
+    held: Flags
 
 
 def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
@@ -43,10 +40,9 @@ def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
         [f"{one.title} predicted [{one.unit}]"], x_title=f"{one.title} measured [{one.unit}]"
     )
     sensed = np.isfinite(one.made)
-    inside = inside_interval(one.made, one.low, one.high)
     for rows, tone, called in (
-        (sensed & inside, "corrected", "inside"),
-        (sensed & ~inside, "warn", "outside"),
+        (sensed & one.held, "corrected", "inside"),
+        (sensed & ~one.held, "warn", "outside"),
     ):
         if np.any(rows):
             made.add_trace(_intervals(one, rows, tone, called))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.reports import figures
-from autodb.reports.against import PredictedMade, inside_interval, plot_against
+from autodb.reports.against import PredictedMade, plot_against
 
 Array = NDArray[np.float64]
 
@@ -111,12 +111,15 @@ def learnt_words(curve: LearningCurve) -> str:
 def check_words(check: PredictedSensed) -> str:
     """Return how many sensed forces lie in their predicted interval; how many were not sensed."""
     sensed = np.isfinite(check.sensed_N)
-    held = inside_interval(check.sensed_N, check.low_N, check.high_N)
-    inside = f"{np.sum(held)} of {np.sum(sensed)} measured forces"
+    inside = f"{np.sum(_inside(check))} of {np.sum(sensed)} measured forces"
     blind = int(np.sum(~sensed))
     return f"{inside} lie in the predicted interval" + (
         f"; {blind} {NOT_SENSED}." if blind else "."
     )
+
+
+def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
+    return np.asarray((check.sensed_N >= check.low_N) & (check.sensed_N <= check.high_N))
 
 
 # Plots
@@ -195,5 +198,6 @@ def _check(n: int, check: PredictedSensed) -> Markup:
         high=check.high_N,
         made=check.sensed_N,
         made_sd=check.sensed_sd_N,
+        held=_inside(check),
     )
     return plot_against(f"check-{n}", made, words=check_words(check))

@@ -13,7 +13,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
 from autodb.reports import figures
-from autodb.reports.against import PredictedMade, inside_interval, plot_against
+from autodb.reports.against import PredictedMade, plot_against
 
 PLOT_PX = 190
 """Height of one quantity."""
@@ -81,9 +81,9 @@ def plots_against(found: PredictionScores) -> list[Markup]:
             high=ends[:, 2],
             made=np.array([s.made for _, s in some]),
             made_sd=np.array([s.sd or 0.0 for _, s in some]),
+            held=np.array([s.held for _, s in some]),
         )
-        held = int(np.sum(inside_interval(made.made, made.low, made.high)))
-        words = f"{held} of {len(some)} lie in their predicted interval"
+        words = f"{int(np.sum(made.held))} of {len(some)} lie in their predicted interval"
         plots.append(plot_against(f"against-{quantity.channel}", made, words=words))
     return plots
 

@@ -46,7 +46,7 @@ def _rows(found: PredictionScores) -> list[tuple[object, ...]]:
             quantity(one.predicted.value, units[one.quantity]),
             span(one.predicted.low, one.predicted.high, units[one.quantity]),
             quantity(one.made, units[one.quantity]),
-            one.predicted.low <= one.made <= one.predicted.high,
+            one.held,
             cut.recording,
         )
         for cut in reversed(found.cuts[-LISTED:])
