@@ -171,7 +171,7 @@ def test_a_pair_is_shown_over_feed_and_depth(page: Page, site: Site) -> None:
     expect(page.get_by_role("heading", name="Over feed and depth")).to_be_visible()
     expect(page.locator("#map-1 .contour path").first).to_be_attached()
     page.get_by_text("Another cut").click()
-    page.get_by_role("spinbutton", name="Depth").fill("1.5")
+    page.get_by_role("textbox", name="Depth").fill("1,5")
     page.get_by_role("button", name="Show it").click()
     expect(page.get_by_text("depth 1.5 mm")).to_be_visible()
 
@@ -265,7 +265,7 @@ def test_a_mismatch_shows_its_recording(page: Page, site: Site) -> None:
 def test_a_job_is_planned_by_dropping_its_program(page: Page, sample_jobs: Path) -> None:
     page.goto(f"{MACHINE}/plan")
     page.get_by_text("Or drop the NC program").click()
-    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Bar diameter").fill("60,0")
     page.get_by_label("Face of the bar").fill("2")
     page.get_by_label("Drop the program here").set_input_files(sample_jobs / "nc_profile/part.nc")
     page.get_by_role("button", name="Predict the program").click()
@@ -365,5 +365,6 @@ def test_pages_print_without_what_is_pressed(page: Page, site: Site, tmp_path: P
     expect(page.get_by_role("button", name="Predict", exact=True)).to_be_hidden()
     expect(page.locator(".bar")).to_be_hidden()
     expect(page.get_by_role("heading", name="What it will take")).to_be_visible()
+    expect(page.get_by_text("turn, diameter 56 mm, depth 2.5 mm")).to_be_visible()
     made = page.pdf(path=tmp_path / "plan.pdf", format="A4")
     assert made.startswith(b"%PDF")

@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from autodb.errors import UnusableInput, near
 from autodb.files.job import JobCut
+from autodb.files.typed_numbers import typed_number
 from autodb.web.http.problems import first_of
 
 TEXTS = ("name", "operation")
@@ -40,7 +41,9 @@ def cut_of_query(query: Mapping[str, str]) -> JobCut:
 
 def as_cut(stated: Mapping[str, str]) -> JobCut:
     """Return the cut that texts state by key; raises UnusableInput naming the key."""
-    read = {name: text if name in TEXTS else _number(name, text) for name, text in stated.items()}
+    read = {
+        name: text if name in TEXTS else typed_number(name, text) for name, text in stated.items()
+    }
     try:
         return JobCut.model_validate(read)
     except ValidationError as error:
@@ -53,15 +56,6 @@ def read_cut(line: bytes) -> JobCut:
         return JobCut.model_validate_json(line)
     except ValidationError as error:
         raise UnusableInput(first_of(error.errors())) from None
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise UnusableInput(
-            f"{name}: '{text}' is not a number; send a number such as 2.5"
-        ) from None
 
 
 def parameters_of_a_cut() -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from pydantic import ValidationError
@@ -13,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
+from autodb.files.typed_numbers import typed_number
 from autodb.web.http.guard import BODY_MOST
 from autodb.web.http.problems import first_of, problems
 from autodb.web.http.responses import json_answer
@@ -24,6 +26,8 @@ from autodb.web.service import Reads, made_apart, service_of
 
 router = APIRouter()
 JOB, PROGRAM = "job", "program"
+STOCK = ("stock_diameter_mm", "stock_face_mm")
+"""Numbers of a program that a page sends as they were typed."""
 _EXAMPLE = {
     "name": "shaft", "material": "C45", "tool": "CNMG 120408",
     "program": {"stock_diameter_mm": 60.0},
@@ -105,7 +109,7 @@ def _job(text: bytes, called: str) -> Job:
     try:
         said = from_json(text)
         if isinstance(said, dict) and isinstance(said.get("program"), dict):
-            said["program"]["file"] = called
+            said["program"] = _numbers(said["program"]) | {"file": called}
         job = Job.model_validate(said)
     except ValidationError as error:
         raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
@@ -114,3 +118,9 @@ def _job(text: bytes, called: str) -> Job:
     if job.program is None:
         raise UnusableInput(f"{JOB}: program: missing; send a job with its stock there")
     return job
+
+
+def _numbers(said: dict[str, Any]) -> dict[str, Any]:
+    """Return what is said of a program, its stock in numbers where it was typed."""
+    typed = {key: text for key, text in said.items() if key in STOCK and isinstance(text, str)}
+    return said | {key: typed_number(key, text) for key, text in typed.items()}

@@ -125,8 +125,8 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
   const cuts = document.querySelector("form [name=material]").form;
   const file = form.querySelector("[type=file]");
   const predict = () => {
-    const number = (name) => Number(form.elements[name].value);
-    const program = { stock_diameter_mm: number("stock_diameter_mm"), stock_face_mm: number("stock_face_mm") };
+    const typed = (name) => form.elements[name].value;
+    const program = { stock_diameter_mm: typed("stock_diameter_mm"), stock_face_mm: typed("stock_face_mm") };
     const { material, tool } = cuts.elements;
     const job = { name: file.files[0].name, material: material.value, tool: tool.value, program };
     const sent = new FormData();
