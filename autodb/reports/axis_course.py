@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from autodb.agent.answer.axis_courses import AxisCourse, CoursePoint
+from autodb.agent.answer.shown.axis_courses import AxisCourse, CoursePoint
 from autodb.reports import figures
 
 PANEL_PX, BELOW_PX, BETWEEN_PX = 110, 80, 36

@@ -2,7 +2,7 @@
 
 from markupsafe import Markup
 
-from autodb.agent.answer.recorded import RecordedCourse
+from autodb.agent.answer.shown.recorded import RecordedCourse
 from autodb.reports import figures
 
 PANEL_PX = 124

@@ -2,8 +2,8 @@
 
 from fastapi import APIRouter, Request, Response
 
-from autodb.agent.answer.axis_courses import AxisCourse, machine_course
-from autodb.agent.answer.due_lines import DueLine, due_on
+from autodb.agent.answer.shown.axis_courses import AxisCourse, machine_course
+from autodb.agent.answer.shown.due_lines import DueLine, due_on
 from autodb.reports.axis_course import plot_of_axis
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import day, read_state

@@ -18,7 +18,6 @@ from autodb.errors import UnusableInput
 from autodb.files.coefficients import BoundedValue
 from autodb.files.cut_words import FIELDS, cut_in_words
 from autodb.files.job import JobCut
-from autodb.files.typed_numbers import typed_number
 from autodb.forward.limits import standings_in_words
 from autodb.reports.figures import force_title, number
 from autodb.reports.page import learning_plot, learnt_words
@@ -33,6 +32,7 @@ from autodb.web.pages.cuts import (
     stated_rows,
 )
 from autodb.web.pages.reading import day, read_state
+from autodb.web.routes.asked import typed_number
 from autodb.web.service import Reads, service_of
 
 UNITS = {"1": "", "N/mm^2": "N/mm²"}

@@ -9,14 +9,14 @@ from markupsafe import Markup
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.recorded import course_of
-from autodb.agent.answer.recordings import (
+from autodb.agent.answer.shown.recorded import course_of
+from autodb.agent.answer.shown.recordings import (
     WITHDRAWN,
     RecordingSaid,
     RecordingSeen,
-    recording_of,
     recording_said,
     recordings_seen,
+    stored_recording,
 )
 from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.withdrawing import take_again, withdraw
@@ -54,7 +54,7 @@ def recordings_page(
         title=f"{machine}: recordings",
         machine=machine,
         here="recordings",
-        recordings=[(one, began(one), length_words(one)) for one in found],
+        recordings=[(one, _began(one), length_words(one)) for one in found],
         older=found[-1].id if len(found) == A_PAGE else None,
         WITHDRAWN=WITHDRAWN,
     )
@@ -73,7 +73,7 @@ async def recording_plot(
     """Answer with the piece of the page that draws a recording over time, read apart."""
     service = service_of(request)
     with service.store.reading() as session:
-        place = recording_of(session, machine, number).path
+        place = stored_recording(session, machine, number).path
     task = RecordingToShow(machine, number, Path(place))
     made = await made_apart(service, task, str, service.settings.limits.predicting)
     return piece("_report.html.j2", report=Markup(made))
@@ -112,7 +112,7 @@ def _shown(
     request: Request, machine: str, number: int, *, said: str = "", status: int = 200
 ) -> Response:
     def asked(session: Session) -> tuple[RecordingSaid, Markup | None, list[tuple[str, ...]]]:
-        row = recording_of(session, machine, number)
+        row = stored_recording(session, machine, number)
         drawn = plot_of_course(course_of(row)) if row.kind == "cuts" else None
         cut = models.Cut
         some = select(cut).where(cut.recording_id == number).order_by(cut.number).limit(CUTS)
@@ -143,7 +143,7 @@ def _cut_row(one: models.Cut) -> tuple[str, ...]:
     return f"{one.number:g}", one.operation or "", *pair, "no" if one.superseded_at else "yes"
 
 
-def began(one: RecordingSeen) -> str:
+def _began(one: RecordingSeen) -> str:
     """Return when a recording began, or came in where nobody stated that."""
     return day(one.began_at or one.imported_at)
 

@@ -95,12 +95,12 @@ class RecordingToShow:
 
     def do(self, store: Store, _tell: Tell) -> bytes:
         """Return the plot, a piece of a page, as JSON."""
-        from autodb.agent.answer.recorded import course_of
-        from autodb.agent.answer.recordings import recording_of
+        from autodb.agent.answer.shown.recorded import course_of
+        from autodb.agent.answer.shown.recordings import stored_recording
         from autodb.reports.recorded import plot_of_course
 
         with store.reading() as session:
-            course = course_of(recording_of(session, self.machine, self.recording))
+            course = course_of(stored_recording(session, self.machine, self.recording))
         return _text(plot_of_course(course))
 
 

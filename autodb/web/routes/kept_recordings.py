@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response
 
-from autodb.agent.answer.recordings import (
+from autodb.agent.answer.shown.recordings import (
     RecordingSaid,
     RecordingSeen,
     recording_said,

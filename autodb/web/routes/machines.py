@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query, Request, Response
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.axis_courses import MachineCourse, machine_course
 from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.overview import (
     CalibrationSaid,
@@ -18,6 +17,7 @@ from autodb.agent.answer.overview import (
     machines_seen,
     mismatch_said,
 )
+from autodb.agent.answer.shown.axis_courses import MachineCourse, machine_course
 from autodb.agent.answer.tracing import Node, trace
 from autodb.agent.matching.scoring import PredictionScores, scores_in
 from autodb.agent.operate.access import noted

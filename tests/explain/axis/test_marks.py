@@ -113,9 +113,7 @@ def test_the_last_step_of_an_encoder_turns_nothing() -> None:
 
 
 def test_play_is_found_where_an_axis_rests_on_the_last_step_of_its_encoder() -> None:
-    rests = np.interp(
-        T_S, np.arange(0.0, 31.0, 1.5), 60.0 * np.array([0, 1, 1, 2, 2, 0, 0] * 3)
-    )
+    rests = np.interp(T_S, np.arange(0.0, 31.0, 1.5), 60.0 * np.array([0, 1, 1, 2, 2, 0, 0] * 3))
     jitter = 0.4 * (np.random.default_rng(3).random(len(T_S)) - 0.5)
     written = 0.003 * np.round(rests / 0.003 + jitter)
     speed = np.gradient(rests, T_S)

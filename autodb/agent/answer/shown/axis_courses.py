@@ -8,7 +8,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.drifted_gains import sensed_beside_expected
-from autodb.agent.answer.due_lines import DueLine, due_on
+from autodb.agent.answer.shown.due_lines import DueLine, due_on
 from autodb.agent.matching.taken_by_cuts import offered_calibrations
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.agent.rows.machines import find_machine

@@ -3,7 +3,7 @@
 import pytest
 
 from autodb.errors import UnusableInput
-from autodb.files.typed_numbers import typed_number
+from autodb.web.routes.asked import typed_number
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from autodb.agent.answer.recorded import MOST, course_of
-from autodb.agent.answer.recordings import recording_of, recording_said, recordings_seen
+from autodb.agent.answer.shown.recorded import MOST, course_of
+from autodb.agent.answer.shown.recordings import recording_said, recordings_seen, stored_recording
 from autodb.errors import NotThere, SetAside
 from autodb.records import Recording, read
 from autodb.sensing.ranges.recorded.raw import cut_stretch
@@ -57,7 +57,7 @@ def test_recordings_are_seen_said_and_drawn(standard_learnt: Cli, sample_jobs: P
         cuts = course_of(session.get_one(models.StoredRecording, table.id))
         assert (cuts.over_time, len(cuts.x), cuts.units["force.y"]) == (False, 32, "N")
         with pytest.raises(NotThere, match="has no recording 99"):
-            recording_of(session, "lathe-1", 99)
+            stored_recording(session, "lathe-1", 99)
     raw.unlink()
     with store.reading() as session:
         (gone, _) = recordings_seen(session, "lathe-1", most=5)

@@ -7,7 +7,7 @@ from pathlib import Path
 from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.resting import Resting, resting_on_recording
+from autodb.agent.answer.shown.resting import Resting, resting_on_recording
 from autodb.agent.ingest.importing import time_sentences
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.recordings import stated_start
@@ -86,7 +86,7 @@ def recordings_seen(
     return _seen(session, session.scalars(query.order_by(table.id.desc()).limit(most)).all())
 
 
-def recording_of(session: Session, machine: str, number: int) -> models.StoredRecording:
+def stored_recording(session: Session, machine: str, number: int) -> models.StoredRecording:
     """Return a recording of a machine; raises NotThere where it has none of that number."""
     owner, row = find_machine(session, machine), session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
@@ -95,8 +95,8 @@ def recording_of(session: Session, machine: str, number: int) -> models.StoredRe
 
 
 def recording_said(session: Session, machine: str, number: int) -> RecordingSaid:
-    """Return one recording; raises NotThere as ``recording_of``."""
-    row = recording_of(session, machine, number)
+    """Return one recording; raises NotThere as ``stored_recording``."""
+    row = stored_recording(session, machine, number)
     (seen,) = _seen(session, [row])
     return RecordingSaid(
         machine=machine,

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.answer.axis_courses import AxisCourse, machine_course
-from autodb.agent.answer.due_lines import due_on
+from autodb.agent.answer.shown.axis_courses import AxisCourse, machine_course
+from autodb.agent.answer.shown.due_lines import due_on
 from autodb.agent.rows.calibrations import as_calibration
 from autodb.errors import NotThere
 from autodb.reports.axis_course import plot_of_axis
