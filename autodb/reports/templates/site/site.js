@@ -40,7 +40,7 @@ const beginTables = (() => {
     body.append(...rows.map(([, row]) => row));
   };
   const csv = (table) => [...table.rows].map((row) => [...row.cells].map((cell) => {
-    const text = (cell.querySelector("button") ?? cell).textContent.trim().replace(/\s+/g, " ");
+    const text = cell.innerText.trim().replace(/\s+/g, " ");
     return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
   }).join(",")).join("\r\n");
   const save = (table, name) => {
