@@ -1,7 +1,7 @@
 """Read a TOML file into a model; every refusal is one line that names the file and the key."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -88,12 +88,17 @@ def _parsed(path: Path) -> dict[str, Any]:
 
 
 def _say(error: ValidationError, model: type[BaseModel]) -> str:
-    """Return every mistake, of each place the first."""
+    """Return every mistake: the first of each place, and no place that another in it made wrong."""
     keys = _keys(model.model_json_schema())
     found = {_place(one): _mistake(one, keys) for one in reversed(error.errors())}
-    said = list(found.values())[::-1]
+    places = [place for place in reversed(found) if not _holds_another(place, found)]
+    said = [found[place] for place in places]
     more = [f"{len(said) - MOST_MISTAKES} more mistakes"] if len(said) > MOST_MISTAKES else []
     return "; ".join([*said[:MOST_MISTAKES], *more])
+
+
+def _holds_another(place: str, places: Iterable[str]) -> bool:
+    return any(other.startswith(f"{place}.") for other in places)
 
 
 def _place(mistake: ErrorDetails) -> str:
