@@ -130,12 +130,11 @@ class ReadingErrors:
 def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingErrors:
     """Return the errors with which readings enter a posterior, where it expects them to be."""
     known, model = met(posterior, observed)
-    seen = model.seen(known.state.mean)
+    seen, design = model.steep(known.state.mean)
     whole = model.noise(seen, known.scatter)
     shared = {}
     for one in observed.shared:
-        place = known.columns(one.key)
-        moves = seen.shared[:, place.start - OWN : place.stop - OWN]
+        moves = design[:, known.columns(one.key)]
         shared[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", moves, one.covariance, moves))
     process = np.sqrt(np.maximum(whole**2 - observed.sd**2, 0.0))
     return ReadingErrors(observed.sd, process, shared)
