@@ -120,6 +120,22 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return call
 
 
+@pytest.fixture(scope="module")
+def one_law() -> Iterator[None]:
+    """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
+
+    For modules that ask what becomes of cuts and versions, not how well they are learnt: that laws
+    near and far off are averaged is asked of sample jobs, pages, and in tests/pairs.
+    """
+    from autodb.agent.learn import learning, states
+    from autodb.pairs.updating import posterior_of_readings
+
+    with pytest.MonkeyPatch.context() as patch:
+        for room in (learning, states):
+            patch.setattr(room, "learn_averaging", posterior_of_readings)
+        yield
+
+
 Once = Callable[..., Path]
 
 
@@ -141,7 +157,10 @@ def once(
     """
 
     def call(fill: Callable[[], None]) -> Path:
-        name = f"{fill.__module__}.{fill.__qualname__}"
+        from autodb.agent.learn import learning
+
+        taught = learning.learn_averaging.__name__  # another by one_law
+        name = f"{fill.__module__}.{fill.__qualname__} {taught}"
         if name not in filled:
             filled[name] = tmp_path_factory.mktemp("once")
             (filled[name] / "folder").mkdir()

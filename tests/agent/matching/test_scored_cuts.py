@@ -28,6 +28,8 @@ from tests.helpers.made_cuts import (
 if TYPE_CHECKING:
     from tests.helpers.servers import Server
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 
 def test_a_prediction_is_scored_at_the_feed_that_was_cut(lathe: Cli) -> None:
     """At half the feed the force is not the half: the exponent of Kienzle's law is below 1."""
