@@ -120,20 +120,18 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return call
 
 
-@pytest.fixture(scope="module")
-def one_law() -> Iterator[None]:
+@pytest.fixture
+def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
 
-    For modules that ask what becomes of cuts and versions, not how well they are learnt: that laws
+    For tests that ask what becomes of cuts and versions, not how well they are learnt: that laws
     near and far off are averaged is asked of sample jobs, pages, and in tests/pairs.
     """
     from autodb.agent.learn import learning, states
     from autodb.pairs.updating import posterior_of_readings
 
-    with pytest.MonkeyPatch.context() as patch:
-        for room in (learning, states):
-            patch.setattr(room, "learn_averaging", posterior_of_readings)
-        yield
+    for room in (learning, states):
+        monkeypatch.setattr(room, "learn_averaging", posterior_of_readings)
 
 
 Once = Callable[..., Path]

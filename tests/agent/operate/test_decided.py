@@ -30,8 +30,6 @@ from tests.helpers.dynamometer_shop import (
     written,
 )
 
-pytestmark = pytest.mark.usefixtures("one_law")
-
 URL = "sqlite:///autodb.sqlite3"
 THIN, SLOW, FAST = (0.03, 0.08), (40.0, 56.0), (150.0, 220.0)
 Refused = Callable[..., str]
