@@ -112,8 +112,8 @@ def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Ar
     known, model = met(posterior, observed)
     seen, design = model.steep(known.state.mean)
     own = model.noise(seen, known.scatter)
-    covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
-    return seen.expected, covariance
+    columns = design @ root_of(known.state.covariance)  # a square, which no rounding makes negative
+    return seen.expected, columns @ columns.T + np.diag(own**2)
 
 
 @dataclass(frozen=True)
