@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import ErrorDetails
 
 from autodb.errors import UnusableInput, near
 
@@ -16,6 +17,8 @@ Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 
 LARGEST_MIB = 1
 """Size of a file. Chosen: files of ours have some kilobytes."""
+MOST_MISTAKES = 8
+"""That are said of one file."""
 MOST_DOTS = 500
 """On a line: of a key with as many parts the parser takes memory by their square. Chosen."""
 
@@ -51,7 +54,7 @@ Model = TypeVar("Model", bound=BaseModel)
 def read_toml(path: Path, model: type[Model]) -> Model:
     """Read and check a TOML file.
 
-    Raises UnusableInput with file and key, and for an unknown key the near ones.
+    Raises UnusableInput with file and all keys that are wrong, for an unknown one with near ones.
     """
     return checked(_parsed(path), model, where=str(path))
 
@@ -85,12 +88,24 @@ def _parsed(path: Path) -> dict[str, Any]:
 
 
 def _say(error: ValidationError, model: type[BaseModel]) -> str:
-    first = error.errors()[0]
-    parts = [str(part + 1 if isinstance(part, int) else part) for part in first["loc"]]
-    where = ".".join(parts)
-    if first["type"] == "extra_forbidden":
-        return f"{where}: unknown key{near(parts[-1], _keys(model.model_json_schema()))}"
-    message = first["msg"].removeprefix("Value error, ")
+    """Return every mistake, of each place the first."""
+    keys = _keys(model.model_json_schema())
+    found = {_place(one): _mistake(one, keys) for one in reversed(error.errors())}
+    said = list(found.values())[::-1]
+    more = [f"{len(said) - MOST_MISTAKES} more mistakes"] if len(said) > MOST_MISTAKES else []
+    return "; ".join([*said[:MOST_MISTAKES], *more])
+
+
+def _place(mistake: ErrorDetails) -> str:
+    parts = (part + 1 if isinstance(part, int) else part for part in mistake["loc"])
+    return ".".join(map(str, parts))
+
+
+def _mistake(mistake: ErrorDetails, keys: list[str]) -> str:
+    where = _place(mistake)
+    if mistake["type"] == "extra_forbidden":
+        return f"{where}: unknown key{near(str(mistake['loc'][-1]), keys)}"
+    message = mistake["msg"].removeprefix("Value error, ")
     return f"{where}: {message}" if where else message
 
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MOST_WAVES = 1024
+ROWS_A_WAVE = 2.2
+"""Rows that a sine takes at least: a little more than two, which tell none from its alias."""
 BINS, FINER = 65536, 4
 """Parts of the range that products are summed over, and how many a row at most: with fewer than
 rows, what is fast in white residuals folds into slow waves."""
@@ -26,7 +28,7 @@ def strongest_wave(
         return None
     bins = int(min(BINS, FINER * len(place)))
     total = _summed((place - place.min()) / span * (bins - 1), weight, bins)
-    waves = np.arange(4 * min(MOST_WAVES, len(place) // 3) + 1) / 4.0 * (bins - 1) / bins
+    waves = np.arange(4 * min(MOST_WAVES, int(len(place) / ROWS_A_WAVE)) + 1) / 4.0 * (bins - 1) / bins
     spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
     open_ones = waves >= fewest
     if not open_ones.any():

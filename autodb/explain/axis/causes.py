@@ -128,6 +128,9 @@ def _size(reading: AxisReading, number: int) -> IntervalValue:
     laws = reading.inquiry.laws
     beside = number - len(laws)
     effect = laws[number].effect if beside < 0 else reading.fitted.effects[beside]
+    alone = reading.inquiry.choices[number].shape.alone
+    if alone is not None:
+        effect = alone()
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     columns = laws[number].columns if beside < 0 else reading.fitted.columns[beside]
@@ -231,6 +234,8 @@ def _factor(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
     new = {"factor": _shifted(_scaled(change, 1.0, "1"), 1.0)}
     if "start" in found:
         new["start"] = _shifted(_scaled(found["start"], span, "s"), begin)
+    if "duration" in found:
+        new["duration"] = _scaled(found["duration"], span, "s")
     if "time_constant" in found:
         new["time_constant"] = _scaled(found["time_constant"], span, "s")
     return _instead(found, ("share_of_all",), new)

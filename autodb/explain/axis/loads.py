@@ -142,7 +142,7 @@ def swing(s: AxisSignals, frequencies_hz: Sequence[float]) -> Candidate:
     return Candidate(
         "compliance", "compliance", tuple(forms), (s.channel("acceleration"),),
         detail=lambda: np.column_stack([law(f, 0.1) for f in frequencies_hz[::2]]),
-        excludes=frozenset({"lag"}), mistaken=lambda: otherwise_smoothed(s),
+        mistaken=lambda: otherwise_smoothed(s),
     )  # fmt: skip
 
 

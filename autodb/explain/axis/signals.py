@@ -56,7 +56,8 @@ class AxisSignals:
     ``phase_deg``: the angle at which the weight of a simulated rotary axis is largest ·
     ``like``: signals of the recording, where these are of another move ·
     ``found``: what each effect adds that was found, by term ·
-    ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
+    ``stated``: columns of terms that the simulation is said to have, however little of them it has
+    · ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
     ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with: the
     simulation's, where that is lower · ``blur_s``: time over which a derived velocity is a mean.
     """
@@ -82,6 +83,7 @@ class AxisSignals:
     phase_deg: float = 0.0
     like: "AxisSignals | None" = None
     found: Mapping[str, Array] = field(default_factory=dict)
+    stated: Mapping[str, Array] = field(default_factory=dict)
     shaped: frozenset[str] = frozenset()
     cutoff_hz: float = float("inf")
     blur_s: float = 0.0
@@ -173,7 +175,10 @@ def axis_signals(
     if read.cutoff_hz < cutoff_hz:
         cutoff_hz = read.cutoff_hz
         inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
+    sense = read.sense if "coulomb" in read.had else inputs["direction"]
     own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
+    rotary = axis in ROTARY_AXES
+    stated = own_terms(sense, inputs, rotary=rotary, phase_deg=read.phase_deg)
     last, way = since_reversal(inputs["direction"], inputs["position"])
     return AxisSignals(
         axis=axis,
@@ -182,10 +187,10 @@ def axis_signals(
         velocity=inputs["velocity"],
         acceleration=inputs["acceleration"],
         direction=inputs["direction"],
-        sense=read.sense,
+        sense=sense,
         simulation=simulation,
         effort=simulation,
-        friction=simulated_friction(read.sense, own, had),
+        friction=simulated_friction(sense, own, had),
         last_sense=last,
         way=way,
         others=_others(recording, axis, cutoff_hz=cutoff_hz),
@@ -195,6 +200,7 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
+        stated={name: stated[name] for name in READ_OFF & set(includes or ())},
         shaped=shaped,
         cutoff_hz=cutoff_hz,
         blur_s=0.0 if f"{axis}.velocity" in recording else 0.5 / cutoff_hz,

@@ -24,7 +24,8 @@ class CandidateForm:
     what its coefficients are called where it is a plain law; ``tries`` how many shapes were looked
     through for this one; ``allowed`` says whether fitted coefficients (p,) are of the candidate's
     kind: friction falls as it warms. ``through`` gives what is recorded of other effects' columns
-    (n, p) where this one changes all that is recorded: it clips, shifts, signs.
+    (n, p) where this one changes all that is recorded: it clips, shifts, signs. ``alone`` gives
+    what it changes (n,) where its law also holds the simulation's terms in other sizes.
     """
 
     law: Callable[..., Array]
@@ -34,6 +35,7 @@ class CandidateForm:
     tries: int = 1
     allowed: Callable[[Array], bool] | None = None
     through: Callable[..., Array] | None = None
+    alone: Callable[[], Array] | None = None
 
     def build(self) -> Array:
         """Return its columns (n, p) at every row."""

@@ -19,7 +19,7 @@ from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.laws import FoundedLaw, fitted_laws, founded
 from autodb.explain.engine.noise import PLAIN, Noise, Whitener
 from autodb.explain.engine.normal import normal
-from autodb.explain.engine.plain import PlainRows
+from autodb.explain.engine.plain import BEYOND, PlainRows, range_of
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import DETAIL, MARGIN, CandidateSearch, FoundSet
 from autodb.explain.engine.tuning import BesideShapes, tuned
@@ -277,14 +277,21 @@ def _innovation(bench: WhiteRows, columns: Array) -> float:
 
 
 def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> FoundSet:
-    """Return the best set of which every effect helps to predict stretches left out of the fit.
+    """Return the best set of which every effect helps to predict stretches left out of the fit, and
+    is not much larger than all that it may explain: such a one stands against another like it.
 
     A shape that fails is barred, and the search goes on with simpler ones.
     """
+    most = BEYOND * range_of(bench.reduced_difference)
     while True:
         found = search.best()
         if not found.choices:
             return found
+        parts = bench.parts(found.choices, noise[0])[1]
+        largest = int(np.argmax(sizes := [float(np.abs(part).max()) for part in parts]))
+        if sizes[largest] > most:
+            search.bar(found.choices[largest])
+            continue
         whole = held_out_sums(bench, found.choices, noise)
         worth = [
             _helped(held_out_sums(bench, found.without(c.candidate.key), noise), whole)

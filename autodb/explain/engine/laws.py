@@ -282,10 +282,14 @@ def _anew(
 ) -> list[Candidate]:
     """Return the named candidates, what acts on others beside what was found, and what scans of the
     residual of all static laws point to.
+
+    Where nothing was found, own terms would take up what is missing: they act as simulated.
     """
     static = [c for c in named if c.static]
     left = bench.left(bench.chosen([*_laws(static, found), *found]))
     retuned, parts = bench.parts(found, PLAIN)
+    if not found:
+        retuned = np.zeros_like(retuned)
     terms = [c.candidate.term for c in found]
     acting = field.beside(retuned, list(zip(terms, parts, strict=True)))
     bench.forget(c.key for c in acting)

@@ -104,7 +104,7 @@ class PlainRows:
         rows = reduced(rows, self.mean_of)
         self._difference = rows[:, 0]
         self._peak = np.abs(rows).max(axis=0)
-        self.range = max(float(np.ptp(self._difference)), float(np.abs(self._difference).max()))
+        self.range = range_of(self._difference)
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
         self._dealt: dict[int, Folds] = {}
@@ -293,6 +293,11 @@ class PlainRows:
             if self.physical([*choices, choice]):
                 best = squares, choice
         return best
+
+
+def range_of(difference: Array) -> float:
+    """Return the range of a difference (n,), or how far it is from none where that is more."""
+    return max(float(np.ptp(difference)), float(np.abs(difference).max()))
 
 
 def _long_run_variance(left: Array, parts: int) -> float:

@@ -10,7 +10,7 @@ from autodb.files.channels import LINEAR_AXES, place_channel
 from autodb.records import Recording
 from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
-from autodb.terms.friction import STANDSTILL_MM_S, direction
+from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,9 @@ STILL_SHARE = 1.0 / 3000.0
 """Share of the top speed below which the direction fades out: 0.05 mm/s of 150 mm/s. Chosen."""
 TOP_QUANTILE = 0.95
 """Quantile of the speeds in motion that counts as the top speed. Chosen."""
+FLICKER = 4.0
+"""A move that ends within so many standard deviations of a position's noise, or steps of its
+encoder, from where it began is none. Chosen."""
 MOVED = 3.0
 """An axis that went less far than so many of its largest steps in a row flickers. Chosen."""
 
@@ -58,6 +61,7 @@ def axis_motion(
     Acceleration from velocity where that is recorded, otherwise from position. The direction fades
     out below STANDSTILL_MM_S, with ``own_speeds`` below a share of the recording's top speed: two
     recordings of one axis have one direction with the first, two units of one with the second.
+    Where the axis flickers about one place it is 0.
 
     Raises UnusableInput when there is not even a position, or one or an effort with a coarse dead
     band.
@@ -74,12 +78,14 @@ def axis_motion(
         sense = _derived_direction(
             recording, position, v, cutoff_hz=cutoff_hz, own_speeds=own_speeds
         )
+        sense = without_flicker(sense, position)
         return AxisMotion(smooth, v, a if acceleration is None else acceleration, sense)
     if acceleration is None:
         acceleration = _slope_of(recording, velocity, cutoff_hz=cutoff_hz)
     noise = noise_sd(velocity)
     still = standstill_speed(position, velocity, noise) if own_speeds else STANDSTILL_MM_S
     sense = direction(velocity, standstill_mm_s=max(still, NOISE_BAND * noise))
+    sense = without_flicker(sense, position)
     return AxisMotion(position, velocity, acceleration, sense)
 
 
@@ -155,6 +161,22 @@ def standstill_speed(position: Array, velocity: Array, noise: float) -> float:
     if not top or float(np.ptp(position)) < MOVED * step:
         return STANDSTILL_MM_S
     return STILL_SHARE * top
+
+
+def without_flicker(sense: Array, position: Array) -> Array:
+    """Return a direction (n,) that is 0 where the axis turns and turns back on one place.
+
+    An encoder's noise and last step at standstill have a speed, but lead nowhere.
+    """
+    steps = np.abs(np.diff(position))
+    step = float(steps[steps > 0.0].min()) if np.any(steps > 0.0) else 0.0
+    least = FLICKER * max(noise_sd(position), step)
+    last, _ = since_reversal(sense, position)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(last) != 0) + 1])
+    ends = np.append(starts[1:], len(last))
+    moved = np.abs(position[ends - 1] - position[starts])
+    flickers = np.repeat(moved < least, ends - starts)
+    return np.where(flickers, 0.0, sense)
 
 
 def noise_sd(values: Array) -> float:

@@ -1,0 +1,144 @@
+"""Clips, lost signs, ramps and reversals are told by the marks that they leave in a recording.
+
+A virtual axis with friction, mass and a little noise; simulations are its own terms, as they are or
+fitted by least squares to what was recorded.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from autodb.explain import explain
+from autodb.explain.answer import ChannelAnswer
+from autodb.explain.axis.sensors_of_axis import clipping
+from autodb.explain.axis.signals import axis_signals
+from autodb.records import Recording
+from autodb.sensing.drives.moves.motion import without_flicker
+from autodb.terms.friction import backlash, since_reversal
+
+Array = NDArray[np.float64]
+
+T_S = np.arange(6000) / 200.0
+POSITION = 120.0 * np.sin(0.7 * T_S) + 35.0 * np.sin(3.1 * T_S)
+VELOCITY = np.asarray(np.gradient(POSITION, T_S))
+ACCELERATION = np.asarray(np.gradient(VELOCITY, T_S))
+TERMS = np.column_stack([np.tanh(VELOCITY / 2.0), VELOCITY, ACCELERATION])
+EFFORT = TERMS @ [0.9, 0.004, 0.006]
+NOISE = 0.02 * np.random.default_rng(11).normal(size=len(T_S))
+INCLUDES = ["coulomb", "viscous", "inertia"]
+
+
+def _fitted(recorded: Array) -> Array:
+    return np.asarray(TERMS @ np.linalg.lstsq(TERMS, recorded, rcond=None)[0])
+
+
+def _recording(effort: Array, **channels: Array) -> Recording:
+    motion = {"x.position": POSITION, "x.velocity": VELOCITY, "x.acceleration": ACCELERATION}
+    every = {"t": T_S, **motion, "x.current": effort, **channels}
+    return Recording(path=Path("recording.csv"), channels=every)
+
+
+def _answer(recorded: Array, simulated: Array, includes: list[str] = INCLUDES) -> ChannelAnswer:
+    simulation = {"t": T_S, "x.current": simulated}
+    done = explain(
+        _recording(recorded),
+        Recording(path=Path("simulation.csv"), channels=simulation),
+        includes=includes,
+    )
+    return done.explanation.channels["x.current"]
+
+
+def _value(answer: ChannelAnswer, term: str, name: str = "size") -> float:
+    (cause,) = (one for one in answer.missing if one.term == term and one.kind == "missing")
+    assert cause.confidence >= 0.5
+    return cause.parameters[name].value
+
+
+@pytest.mark.parametrize("low", [-1.2, -9.0], ids=["both ways", "one way"])
+def test_a_simulation_fitted_to_a_clipped_effort_leaves_out_the_clip(low: float) -> None:
+    whole = EFFORT + NOISE
+    recorded = np.clip(whole, low, 1.2)
+    answer = _answer(recorded, _fitted(recorded))
+    beyond = np.abs(EFFORT - np.clip(EFFORT, low, 1.2)).max()
+    assert_allclose(_value(answer, "saturation"), beyond, rtol=0.05)
+    assert_allclose(_value(answer, "saturation", "limit"), 1.2, rtol=1e-4)
+    assert answer.fit.heldout_after < 1.3 * np.std(NOISE)
+
+
+def test_a_simulation_fitted_to_magnitudes_leaves_out_their_sign() -> None:
+    """Its own signs are lost with it, or what is left of them."""
+    recorded = np.abs(EFFORT + NOISE)
+    level = np.ones_like(EFFORT)
+    terms = np.column_stack([TERMS, level])
+    simulated = np.asarray(terms @ np.linalg.lstsq(terms, recorded, rcond=None)[0])
+    assert np.quantile(simulated, 0.02) > 0.0
+    answer = _answer(recorded, simulated, [*INCLUDES, "gravity"])
+    assert_allclose(_value(answer, "lost_sign"), 2.0 * np.abs(EFFORT).max(), rtol=0.05)
+
+
+def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
+    """Simulated too high: of the limits that are tried none has a flat recording beyond it."""
+    wave = np.sin(2.0 * T_S)
+    recorded = _recording(wave + 0.25 * np.sin(6.0 * T_S) + 0.1 * NOISE)
+    offered = clipping(axis_signals(recorded, wave, "x.current")).forms
+    clipped = _recording(np.clip(wave + 0.1 * NOISE, -0.8, 0.8))
+    assert not offered
+    assert clipping(axis_signals(clipped, wave, "x.current")).forms
+
+
+def test_a_gain_that_ramps_is_said_with_its_times() -> None:
+    ramp = np.clip((T_S - 12.0) / 9.0, 0.0, 1.0)
+    answer = _answer(EFFORT * (1.0 + 0.3 * ramp) + NOISE, EFFORT)
+    assert_allclose(_value(answer, "gain", "factor"), 1.3, atol=0.02)
+    assert_allclose(_value(answer, "gain", "start"), 12.0, atol=0.5)
+    assert_allclose(_value(answer, "gain", "duration"), 9.0, atol=1.0)
+
+
+def test_the_last_step_of_an_encoder_turns_nothing() -> None:
+    """Three moves with a rest after each, at which the last digit comes and goes."""
+    rng = np.random.default_rng(5)
+    place = np.interp(np.arange(1400), [0, 200, 400, 600, 800, 1000, 1200], [0, 9, 9, 18, 18, 4, 4])
+    written = 0.003 * np.round(place / 0.003 + 0.4 * (rng.random(1400) - 0.5))
+    sense = np.clip(np.gradient(written, 0.004) / 0.05, -1.0, 1.0)
+    turns = np.flatnonzero(np.diff(since_reversal(sense, written)[0]) != 0)
+    kept = without_flicker(sense, written)
+    last, _ = since_reversal(kept, written)
+    assert len(turns) > 20
+    assert np.flatnonzero(np.diff(last) != 0).tolist() == [pytest.approx(800, abs=4)]
+    moving = np.abs(np.gradient(place)) > 0.01
+    assert_allclose(kept[moving], np.sign(np.gradient(place))[moving])
+
+
+def test_play_is_found_where_an_axis_rests_on_the_last_step_of_its_encoder() -> None:
+    rests = np.interp(
+        T_S, np.arange(0.0, 31.0, 1.5), 60.0 * np.array([0, 1, 1, 2, 2, 0, 0] * 3)
+    )
+    jitter = 0.4 * (np.random.default_rng(3).random(len(T_S)) - 0.5)
+    written = 0.003 * np.round(rests / 0.003 + jitter)
+    speed = np.gradient(rests, T_S)
+    turning = np.clip(speed / 1.0, -1.0, 1.0)
+    friction = 0.9 * turning
+    missing = 0.5 * backlash(turning, rests, gap_mm=8.0)
+    channels = {"t": T_S, "x.position": written, "x.current": friction + missing + NOISE}
+    simulation = {"t": T_S, "x.current": friction}
+    done = explain(
+        Recording(path=Path("recording.csv"), channels=channels),
+        Recording(path=Path("simulation.csv"), channels=simulation),
+        includes=["coulomb"],
+    )
+    answer = done.explanation.channels["x.current"]
+    assert_allclose(_value(answer, "backlash"), 0.5, rtol=0.1)
+    assert_allclose(_value(answer, "backlash", "gap"), 8.0, rtol=0.1)
+
+
+def test_the_direction_is_that_of_the_motion_which_the_simulation_was_computed_with() -> None:
+    rough = POSITION + 0.02 * np.random.default_rng(2).normal(size=len(T_S))
+    recording = Recording(
+        path=Path("recording.csv"),
+        channels={"t": T_S, "x.position": rough, "x.current": EFFORT + NOISE},
+    )
+    read = axis_signals(recording, 0.004 * VELOCITY, "x.current", includes=["viscous"])
+    assert_allclose(read.sense, read.direction)
