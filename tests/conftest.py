@@ -145,6 +145,7 @@ def filled() -> dict[str, Path]:
 
 @pytest.fixture
 def once(
+    request: pytest.FixtureRequest,
     filled: dict[str, Path],
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
@@ -153,12 +154,10 @@ def once(
 
     The folder is the same each time, so that paths kept in a database hold; it is set back first.
     """
+    taught = " by one law" if "one_law" in request.fixturenames else ""
 
     def call(fill: Callable[[], None]) -> Path:
-        from autodb.agent.learn import learning
-
-        taught = learning.learn_averaging.__name__  # another by one_law
-        name = f"{fill.__module__}.{fill.__qualname__} {taught}"
+        name = f"{fill.__module__}.{fill.__qualname__}{taught}"
         if name not in filled:
             filled[name] = tmp_path_factory.mktemp("once")
             (filled[name] / "folder").mkdir()
