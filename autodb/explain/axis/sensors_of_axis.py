@@ -49,9 +49,10 @@ Chosen."""
 FLAT_SLOPE = 0.2
 """Share of what the effort rises beyond its limit that what was recorded follows, at most: a soft
 limit lets some of it through. Chosen."""
-ONE_SIGN, OTHER_SIGN = 0.02, 0.1
+ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
-size; of an effort with two signs twice that share has the other. Chosen."""
+size, and the last share is as small as that; of an effort with two signs twice the first share has
+the other. Chosen."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
@@ -59,12 +60,15 @@ LOWEST_CLIP = 0.6
 
 
 def _has_one_sign(s: AxisSignals) -> bool:
-    """Whether what was recorded has hardly another sign."""
+    """Whether what was recorded has hardly another sign, and comes down to none, as a magnitude does
+    where the effort turns: a load that never turns has its sign.
+    """
     recorded = s.frame.recorded
     if recorded is None:
         return True
     low, high = np.quantile(recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
-    return bool(min(-low, high) < OTHER_SIGN * max(-low, high))
+    little = OTHER_SIGN * max(-low, high)
+    return bool(min(-low, high) < little and np.quantile(np.abs(recorded), TURNING) < little)
 
 
 def _has_both_signs(effort: Array) -> bool:

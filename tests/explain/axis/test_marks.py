@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.explain.axis.sensors_of_axis import clipping
+from autodb.explain.axis.sensors_of_axis import clipping, lost_sign_candidate
 from autodb.explain.axis.signals import axis_signals
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import without_flicker
@@ -79,6 +79,19 @@ def test_a_simulation_fitted_to_magnitudes_leaves_out_their_sign() -> None:
     assert_allclose(_value(answer, "lost_sign"), 2.0 * np.abs(EFFORT).max(), rtol=0.05)
 
 
+def test_a_load_that_never_turns_has_its_sign() -> None:
+    recorded = 0.3 * EFFORT + 1.5 + NOISE
+    assert recorded.min() > 0.0
+    signals = axis_signals(_recording(recorded), 0.3 * EFFORT, "x.current", includes=INCLUDES)
+    (form, *_) = lost_sign_candidate(signals).forms
+    assert form.allowed is not None
+    assert not form.allowed(np.ones(1))
+    magnitude = _recording(np.abs(0.3 * EFFORT + NOISE))
+    (form, *_) = lost_sign_candidate(axis_signals(magnitude, 0.3 * EFFORT, "x.current")).forms
+    assert form.allowed is not None
+    assert form.allowed(np.ones(1))
+
+
 def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
     """Simulated too high: of the limits that are tried none has a flat recording beyond it."""
     wave = np.sin(2.0 * T_S)
@@ -113,9 +126,7 @@ def test_the_last_step_of_an_encoder_turns_nothing() -> None:
 
 
 def test_play_is_found_where_an_axis_rests_on_the_last_step_of_its_encoder() -> None:
-    rests = np.interp(
-        T_S, np.arange(0.0, 31.0, 1.5), 60.0 * np.array([0, 1, 1, 2, 2, 0, 0] * 3)
-    )
+    rests = np.interp(T_S, np.arange(0.0, 31.0, 1.5), 60.0 * np.array([0, 1, 1, 2, 2, 0, 0] * 3))
     jitter = 0.4 * (np.random.default_rng(3).random(len(T_S)) - 0.5)
     written = 0.003 * np.round(rests / 0.003 + jitter)
     speed = np.gradient(rests, T_S)
