@@ -28,7 +28,8 @@ def strongest_wave(
         return None
     bins = int(min(BINS, FINER * len(place)))
     total = _summed((place - place.min()) / span * (bins - 1), weight, bins)
-    waves = np.arange(4 * min(MOST_WAVES, int(len(place) / ROWS_A_WAVE)) + 1) / 4.0 * (bins - 1) / bins
+    most = min(MOST_WAVES, int(len(place) / ROWS_A_WAVE))
+    waves = np.arange(4 * most + 1) / 4.0 * (bins - 1) / bins
     spectrum = np.abs(np.fft.rfft(total, n=4 * bins)[: len(waves)]) ** 2
     open_ones = waves >= fewest
     if not open_ones.any():

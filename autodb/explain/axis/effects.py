@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autodb.explain.axis import friction, loads
+from autodb.explain.axis import friction, loads, marks
 from autodb.explain.axis import sensors_of_axis as sensors
 from autodb.explain.axis.from_term import candidates_from_term
 from autodb.explain.axis.signals import AxisSignals, acting_terms
@@ -45,8 +45,8 @@ WRITTEN: tuple[tuple[str, Made], ...] = (
     ("gain", _of_an_effort(sensors.gain_candidate)),
     ("sensor_drift", sensors.drift),
     ("lag", _of_an_effort(sensors.shift)),
-    ("saturation", _of_an_effort(sensors.clipping)),
-    ("lost_sign", _of_an_effort(sensors.lost_sign_candidate)),
+    ("saturation", _of_an_effort(marks.clipping)),
+    ("lost_sign", _of_an_effort(marks.lost_sign_candidate)),
     (UNKNOWN, _of_an_effort(sensors.braking)),
 )
 """Effects whose candidates are written for them; what scans find, they propose themselves."""

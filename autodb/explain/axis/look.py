@@ -20,9 +20,8 @@ from autodb.explain.answer import (
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
 from autodb.explain.axis.loads import TURNING
-from autodb.explain.axis.parts import parts_of_causes, signals_of_causes
 from autodb.explain.axis.read_off import READ_OFF
-from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.reading import AxisReading, parts_of_causes, signals_of_causes
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT

@@ -1,18 +1,24 @@
-"""All that the answer about one axis channel is read from."""
+"""All that the answer about one axis channel is read from, and what each cause adds."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.answer import Cause
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Choice
+from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.fitted import FittedEffects
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
+from autodb.records import Recording
+from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
+
+MOTION = ("position", "velocity", "acceleration", "direction")
 
 
 @dataclass(frozen=True)
@@ -41,3 +47,71 @@ class AxisReading:
     def correction(self) -> Array:
         """What all that was found adds, and the simulation's own terms re-tuned, (n,)."""
         return sum((law.effect for law in self.inquiry.laws), start=self.fitted.correction)
+
+
+def parts_of_causes(causes: Sequence[Cause], reading: AxisReading) -> list[Array]:
+    """Return what each cause adds, (n,): all effects of its name, or the change of own terms."""
+    effects: dict[tuple[str, bool], Array] = {}
+    for number, choice in enumerate(reading.everything):
+        key = _key(choice)
+        effects[key] = effects.get(key, 0.0) + _effect(reading, number)
+    return [
+        effects[key] if (key := (c.term, bool(c.variables))) in effects else _change(reading, c)
+        for c in causes
+    ]
+
+
+def _key(choice: Choice) -> tuple[str, bool]:
+    """Return what the effects of one cause have in common; a weight that turns is no constant."""
+    one = choice.candidate
+    return (one.term if one.named else UNKNOWN), bool(one.variables)
+
+
+def _effect(reading: AxisReading, number: int) -> Array:
+    """Return what an effect adds; of a law that plain rows need with its change in white rows."""
+    laws = reading.inquiry.laws
+    if number >= len(laws):
+        return reading.fitted.effects[number - len(laws)]
+    law = laws[number]
+    return law.effect + _retuned(reading, law.choice.candidate.key)
+
+
+def _change(reading: AxisReading, cause: Cause) -> Array:
+    """Return the change of the own term that a cause names, or of all that it may be."""
+    names = cause.alternatives if cause.term == UNKNOWN else (cause.term,)
+    none = np.zeros_like(reading.fitted.correction)
+    return sum((_retuned(reading, name) for name in dict.fromkeys(names)), start=none)
+
+
+def _retuned(reading: AxisReading, name: str) -> Array:
+    """Return the change of an own column in the correction, (n,)."""
+    fitted = reading.fitted
+    for at, number in enumerate(fitted.retuned):
+        if fitted.own[number] == name:
+            return np.asarray(fitted.design[:, at] * fitted.values[at])
+    return np.zeros_like(fitted.correction)
+
+
+def signals_of_causes(
+    causes: Sequence[Cause], reading: AxisReading, recording: Recording
+) -> dict[str, Array]:
+    """Return the signals that causes act on, (n,) by channel, as recorded where they are.
+
+    Those of an own term are the inputs of its law. Time is none: a stretch of it is an interval.
+    """
+    signals = reading.signals
+    moved = {signals.channel(what): getattr(signals, what) for what in MOTION} | signals.others
+    names = dict.fromkeys(name for cause in causes for name in _variables(cause, reading))
+    return {
+        name: recording[name] if name in recording else moved[name]
+        for name in names
+        if name in moved
+    }
+
+
+def _variables(cause: Cause, reading: AxisReading) -> tuple[str, ...]:
+    """Return the channels that a cause acts on; what needs no signal to be seen acts on none."""
+    if cause.variables or cause.term == UNKNOWN:
+        return cause.variables
+    term = term_called(cause.term)
+    return tuple(reading.signals.channel(name) for name in term.inputs if term.needs)

@@ -1,10 +1,9 @@
 """Candidates that the motor, the sensor or the clock make, of an axis."""
 
-from functools import partial
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from autodb.explain.axis.friction import turning_columns
 from autodb.explain.axis.loads import RICHER
@@ -33,52 +32,12 @@ RAMPS = (0.15, 0.3, 0.6)
 STEPS = 24
 STEP_S, STEP_ROWS = 0.04, 2.0
 """Time that a gain's step takes, and rows at least: a search can follow it. Chosen."""
-CLIPS = 28
-SIDES = ((1.0, -1.0), (1.0,), (-1.0,))
-"""Ways in which an effort is limited: a drive's limit acts both ways, a sensor's often one way."""
-SOFTER = 2
-"""Soft limits stand this many times as far apart as sharp ones."""
-SOFT = 0.08
-"""Width of a soft knee as a share of the limit."""
-BELOW = 0.995
-"""Share of the rows of a clipped effort that are below its limit, but for noise. Chosen."""
-FLAT_SHARE, FLAT_ROWS, FLATTER, SAME = 0.005, 8, 4, 1e-6
-"""A recording ends flat where at least this share of its rows, and so many, have one and the same
-last value, and so many times more than have the next; the same within this share of its range.
-Chosen."""
-FLAT_SLOPE = 0.2
-"""Share of what the effort rises beyond its limit that what was recorded follows, at most: a soft
-limit lets some of it through. Chosen."""
-ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
-"""Where the sign is lost, rows but this share have one sign, but for noise of this share of their
-size, and the last share is as small as that; of an effort with two signs twice the first share has
-the other. Chosen."""
-TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
-"""Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
-LOWEST_CLIP = 0.6
-"""A limit is looked for from this quantile of the simulated effort on."""
-
-
-def _has_one_sign(s: AxisSignals) -> bool:
-    """Whether what was recorded has hardly another sign, and comes down to none, as a magnitude does
-    where the effort turns: a load that never turns has its sign.
-    """
-    recorded = s.frame.recorded
-    if recorded is None:
-        return True
-    low, high = np.quantile(recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
-    little = OTHER_SIGN * max(-low, high)
-    return bool(min(-low, high) < little and np.quantile(np.abs(recorded), TURNING) < little)
-
-
-def _has_both_signs(effort: Array) -> bool:
-    low, high = np.quantile(effort, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
-    return bool(low < 0.0 < high)
 
 
 def gain_candidate(s: AxisSignals) -> Candidate:
-    """Every contribution scales alike with a factor that changes: steadily, settling, in a step
-    or over a ramp."""
+    """Every contribution scales alike with a factor that changes: steadily, settling, in a step or
+    over a ramp.
+    """
     run = _run(s)
     rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(s.frame.t_s[-1] - s.frame.t_s[0])
 
@@ -91,34 +50,26 @@ def gain_candidate(s: AxisSignals) -> Candidate:
     def ramping(start: float, duration: float) -> Array:
         return s.effort * np.clip((run - start) / duration, 0.0, 1.0)
 
-    ramps = [(at, length) for length in RAMPS for at in np.arange(0.0, 1.0 - length, length / 2)]
-    tries = 1 + len(SETTLING) + STEPS + len(ramps)
-    forms = [CandidateForm(lambda: s.effort * run, names=("share_of_all",), tries=tries)]
-    forms += grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=("share_of_all",))
-    forms += [
-        CandidateForm(
-            stepping,
-            shape={"start": float(at)},
-            within={"start": (float(at) - 1.0 / STEPS, float(at) + 1.0 / STEPS)},
-            names=("share_of_all",),
-            tries=tries,
-        )
-        for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]
+    steps = [float(at) for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]]
+    ramps = [
+        (float(at), length) for length in RAMPS for at in np.arange(0.0, 1.0 - length, length / 2)
     ]
-    forms += [
-        CandidateForm(
-            ramping,
-            shape={"start": float(at), "duration": length},
-            within={
-                "start": (float(at) - length / 2, float(at) + length / 2),
-                "duration": (length / 2, 2 * length),
-            },
-            names=("share_of_all",),
-            tries=tries,
-        )
-        for at, length in ramps
+    names, tries = ("share_of_all",), 1 + len(SETTLING) + len(steps) + len(ramps)
+
+    def changing(
+        law: Callable[..., Array], near: float, at: float, **lasts: float
+    ) -> CandidateForm:
+        within = {"start": (at - near, at + near)}
+        within |= {name: (value / 2, value * 2) for name, value in lasts.items()}
+        return CandidateForm(law, {"start": at, **lasts}, within, names, tries)
+
+    forms = [
+        CandidateForm(lambda: s.effort * run, names=names, tries=tries),
+        *grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=names),
+        *(changing(stepping, 1.0 / STEPS, at) for at in steps),
+        *(changing(ramping, length / 2, at, duration=length) for at, length in ramps),
+        CandidateForm(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))),
     ]
-    forms.append(CandidateForm(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))))
     return Candidate(
         "gain", "gain", tuple(forms), ("t",),
         detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
@@ -210,196 +161,3 @@ def _shifted(s: AxisSignals) -> Array:
     return np.column_stack(
         [lag(s.simulation, s.t_s, delay_s=d) - s.simulation for d in (-0.02, -0.006, 0.006, 0.02)]
     )
-
-
-def clipping(s: AxisSignals) -> Candidate:
-    """The effort is clipped at a limit that the simulation exceeds, both ways or one way only, or
-    that it would exceed had it not been fitted to what was clipped.
-    """
-    forms = [form for sides in SIDES for form in _limits(s, sides)]
-    return Candidate("saturation", "saturation", (*forms, *_refitted(s)), (), first=True)
-
-
-def _refitted(s: AxisSignals) -> list[CandidateForm]:
-    """Return the limits at which the recording ends flat, of the simulation's terms fitted to the
-    rows within them.
-    """
-    recorded, terms = s.recorded, _terms(s)
-    if recorded is None or not terms.size:
-        return []
-    low, high = -_flat_end(-recorded), _flat_end(recorded)
-    if not np.isfinite([low, high]).any():
-        return []
-    effort = _effort_within(terms, recorded, low, high)
-    beyond = (effort < low) | (effort > high)
-    return [
-        CandidateForm(
-            lambda **_: np.clip(effort, low, high) - s.simulation,
-            shape={"limit": float(min(abs(low), abs(high)))},
-            names=("share",),
-            allowed=near_one,
-            through=lambda columns, **_: columns * ~beyond[:, None],
-            alone=lambda: np.clip(effort, low, high) - effort,
-        )
-    ]
-
-
-def _flat_end(recorded: Array) -> float:
-    """Return the highest value, but for rounding, where a recording ends flat there, else infinity."""
-    alike = SAME * float(np.ptp(recorded))
-    end = float(recorded.max()) - alike
-    below = recorded[recorded < end]
-    there, next_to_it = len(recorded) - len(below), below > below.max(initial=-np.inf) - alike
-    flat = there >= max(FLAT_SHARE * len(recorded), FLAT_ROWS, FLATTER * next_to_it.sum())
-    return end if flat else float("inf")
-
-
-def _effort_within(own: Array, recorded: Array, low: float, high: float) -> Array:
-    """Return the effort of terms (n, p) fitted to what was recorded within two limits, (n,).
-
-    A row at a limit says only that the effort was there or beyond it (Tobin 1958, Econometrica
-    26:24, here by least squares).
-    """
-    free = (recorded > low) & (recorded < high)
-    used = free
-    effort = np.zeros(len(recorded))
-    for _ in range(FIT_ROUNDS):
-        effort = own @ np.linalg.lstsq(own[used], recorded[used], rcond=None)[0]
-        short = np.where(recorded >= high, effort < high, effort > low)
-        if np.array_equal(used, free | short):
-            break
-        used = free | short
-    return np.asarray(effort)
-
-
-def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
-    """Return sharp and soft limits on these sides."""
-    size, sign = _beyond(s.effort, sides), np.sign(s.effort)
-    like = _beyond(s.frame.effort, sides)
-    highest = float(like.max())
-    if highest <= 0:
-        return []
-    lowest = max(float(np.quantile(like, LOWEST_CLIP)), highest / CLIPS)
-    step = (highest - lowest) / CLIPS
-    lowest_seen = _recorded_end(s, sides) / (1.0 + 2.0 * SOFT)
-    limits = [at for n in range(CLIPS) if (at := lowest + step * n) > lowest_seen]
-    limits = [at for at in limits if _flat_beyond(s.frame, sides, at)]
-
-    def sharp(limit: float) -> Array:
-        return np.where(size > limit, sign * limit - s.simulation, 0.0)
-
-    def clipped(columns: Array, limit: float) -> Array:
-        return columns * (size <= limit)[:, None]
-
-    def soft(limit: float) -> Array:
-        width = SOFT * limit
-        over = width * np.logaddexp(0.0, (size - limit) / width)
-        added = s.effort - s.simulation
-        return added - sign * over - softened(added[:, None], limit)[:, 0]
-
-    def softened(columns: Array, limit: float) -> Array:
-        return np.asarray(columns * expit((limit - size) / (SOFT * limit))[:, None])
-
-    return [
-        CandidateForm(
-            law,
-            shape={"limit": at},
-            within={"limit": (at - step, at + step)},
-            names=("share",),
-            tries=len(SIDES) * len((*limits, *limits[::SOFTER])),
-            allowed=near_one,
-            through=through,
-        )
-        for law, through, tried in ((sharp, clipped, limits), (soft, softened, limits[::SOFTER]))
-        for at in tried
-    ]
-
-
-def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
-    """Whether what was recorded stays where it is while the effort goes beyond a limit.
-
-    A wave that a simulation has too high turns back there, or goes on; few rows say nothing.
-    """
-    if s.recorded is None:
-        return True
-    along = across = 0.0
-    rows = 0
-    for side in sides:
-        beyond = side * s.effort > limit
-        if beyond.any():
-            effort, recorded = s.effort[beyond], s.recorded[beyond]
-            further = effort - effort.mean()
-            along += float(further @ recorded)
-            across += float(further @ further)
-            rows += len(effort)
-    return rows < FLAT_ROWS or abs(along) <= FLAT_SLOPE * across
-
-
-def _recorded_end(s: AxisSignals, sides: tuple[float, ...]) -> float:
-    """Return where what was recorded ends on these sides, near its limit where it is clipped."""
-    recorded = s.frame.recorded
-    return 0.0 if recorded is None else float(np.quantile(_beyond(recorded, sides), BELOW))
-
-
-def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
-    """Return how far an effort is out on these sides, 0 on the other."""
-    return np.asarray(np.max([side * effort for side in (*sides, 0.0)], axis=0))
-
-
-def lost_sign_candidate(s: AxisSignals) -> Candidate:
-    """A magnitude was recorded: of the simulation, or of its terms fitted to the magnitude."""
-    one_sign = _has_one_sign(s)
-    efforts = [s.effort, *_signed_efforts(s)] if one_sign else [s.effort]
-    signed = [_has_both_signs(effort) for effort in efforts]
-
-    def law(number: int) -> Array:
-        return np.asarray(np.abs(efforts[number]) - s.simulation)
-
-    def alone(number: int) -> Array:
-        return np.asarray(np.abs(efforts[number]) - efforts[number])
-
-    def through(columns: Array, number: int) -> Array:
-        return columns * np.where(efforts[number] < 0, -1.0, 1.0)[:, None]
-
-    forms = tuple(
-        CandidateForm(
-            partial(law, number),
-            names=("share",),
-            tries=len(efforts),
-            allowed=near_one if one_sign and signed[number] else _never,
-            through=partial(through, number=number),
-            alone=partial(alone, number) if number else None,
-        )
-        for number in range(len(efforts))
-    )
-    return Candidate("lost_sign", "lost_sign", forms, (), first=True)
-
-
-def _terms(s: AxisSignals) -> Array:
-    """Return the columns (n, p) of the terms that the simulation has, or is said to have."""
-    empty = np.empty((len(s.simulation), 0))
-    return np.column_stack([empty, *{**s.stated, **s.own}.values()])
-
-
-def _never(_share: Array) -> bool:
-    return False
-
-
-def _signed_efforts(s: AxisSignals) -> list[Array]:
-    """Return efforts of the simulation's terms whose magnitudes fit what was recorded.
-
-    A simulation that was refitted to magnitudes has lost its signs with them. Fit and signs are
-    found in turn, from the sign of each term on; the best stays.
-    """
-    terms = _terms(s)
-    if s.recorded is None or terms.shape[1] < TERMS_WITH_SIGNS:
-        return []
-    found = []
-    for column in terms.T:
-        sign = np.sign(column)
-        for _ in range(FIT_ROUNDS):
-            effort = terms @ np.linalg.lstsq(terms, sign * s.recorded, rcond=None)[0]
-            sign = np.sign(effort)
-        found.append(effort)
-    left = [float(np.sum((np.abs(effort) - s.recorded) ** 2)) for effort in found]
-    return [found[int(np.argmin(left))]]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.explain.axis.sensors_of_axis import clipping, lost_sign_candidate
+from autodb.explain.axis.marks import clipping, lost_sign_candidate
 from autodb.explain.axis.signals import axis_signals
 from autodb.records import Recording
 from autodb.sensing.drives.moves.motion import without_flicker
