@@ -43,10 +43,28 @@ MachineName = Annotated[
 MachineAlone = Annotated[str | None, typer.Argument(metavar="NAME", hidden=True)]
 """A machine's name behind a command, as it stood before version 0.2."""
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
+SelfContained = Annotated[
+    bool,
+    typer.Option(
+        "--self-contained",
+        help="Put the script of plots into the page (5 MB), in place of beside it.",
+    ),
+]
 OptionalMachine = Annotated[
     str | None,
     typer.Option("--machine", help="Name of the machine; without it nothing is stored."),
 ]
+
+
+def check_page(path: Path | None, *, option: str, self_contained: bool) -> None:
+    """Raise UnusableInput where a page could not be written to ``path``, or none is asked for."""
+    from autodb.errors import UnusableInput
+    from autodb.files.targets import check_target
+
+    if path is not None:
+        check_target(path, suffix=".html", option=option)
+    elif self_contained:
+        raise UnusableInput(f"--self-contained goes with {option} FILE.html")
 
 
 @contextmanager

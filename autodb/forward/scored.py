@@ -80,6 +80,11 @@ class Scored:
         return self.off / float(np.hypot(_sd(self.predicted, self.off), self.sd or 0.0))
 
     @property
+    def held(self) -> bool:
+        """Whether its 95 % interval, and the uncertainty of what was made, hold the difference."""
+        return abs(self.z) <= NORMAL_95
+
+    @property
     def sd_of_posterior(self) -> float:
         """The prediction's standard deviation towards what was made, as no past had widened it."""
         return _sd(wider_interval(self.predicted, 1.0 / self.widened), self.off)
@@ -117,7 +122,7 @@ def score_of(quantity: str, some: Sequence[Scored]) -> Score:
     """Return the score of one quantity of cuts, one at least."""
     z, error = (np.array([getattr(one, of) for one in some]) for of in ("z", "error"))
     recordings = Counter(one.recording for one in some)
-    inside = float(np.mean(np.abs(z) <= NORMAL_95))
+    inside = float(np.mean([one.held for one in some]))
     n = sum(map(counts_as, recordings.values()))
     held, missed = inside * n, (1.0 - inside) * n
     low = betaincinv(held, missed + 1.0, 0.025) if inside > 0.0 else 0.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autodb.files.targets import check_target, write_text
+from autodb.files.targets import check_target
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,18 +17,28 @@ HEIGHT_PX = 640
 
 @dataclass(frozen=True)
 class ResultPage:
-    """A page that loads nothing: a notebook shows it, ``save`` writes it."""
+    """A page that loads nothing from outside: a notebook shows it, ``save`` writes it."""
 
-    html: str = field(repr=False)
+    page: str = field(repr=False)
 
-    def save(self, path: str | Path) -> Path:
+    @property
+    def html(self) -> str:
+        """The page with the script of its plots in it."""
+        from autodb.reports.written import contained
+
+        return contained(self.page)
+
+    def save(self, path: str | Path, *, self_contained: bool = False) -> Path:
         """Write the page to a file FILE.html, which is replaced, and return its path.
 
-        Raises UnusableInput for a path that is none of a page.
+        The script of its plots is written beside it, ``self_contained``: into it. Raises
+        UnusableInput for a path that is none of a page.
         """
+        from autodb.reports.written import write_page
+
         target = Path(path)
         check_target(target, suffix=".html", option="path")
-        write_text(target, self.html)
+        write_page(target, self.page, self_contained=self_contained)
         return target
 
     def _repr_html_(self) -> str:

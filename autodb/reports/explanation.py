@@ -1,6 +1,6 @@
 """The answer of explain as one page: verdict first, then where, before and after, and the evidence.
 
-The page is one file that loads nothing. ``explanation_fragment`` is the same content for a page
+The page loads nothing from outside. ``explanation_fragment`` is the same content for a page
 that has a shell of its own.
 """
 
@@ -48,7 +48,7 @@ CERTAINTY = (
 
 
 def render_explanation(explained: Explained) -> str:
-    """Return the report of one explanation: one HTML file that loads nothing."""
+    """Return the report of one explanation: a page that loads nothing from outside."""
     return figures.whole_page(
         "explanation.html.j2",
         title=Path(explained.explanation.recording).name,

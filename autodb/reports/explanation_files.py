@@ -1,6 +1,7 @@
 """Write an answer: corrected.csv, report.html, explanation.json, all or nothing.
 
-Several recordings together have such a folder each, beside together.json and together.html.
+Several recordings together have such a folder each, beside together.json and together.html. The
+script of their plots lies beside the page, or for all of them beside together.html.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,43 +17,62 @@ from autodb.explain.several_recordings import ExplainedTogether
 from autodb.files.targets import hidden, replace_by
 from autodb.reports.explanation import render_explanation
 from autodb.reports.together_page import recording_folders, render_together
+from autodb.reports.written import LIBRARIES, below, contained, put_library, write_page
 
-FILES = frozenset({"corrected.csv", "report.html", "explanation.json"})
+REPORT = "report.html"
+FILES = frozenset({"corrected.csv", REPORT, "explanation.json"})
 OF_SEVERAL = frozenset({"together.json", "together.html"})
 
 
-def write_answer(explained: Explained, folder: Path) -> None:
+def write_answer(explained: Explained, folder: Path, *, self_contained: bool = False) -> None:
     """Write the three files into ``folder``, which is replaced as a whole.
 
-    Raises UnusableInput when ``folder`` is a file or holds anything but an earlier answer.
+    ``self_contained``: with the script of plots in the page. Raises UnusableInput when ``folder``
+    is a file or holds anything but an earlier answer.
     """
-    _replace(folder, lambda new: _write(explained, new), _is_answer)
+
+    def write(new: Path) -> None:
+        page = _write(explained, new)
+        write_page(new / REPORT, page, self_contained=self_contained)
+
+    _replace(folder, write, _is_answer)
 
 
-def write_together(explained: Sequence[Explained], found: ExplainedTogether, folder: Path) -> None:
+def write_together(
+    explained: Sequence[Explained],
+    found: ExplainedTogether,
+    folder: Path,
+    *,
+    self_contained: bool = False,
+) -> None:
     """Write what several recordings say, each by itself and together, into ``folder``.
 
-    A recording's own folder is called after it, with its number. Raises what ``write_answer`` does.
+    A recording's own folder is called after it, with its number. ``self_contained`` as for one;
+    raises what ``write_answer`` does.
     """
 
     def write(new: Path) -> None:
         for name, one in zip(recording_folders(found), explained, strict=True):
             (new / name).mkdir()
-            _write(one, new / name)
+            page = _write(one, new / name)
+            page = contained(page) if self_contained else below(page)
+            (new / name / REPORT).write_text(page, encoding="utf-8")
         text = found.model_dump_json(indent=1)
         (new / "together.json").write_text(text + "\n", encoding="utf-8")
         (new / "together.html").write_text(render_together(found), encoding="utf-8")
+        if not self_contained:
+            put_library(new)
 
     _replace(folder, write, _is_of_several)
 
 
 def _is_answer(folder: Path) -> bool:
-    return {p.name for p in folder.iterdir()} <= FILES
+    return all(p.name in FILES or p.match(LIBRARIES) for p in folder.iterdir())
 
 
 def _is_of_several(folder: Path) -> bool:
     inside = list(folder.iterdir())
-    others = [p for p in inside if p.name not in OF_SEVERAL]
+    others = [p for p in inside if p.name not in OF_SEVERAL and not p.match(LIBRARIES)]
     return all(p.is_dir() and _is_answer(p) for p in others)
 
 
@@ -82,9 +102,10 @@ def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path],
         replace_by(new, folder)
 
 
-def _write(explained: Explained, folder: Path) -> None:
+def _write(explained: Explained, folder: Path) -> str:
+    """Write table and answer, and return the page."""
     columns = {name: np.asarray(values) for name, values in explained.rows.items()}
     csv.write_csv(pa.table(columns), folder / "corrected.csv")
     text = explained.explanation.model_dump_json(indent=1)
     (folder / "explanation.json").write_text(text + "\n", encoding="utf-8")
-    (folder / "report.html").write_text(render_explanation(explained), encoding="utf-8")
+    return render_explanation(explained)

@@ -59,7 +59,7 @@ def _states(load: DriveLoad) -> list[str]:
 
 
 def render_loads(name: str, t_s: Array, sensed: Sequence[ReconstructedLoad]) -> str:
-    """Return the page: one HTML file that loads nothing."""
+    """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "loads.html.j2",
         title=f"{name}: load on the axes",

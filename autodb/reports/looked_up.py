@@ -10,7 +10,7 @@ from autodb.reports.predicted import plot
 
 
 def render_look_up(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> str:
-    """Return the page of an answer that is not kept: one HTML file that loads nothing."""
+    """Return the page of an answer that is not kept: a page that loads nothing from outside."""
     pair = f"{answer.job.material} / {answer.job.tool}"
     return figures.whole_page(
         "looked_up.html.j2",

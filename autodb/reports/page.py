@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-import plotly.graph_objects as go
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.reports import figures
+from autodb.reports.against import PredictedMade, plot_against
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ class Page:
 
 
 def render_page(page: Page, mismatch_html: str | None) -> str:
-    """Return the machine's report: one HTML file that loads nothing.
+    """Return the machine's report: a page that loads nothing from outside.
 
     ``mismatch_html`` is shown as it is: the content that explaining one recording gives.
     """
@@ -119,7 +119,7 @@ def check_words(check: PredictedSensed) -> str:
 
 
 def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
-    return (check.sensed_N >= check.low_N) & (check.sensed_N <= check.high_N)
+    return np.asarray((check.sensed_N >= check.low_N) & (check.sensed_N <= check.high_N))
 
 
 # Plots
@@ -189,55 +189,15 @@ def translucent(tone: str) -> str:
 
 
 def _check(n: int, check: PredictedSensed) -> Markup:
-    force = f"Force {check.component.upper()}"
-    made = figures.figure([f"{force} predicted [N]"], x_title=f"{force} measured [N]")
-    sensed = np.isfinite(check.sensed_N)
-    inside = _inside(check)
-    for rows, tone, name in (
-        (sensed & inside, "corrected", "inside"),
-        (sensed & ~inside, "warn", "outside"),
-    ):
-        if np.any(rows):
-            made.add_trace(_intervals(check, rows, tone, name))
-    if np.any(sensed):
-        everything = np.concatenate(
-            [check.low_N[sensed], check.high_N[sensed], check.sensed_N[sensed]]
-        )
-        ends = np.array([np.min(everything), np.max(everything)])
-        dash = {"dash": "dash", "width": 1}
-        made.add_trace(
-            figures.line_trace(ends, ends, tone="muted", name="exactly as predicted", line=dash)
-        )
-    label = f"{force}: {check_words(check)}"
-    return figures.as_html(made, f"check-{n}", height_px=360, label=label)
-
-
-def _intervals(check: PredictedSensed, rows: NDArray[np.bool_], tone: str, name: str) -> go.Scatter:
-    kept = np.flatnonzero(rows)
-    kept = kept[figures.thinned(check.sensed_N[kept])]
-    predicted = check.predicted_N[kept]
-    return figures.points(
-        check.sensed_N[kept],
-        predicted,
-        tone=tone,
-        name=name,
-        text=[_hover(check, row) for row in kept],
-        hoverinfo="text",
-        error_y={
-            "type": "data",
-            "symmetric": False,
-            "array": check.high_N[kept] - predicted,
-            "arrayminus": predicted - check.low_N[kept],
-            "color": figures.colour(tone),
-            "thickness": 1.2,
-            "width": 3,
-        },
+    made = PredictedMade(
+        title=f"Force {check.component.upper()}",
+        unit="N",
+        label=check.label,
+        predicted=check.predicted_N,
+        low=check.low_N,
+        high=check.high_N,
+        made=check.sensed_N,
+        made_sd=check.sensed_sd_N,
+        held=_inside(check),
     )
-
-
-def _hover(check: PredictedSensed, row: np.intp) -> str:
-    reach = figures.span(float(check.low_N[row]), float(check.high_N[row]), "N")
-    sensed = figures.number(float(check.sensed_N[row]))
-    sd = figures.quantity(2.0 * float(check.sensed_sd_N[row]), "N")
-    lines = (f"predicted {reach}", f"measured {sensed} ± {sd}")
-    return "<br>".join((figures.plain_text(check.label[row]), *lines))
+    return plot_against(f"check-{n}", made, words=check_words(check))

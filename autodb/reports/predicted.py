@@ -36,7 +36,7 @@ SYMBOLS = {"start": "triangle-right-open", "peak": "diamond-open", "end": "trian
 
 
 def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> str:
-    """Return the page: one HTML file that loads nothing."""
+    """Return the page: a page that loads nothing from outside."""
     job = answer.job
     return figures.whole_page(
         "predicted.html.j2",

@@ -13,6 +13,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
 from autodb.reports import figures
+from autodb.reports.against import PredictedMade, plot_against
 
 PLOT_PX = 190
 """Height of one quantity."""
@@ -28,13 +29,14 @@ BESIDE = 0.12
 
 
 def render_scores(found: PredictionScores) -> str:
-    """Return the page: one HTML file that loads nothing."""
+    """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "scored.html.j2",
         title=f"{found.machine}: predicted and made",
         machine=found.machine,
         by_basis=found.by_basis,
         plot=plot_of_scores(found),
+        against=plots_against(found),
         most=SHOWN,
         made=len(found.cuts),
         scored=found.scored,
@@ -59,6 +61,31 @@ def plot_of_scores(found: PredictionScores) -> Markup | None:
         made.update_xaxes(dtick=1)
     label = f"predicted and made forces of {len(cuts)} cuts with 95 % intervals"
     return figures.as_html(made, "scored", height_px=PLOT_PX * len(rows), label=label)
+
+
+def plots_against(found: PredictionScores) -> list[Markup]:
+    """Return for each quantity what was predicted of all cuts against what was made."""
+    every = [(cut, one) for cut in found.cuts for one in cut.scored]
+    plots = []
+    for quantity in QUANTITIES:
+        some = [(cut, one) for cut, one in every if one.quantity == quantity.channel]
+        if not some:
+            continue
+        ends = np.array([(s.predicted.value, s.predicted.low, s.predicted.high) for _, s in some])
+        made = PredictedMade(
+            title=quantity.channel,
+            unit=quantity.unit,
+            label=[f"{cut.job}, {cut.name}" for cut, _ in some],
+            predicted=ends[:, 0],
+            low=ends[:, 1],
+            high=ends[:, 2],
+            made=np.array([s.made for _, s in some]),
+            made_sd=np.array([s.sd or 0.0 for _, s in some]),
+            held=np.array([s.held for _, s in some]),
+        )
+        words = f"{int(np.sum(made.held))} of {len(some)} lie in their predicted interval"
+        plots.append(plot_against(f"against-{quantity.channel}", made, words=words))
+    return plots
 
 
 def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]:

@@ -1,4 +1,4 @@
-"""What several recordings say together, as one page that loads nothing."""
+"""What several recordings say together, as a page that loads nothing from outside."""
 
 from pathlib import Path
 

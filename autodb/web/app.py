@@ -25,7 +25,16 @@ from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.children import Children
 from autodb.web.receive.imports import Imports
 from autodb.web.refusals import handle
-from autodb.web.routes import batch, decisions, forces, machines, programs, recordings, tools
+from autodb.web.routes import (
+    batch,
+    decisions,
+    forces,
+    kept_recordings,
+    machines,
+    programs,
+    recordings,
+    tools,
+)
 from autodb.web.service import SENDS_S, Reads, Service, service_of
 
 UNITS = {
@@ -122,6 +131,7 @@ def make_app(settings: Settings) -> FastAPI:
         (decisions.router, "Mismatches"),
         (programs.router, "Forces"),
         (recordings.router, "Recordings"),
+        (kept_recordings.router, "Recordings"),
         (machines.router, "Machines"),
     ):
         app.include_router(router, prefix=API, tags=[tag])

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from autodb import records
 from autodb.cli.start import demo
 from autodb.proofs.machines.sample import write_sample
+from autodb.reports.written import LIBRARY
 from tests.conftest import Cli
 
 SAMPLE = (
@@ -62,7 +63,10 @@ def test_the_demo_takes_the_place_of_an_earlier_one_and_its_report_needs_no_netw
     report = Path("out/report.html").read_text()
     page = re.sub(r"<script.*?</script>", "", report, flags=re.DOTALL)
     assert not re.search(r"""(src|href)=["'](https?:)?//|@import|url\(""", page)
-    assert not re.search(r"<script[^>]+src=", report)
+    loaded = re.findall(r"""<script[^>]+src=["']([^"']+)""", report)
+    assert loaded == [LIBRARY]
+    assert Path("out", LIBRARY).exists()
+    assert len(report) < 500_000
     assert "What the simulation left out" in report
     traced = cli("trace", "prediction", 1, "--db", "sqlite:///out/autodb.sqlite3")
     assert "shop-week-1.csv" in traced.out

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 
 from autodb.explain.answer import (
     Cause,
@@ -19,6 +18,7 @@ from autodb.explain.answer import (
     Regime,
     Where,
 )
+from autodb.reports.written import library_tag
 
 N = 20_000
 STATEMENT = "The guideway drags 0.42 A more at the far end <than> the simulation assumes."
@@ -89,12 +89,12 @@ def explained(answer: ChannelAnswer, *, recording: str = "air.csv") -> Explained
     )
 
 
-def own(html: str) -> str:
-    """The page without the plot library."""
-    return html.replace(get_plotlyjs(), "")
+def loaded(html: str) -> list[str]:
+    """What a page loads, but the script of its plots beside it."""
+    return OUTSIDE.findall(html.replace(library_tag(), ""))
 
 
 def readable(html: str) -> str:
     """What a reader sees of a page, in one line."""
-    text = re.sub(r"<(script|style).*?</\1>", " ", own(html), flags=re.DOTALL)
+    text = re.sub(r"<(script|style).*?</\1>", " ", html, flags=re.DOTALL)
     return " ".join(re.sub(r"<[^>]+>", " ", text).replace("\u00a0", " ").split())

@@ -273,6 +273,9 @@ def test_importing_the_package_imports_nothing() -> None:
 
 def test_a_page_is_saved_whole(machine: ShopMachine, tmp_path: Path) -> None:
     page = machine.predict(CUTS, **PAIR).plot()
-    assert page.save(tmp_path / "p.html").read_text("utf-8") == page.html
+    assert page.save(tmp_path / "p.html").read_text("utf-8") == page.page
+    alone = page.save(tmp_path / "alone.html", self_contained=True)
+    assert alone.read_text("utf-8") == page.html
+    assert len(page.page) < 500_000 < len(page.html)
     with pytest.raises(autodb.UnusableInput, match=r"p\.txt"):
         page.save(tmp_path / "p.txt")

@@ -32,7 +32,7 @@ from autodb.sensing.ranges.outliers import Outlier, numbers, outlier_sentences
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, calibration_points
 from autodb.store import models, open_store
 from tests.conftest import Cli
-from tests.helpers.explanations import OUTSIDE, own, readable
+from tests.helpers.explanations import loaded, readable
 from tests.helpers.lathe_tables import protocol_of
 
 Array = NDArray[np.float64]
@@ -76,7 +76,7 @@ def test_the_figures_of_a_machines_card_are_those_of_the_record(cli: Cli, cuts: 
     assert done.code == 0
     assert "card: card.html" in done.out
     page = Path("card.html").read_text(encoding="utf-8")
-    assert not OUTSIDE.findall(own(page))
+    assert not loaded(page)
     said = text_of(Path("card.html"))
     store = open_store("sqlite:///autodb.sqlite3")
     with store.reading() as session:

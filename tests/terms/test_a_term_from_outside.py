@@ -252,13 +252,14 @@ def test_several_recordings_say_where_it_sits(cli: Cli) -> None:
         asked.append(_recorded(f"{name}.csv", seed))
         Path(f"{name}.toml").write_text('[recording]\nmachine = "mill"\n')
         asked += ["--simulation", _written(f"{name}-simulated.csv", seed, drag=0.0)]
-    assert cli(*asked).code == 0
+    assert cli(*asked, "--self-contained").code == 0
     together = json.loads(Path("together/together.json").read_text())
     (effect,) = together["effects"]
     assert effect["term"] == "eddy_drag"
     assert [seat["factor"] for seat in effect["sits_in"]] == ["machine"]
     assert_allclose([v["value"] for v in effect["values"]], 2.0 * PEAK_A / PEAK_MM_S, rtol=0.05)
     assert DRAG.title in Path("together/together.html").read_text()
+    assert not list(Path("together").rglob("*.js"))
 
 
 def test_reconstruct_takes_them_off_the_load(machine: Cli) -> None:

@@ -63,6 +63,9 @@ class Site:
             "import": f"{MACHINE}/import",
             "mismatches": f"{MACHINE}/mismatches",
             "scores": f"{MACHINE}/scores",
+            "recordings": f"{MACHINE}/recordings",
+            "health": f"{MACHINE}/health",
+            "a table of cuts": f"{MACHINE}/recordings/4",
             "mismatch": f"/mismatches/{self.mismatch}",
             "not there": "/machines/none",
         }
@@ -168,9 +171,35 @@ def test_a_pair_is_shown_over_feed_and_depth(page: Page, site: Site) -> None:
     expect(page.get_by_role("heading", name="Over feed and depth")).to_be_visible()
     expect(page.locator("#map-1 .contour path").first).to_be_attached()
     page.get_by_text("Another cut").click()
-    page.get_by_role("spinbutton", name="Depth").fill("1.5")
+    page.get_by_role("textbox", name="Depth").fill("1,5")
     page.get_by_role("button", name="Show it").click()
     expect(page.get_by_text("depth 1.5 mm")).to_be_visible()
+
+
+def test_a_recording_is_found_and_drawn_with_its_cut(page: Page) -> None:
+    page.goto(f"{MACHINE}/recordings")
+    page.get_by_role("button", name="Length").click()
+    expect(page.get_by_role("columnheader", name="Length")).to_have_attribute(
+        "aria-sort", "ascending"
+    )
+    assert page.locator("tbody tr").first.inner_text().split("\t")[1] == "standard-cut-raw.parquet"
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Download as CSV").click()
+    text = saved.value.path().read_text("utf-8-sig").splitlines()
+    assert text[0].startswith("No.,File,Recorded (UTC),Length,Rate [Hz]")
+    assert len(text) == 6
+    page.get_by_role("link", name="2", exact=True).click()
+    expect(page.get_by_text("the cut, 2.")).to_be_visible(timeout=60_000)
+    expect(page.locator(".js-plotly-plot .main-svg").first).to_be_visible()
+
+
+def test_health_leads_to_its_evidence(page: Page, site: Site) -> None:
+    page.goto(f"{MACHINE}/health")
+    expect(page.get_by_role("link", name=f"Decide on mismatch {site.mismatch}")).to_be_visible()
+    expect(page.locator("#course-z .main-svg").first).to_be_visible(timeout=60_000)
+    page.locator("section section", has_text="Z axis").get_by_text("What it rests on").click()
+    page.get_by_role("link", name="recording 4").first.click()
+    expect(page.get_by_role("heading", name="shop-week-1.csv")).to_be_visible()
 
 
 def test_a_job_is_planned_by_hand(page: Page) -> None:
@@ -236,7 +265,7 @@ def test_a_mismatch_shows_its_recording(page: Page, site: Site) -> None:
 def test_a_job_is_planned_by_dropping_its_program(page: Page, sample_jobs: Path) -> None:
     page.goto(f"{MACHINE}/plan")
     page.get_by_text("Or drop the NC program").click()
-    page.get_by_label("Bar diameter").fill("60")
+    page.get_by_label("Bar diameter").fill("60,0")
     page.get_by_label("Face of the bar").fill("2")
     page.get_by_label("Drop the program here").set_input_files(sample_jobs / "nc_profile/part.nc")
     page.get_by_role("button", name="Predict the program").click()
@@ -336,5 +365,6 @@ def test_pages_print_without_what_is_pressed(page: Page, site: Site, tmp_path: P
     expect(page.get_by_role("button", name="Predict", exact=True)).to_be_hidden()
     expect(page.locator(".bar")).to_be_hidden()
     expect(page.get_by_role("heading", name="What it will take")).to_be_visible()
+    expect(page.get_by_text("turn, diameter 56 mm, depth 2.5 mm")).to_be_visible()
     made = page.pdf(path=tmp_path / "plan.pdf", format="A4")
     assert made.startswith(b"%PDF")

@@ -100,6 +100,9 @@ def service(known: dict[str, str]) -> Iterator[Served]:
         yield Served(at, {one.label: one for one in found}, headers)
 
 
+LAST = ("POST /api/v1/machines/{machine}/recordings/{number}/withdraw",)
+
+
 def _strategies(operation: Any, known: dict[str, str]) -> Iterator[Any]:
     """Give what an operation may be asked: anything, and of what is known."""
     yield operation.as_strategy(GenerationMode.POSITIVE)
@@ -152,7 +155,8 @@ def test_every_answer_is_one_of_the_document(service: Served, known: dict[str, s
     schemathesis.serializer("application/x-ndjson")(lambda _, value: str(value).encode())
     wrong: list[str] = []
     without = set()
-    for operation in service.operations.values():
+    # what is withdrawn takes what others ask for with it
+    for operation in sorted(service.operations.values(), key=lambda one: one.label in LAST):
         statuses = [_asked(service, one, wrong) for one in _strategies(operation, known)]
         _asked_wrongly(service, operation, wrong)
         if not any(status < 300 for some in statuses for status in some):

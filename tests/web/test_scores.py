@@ -47,5 +47,7 @@ def test_a_page_and_a_route_say_what_became_of_predictions(cli: Cli) -> None:
     page = _served("/machines/lathe/scores")
     assert "1 cuts were predicted and then made" in page
     assert "force.y" in page
+    assert 'id="against-force.y"' in page
+    assert '/machines/lathe/recordings/1">1</a>' in page
     printed = json.loads(cli("predictions", "score", *MACHINE, "--json").out)
     assert json.loads(_served("/api/v1/machines/lathe/scores")) == printed

@@ -75,7 +75,8 @@ def test_every_page_answers_and_loads_scripts_of_its_own_alone(
         "/", "/sign-in", MACHINE, f"{MACHINE}/moved", f"{MACHINE}/pairs", f"{MACHINE}/plan",
         f"{MACHINE}/pair?{urlencode(pair)}", f"{MACHINE}/plan?{urlencode(pair | CUT)}",
         f"{MACHINE}/mismatches", f"{MACHINE}/mismatches?decided=true", f"{MACHINE}/import",
-        f"{MACHINE}/scores",
+        f"{MACHINE}/scores", f"{MACHINE}/recordings", f"{MACHINE}/recordings/2",
+        f"{MACHINE}/recordings/4", f"{MACHINE}/health",
         f"{MACHINE}/drives/z.current", f"/mismatches/{_open_mismatch(store)}",
     ]  # fmt: skip
     for path in pages:
@@ -125,6 +126,27 @@ def test_a_cut_that_cannot_be_is_said_and_what_was_typed_stays(
     lacking = {key: value for key, value in CUT.items() if key != "diameter_mm"}
     html = client.get(f"{MACHINE}/plan?{urlencode(pair | lacking)}").text
     assert "needs diameter_mm" in _said(html)[0]
+
+
+def test_numbers_are_typed_with_a_comma_in_every_field(
+    client: TestClient, pair: dict[str, str]
+) -> None:
+    typed = CUT | {"depth_mm": "2,5", "feed_mm_rev": "0,3"}
+    for path in ("plan", "pair"):
+        points, commas = (
+            _text(client.get(f"{MACHINE}/{path}?{urlencode(pair | one)}").text)
+            for one in (CUT, typed)
+        )
+        assert points == commas
+    for text in ("1,234", "1.234,5"):
+        asked = urlencode(pair | CUT | {"depth_mm": text})
+        assert f"depth_mm: '{text}'" in _said(client.get(f"{MACHINE}/plan?{asked}").text)[0]
+    largest = CUT | {"largest": "feed", "share": "80,0", "sure": "95,5"}
+    page = client.get(f"{MACHINE}/pair?{urlencode(pair | largest)}").text
+    assert "with 95.5 % probability" in _text(page)
+    assert 'type="number"' not in page
+    far = client.get(f"{MACHINE}/pair?{urlencode(pair | largest | {'share': '120'})}").text
+    assert "Share: 120 % is not from 1 to 100" in _said(far)[0]
 
 
 def test_limits_are_drawn_into_the_maps(client: TestClient, pair: dict[str, str]) -> None:

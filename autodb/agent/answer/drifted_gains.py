@@ -37,7 +37,7 @@ HARDER = HARD_SPOT.name
 
 
 @dataclass(frozen=True)
-class _Read:
+class SensedBesideExpected:
     """A force that a calibration sensed, and what its pair's newest version expects, N."""
 
     force: models.SensedForce
@@ -53,7 +53,7 @@ def open_drifted_gains(
     """
     if span.upto <= span.old:
         return []
-    read = _read(session, owner, span, sensed)
+    read = sensed_beside_expected(session, owner, span, sensed)
     if len({one.force.cut.pair_id for one in read}) < PAIRS:
         return []
     recordings = sorted({one.force.cut.recording.first_id for one in read})
@@ -69,9 +69,9 @@ def open_drifted_gains(
     return drift.kept()
 
 
-def _read(
+def sensed_beside_expected(
     session: Session, owner: models.Machine, span: Span, sensed: Sequence[Calibrations]
-) -> list[_Read]:
+) -> list[SensedBesideExpected]:
     """Return what the newest calibration of each component has sensed in the newest recordings."""
     current = {rows[0].id for rows in sensed}
     force, cut = models.SensedForce, models.Cut
@@ -113,7 +113,7 @@ def _of_pair(
     sensed: Sequence[Calibrations],
     *,
     of_cuts: tuple[int, int],
-) -> list[_Read]:
+) -> list[SensedBesideExpected]:
     """Return what was sensed of a pair that the machine has learnt, each force above none.
 
     ``of_cuts``: behind which cut, by id, and up to which.
@@ -129,7 +129,7 @@ def _of_pair(
     except UnusableInput:
         return []
     every = [
-        _Read(force, float(mean[number[force.cut_id], QUANTITY[force.component]]))
+        SensedBesideExpected(force, float(mean[number[force.cut_id], QUANTITY[force.component]]))
         for force in forces
         if force.component != PASSIVE_AXIS.get(force.cut.operation or "")
     ]
@@ -137,7 +137,10 @@ def _of_pair(
 
 
 def _shares(
-    read: Sequence[_Read], pairs: list[int], recordings: list[int], components: list[str]
+    read: Sequence[SensedBesideExpected],
+    pairs: list[int],
+    recordings: list[int],
+    components: list[str],
 ) -> SensedShares:
     cuts = [one.force.cut for one in read]
     ratio = [(one.force.value_N or 0.0) / one.expected_N for one in read]
@@ -163,7 +166,7 @@ class _Drift:
     session: Session
     owner: models.Machine
     found: GainDrift
-    own: list[_Read]
+    own: list[SensedBesideExpected]
     pairs: list[int]
     since: list[int]
 

@@ -11,6 +11,7 @@ from autodb.cli._common import (
     Database,
     Json,
     OptionalMachine,
+    SelfContained,
     complain,
     default_machine,
     opened_store,
@@ -81,6 +82,7 @@ def calibrate_command(
     columns: Columns = None,
     protocol: ProtocolName = None,
     card: CardFile = None,
+    self_contained: SelfContained = False,
     json: Json = False,
     network: Network = False,
     of_table: OfTable = False,
@@ -93,6 +95,8 @@ def calibrate_command(
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
         (train_command if network else level_command)(asked)
         return
+    from autodb.reports.card.card_data import card_of_calibrations
+    from autodb.reports.card.files import write_card
     from autodb.reports.card.run_course import moved_over
     from autodb.standard import read_protocol
 
@@ -100,7 +104,7 @@ def calibrate_command(
     if not recordings and machine is None:
         machine = default_machine(db)
     asked = AskedRecordings(recordings or [], machine, columns, db)
-    _check(asked, card, update=update)
+    _check(asked, card, update=update, self_contained=self_contained)
     tell = complain if json else say
     done = _calibrated(asked, chosen, tell, update=update)
     moved = moved_over(done, chosen)
@@ -111,10 +115,17 @@ def calibrate_command(
     else:
         _say_calibrated(done, moved, stored=machine is not None)
     if card is not None:
-        _write_card(done, machine, chosen, moved, card, tell)
+        title = machine or ", ".join(name for name, _ in done.sources)
+        with working(f"writing {card.name}") as progress:
+            progress("estimating cuts without their groups")
+            shown = card_of_calibrations(done, title=title, protocol=chosen, moved=moved)
+            write_card(shown, card, self_contained=self_contained)
+        tell(f"card: {card}")
 
 
-def _check(asked: AskedRecordings, card: Path | None, *, update: bool) -> None:
+def _check(
+    asked: AskedRecordings, card: Path | None, *, update: bool, self_contained: bool
+) -> None:
     """Raise UnusableInput for what cannot be calibrated, or written, before anything is stored."""
     from autodb.errors import UnusableInput
     from autodb.reports.card.files import check_card_target
@@ -124,7 +135,9 @@ def _check(asked: AskedRecordings, card: Path | None, *, update: bool) -> None:
     if update and (asked.machine is None or not asked.files):
         raise UnusableInput("--update needs --machine NAME and recordings to add")
     if card is not None:
-        check_card_target(card)
+        check_card_target(card, self_contained=self_contained)
+    elif self_contained:
+        raise UnusableInput("--self-contained goes with --card FILE.html")
 
 
 def _calibrated(
@@ -195,24 +208,6 @@ def _calibrate_machine(
         return calibrate_machine(
             store, machine, recordings=only, protocol=protocol, progress=progress
         )
-
-
-def _write_card(
-    done: "Calibrated",
-    machine: str | None,
-    protocol: "CutProtocol | None",
-    moved: list[tuple[str, ...]],
-    path: Path,
-    tell: Callable[[str], None],
-) -> None:
-    from autodb.reports.card.card_data import card_of_calibrations
-    from autodb.reports.card.files import write_card
-
-    title = machine or ", ".join(name for name, _ in done.sources)
-    with working(f"writing {path.name}") as progress:
-        progress("estimating cuts without their groups")
-        write_card(card_of_calibrations(done, title=title, protocol=protocol, moved=moved), path)
-    tell(f"card: {path}")
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:

@@ -12,6 +12,8 @@ from autodb.cli._common import (
     Json,
     OptionalMachine,
     Resample,
+    SelfContained,
+    check_page,
     opened_store,
     read_one,
     say,
@@ -83,6 +85,7 @@ def identify_command(
     page: Page = None,
     staged: Staging = False,
     pitch: Pitch = None,
+    self_contained: SelfContained = False,
     machine: OptionalMachine = None,
     columns: Columns = None,
     group: Group = None,
@@ -93,10 +96,17 @@ def identify_command(
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
     from autodb.agent.sense.carried_masses import slide_masses
     from autodb.agent.sense.identifying import identify_on_machine, refuse_faults, versions_of
+    from autodb.errors import UnusableInput
+    from autodb.reports.axis import render_axis
+    from autodb.reports.written import write_page
     from autodb.sensing.drives import feed_axis
 
     names = term_names(terms)
-    _check(update, machine, page)
+    if update and machine is None:
+        raise UnusableInput(
+            "--update goes with --machine: it goes on from a machine's last version"
+        )
+    check_page(page, option="--page", self_contained=self_contained)
     check_staging(staged=staged, pitch=pitch)
     with working(f"identifying from {recording.name}") as progress:
         moves = moves_of(recording, axis, columns, group, resample)
@@ -122,7 +132,7 @@ def identify_command(
         progress("spread over filters")
         spread = feed_axis.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
         if page is not None:
-            _write_page(model, moves, page)
+            write_page(page, render_axis(model, moves), self_contained=self_contained)
     if json:
         from autodb.library.found import IdentifyResult
 
@@ -162,26 +172,6 @@ def _show_masses(masses: "Mapping[str, Mass]") -> None:
         return
     said = (f"{axis} {mass.kg:.4g} ± {mass.sd_kg:.2g} kg" for axis, mass in masses.items())
     say(f"slides alone (± 1 sd): {', '.join(said)}")
-
-
-def _check(update: bool, machine: str | None, page: Path | None) -> None:
-    """Refuse options that do not go together, before anything is fitted."""
-    from autodb.errors import UnusableInput
-    from autodb.files.targets import check_target
-
-    if update and machine is None:
-        raise UnusableInput(
-            "--update goes with --machine: it goes on from a machine's last version"
-        )
-    if page is not None:
-        check_target(page, suffix=".html", option="--page")
-
-
-def _write_page(model: "Identified", moves: "records.Recording", page: Path) -> None:
-    from autodb.files.targets import write_text
-    from autodb.reports.axis import render_axis
-
-    write_text(page, render_axis(model, moves))
 
 
 def _show_versions(versions: "Sequence[ModelVersion]") -> None:

@@ -12,6 +12,8 @@ from autodb.cli._common import (
     Database,
     Group,
     Resample,
+    SelfContained,
+    check_page,
     default_machine,
     opened_store,
     say,
@@ -120,14 +122,16 @@ def reconstruct_command(
     resample: Resample = None,
     out: Out = None,
     page: Page = None,
+    self_contained: SelfContained = False,
     db: Database = None,
 ) -> None:
     """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight.
 
     Or the forces that a machine's network, its table dynamometer, or all of them together measure.
     """
-    from autodb.files.targets import check_target, write_text
+    from autodb.files.targets import check_target
     from autodb.reports.load_page import render_loads, write_table
+    from autodb.reports.written import write_page
 
     if machine is None and moves is None:
         machine = default_machine(db)
@@ -137,8 +141,7 @@ def reconstruct_command(
     )
     out = out or Path(f"{recording.stem}-load.csv")
     check_target(out, suffix=".csv", option="--out")
-    if page is not None:
-        check_target(page, suffix=".html", option="--page")
+    check_page(page, option="--page", self_contained=self_contained)
     how = _How(axis, bandwidth, observer, _scale(newtons_per_ampere), removed or 0.0)
     with working(f"reconstructing {recording.name}") as progress:
         if moves is not None:
@@ -153,7 +156,8 @@ def reconstruct_command(
         progress(f"writing {out.name}")
         write_table(cut.t_s, made.sensed, out)
         if page is not None:
-            write_text(page, render_loads(recording.name, cut.t_s, made.sensed))
+            made_page = render_loads(recording.name, cut.t_s, made.sensed)
+            write_page(page, made_page, self_contained=self_contained)
     say_time(cut)
     _show(made.sensed)
     for sentence in made.not_heard:

@@ -10,6 +10,8 @@ from autodb.cli._common import (
     Database,
     Json,
     MachineName,
+    SelfContained,
+    check_page,
     opened_machine,
     opened_store,
     say,
@@ -60,6 +62,7 @@ def predict_command(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write the answer as a picture: FILE.html."),
     ] = None,
+    self_contained: SelfContained = False,
     tool_file: ToolPath = None,
     beside: Annotated[
         Path | None,
@@ -79,8 +82,7 @@ def predict_command(
 
     if csv is not None:
         check_target(csv, suffix=".csv", option="--csv")
-    if plot is not None:
-        check_target(plot, suffix=".html", option="--plot")
+    check_page(plot, option="--plot", self_contained=self_contained)
     asked = read_job(job)
     other = None if beside is None else read_job(beside)
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
@@ -88,7 +90,13 @@ def predict_command(
         answer = predict_job(store, name, asked, tool=stated)
         compared = () if other is None else (answer, answer_job(store, name, other))
         limits = limits_of_machine(store, name)
-    _write_predicted(answer, limits, csv, plot)
+    if csv is not None:
+        _write_table(answer, limits, csv)
+    if plot is not None:
+        from autodb.reports.predicted import render_prediction
+        from autodb.reports.written import write_page
+
+        write_page(plot, render_prediction(answer, limits), self_contained=self_contained)
     if json:
         _say_as_json(answer, compared)
         return
@@ -132,19 +140,11 @@ def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
     return file.name, geometry_of(file).model_dump(exclude_none=True)
 
 
-def _write_predicted(
-    answer: "Predicted", limits: "dict[str, AxisLimits]", csv: Path | None, plot: Path | None
-) -> None:
+def _write_table(answer: "Predicted", limits: "dict[str, AxisLimits]", csv: Path) -> None:
     from autodb.files.targets import write_text
+    from autodb.forward.predictedfile import prediction_as_csv
 
-    if csv is not None:
-        from autodb.forward.predictedfile import prediction_as_csv
-
-        write_text(csv, prediction_as_csv(answer.cuts, limits, asked=answer.job))
-    if plot is not None:
-        from autodb.reports.predicted import render_prediction
-
-        write_text(plot, render_prediction(answer, limits))
+    write_text(csv, prediction_as_csv(answer.cuts, limits, asked=answer.job))
 
 
 class AnswerOptions(Protocol):

@@ -9,6 +9,8 @@ from autodb.cli._common import (
     Database,
     Json,
     MachineName,
+    SelfContained,
+    check_page,
     opened_machine,
     say,
     say_json,
@@ -35,21 +37,21 @@ def score_command(
         Path | None,
         typer.Option("--plot", metavar="FILE", help="Write a picture of each cut: FILE.html."),
     ] = None,
+    self_contained: SelfContained = False,
     json: Json = False,
     db: Database = None,
 ) -> None:
     """Say how far off a machine's past predictions were, and how sure they were of it."""
     from autodb.agent.matching.scoring import scores_of_machine
-    from autodb.files.targets import check_target, write_text
 
-    if plot is not None:
-        check_target(plot, suffix=".html", option="--plot")
+    check_page(plot, option="--plot", self_contained=self_contained)
     with opened_machine(db, machine) as (store, name):
         found = scores_of_machine(store, name)
     if plot is not None:
         from autodb.reports.scored import render_scores
+        from autodb.reports.written import write_page
 
-        write_text(plot, render_scores(found))
+        write_page(plot, render_scores(found), self_contained=self_contained)
     if json:
         from pydantic import TypeAdapter
 

@@ -23,6 +23,7 @@ from autodb.reports.explanation import explanation_fragment
 from autodb.reports.explanation_files import write_answer
 from autodb.reports.machine_page import machine_page
 from autodb.reports.page import render_page
+from autodb.reports.written import write_page
 from autodb.store import Store, create_store, open_store
 
 JOB = "stepped_shaft"
@@ -69,7 +70,7 @@ def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list
         progress("writing the report")
         page = machine_page(store, MACHINE, prediction.prediction_id)
         report = render_page(page, explanation_fragment(explained))
-        (folder / REPORT).write_text(report, encoding="utf-8")
+        write_page(folder / REPORT, report)
     finally:
         store.close()
     return prediction.prediction_id, lines + _predicted(prediction) + _explained(explained)

@@ -1,6 +1,7 @@
 """`explain`: what simulations of recordings leave out, one by one and together."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,7 @@ from autodb.cli._common import (
     Group,
     Json,
     Resample,
+    SelfContained,
     default_machine,
     opened_store,
     read_one,
@@ -66,6 +68,7 @@ def explain_command(
     group: Group = None,
     resample: Resample = None,
     out: OutFolder = None,
+    self_contained: SelfContained = False,
     json: Json = False,
     db: Database = None,
 ) -> None:
@@ -95,15 +98,26 @@ def explain_command(
 
     with working("explaining") as progress:
         if len(recordings) > 1:
-            _several(recordings, one, out or Path("together"), json=json, progress=progress)
+            target = _Target(out or Path("together"), self_contained, json)
+            _several(recordings, one, target, progress=progress)
         else:
             folder = out or Path(f"{recordings[0].stem}-explained")
-            _alone(recordings[0], one, folder, json=json, progress=progress)
+            target = _Target(folder, self_contained, json)
+            _alone(recordings[0], one, target, progress=progress)
 
 
 Looked = tuple["RecordingSetup", "Explained", "dict[Key, KeptCause]"]
 Look = Callable[[int], Looked]
 Step = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class _Target:
+    """Where an answer goes: a folder, whose pages may be self-contained; printed as JSON or not."""
+
+    folder: Path
+    self_contained: bool
+    json: bool
 
 
 def _check(
@@ -125,17 +139,18 @@ def _check(
         )
 
 
-def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: Step) -> None:
+def _alone(recording: Path, look: Look, target: _Target, *, progress: Step) -> None:
     from autodb.reports.explanation_files import check_folder, write_answer
 
+    folder = target.folder
     check_folder(folder)
     progress(recording.name)
     _, explained, kept = look(0)
     progress("writing the report")
-    write_answer(explained, folder)
+    write_answer(explained, folder, self_contained=target.self_contained)
     for note in explained.notes:
         typer.echo(note, err=True)
-    if json:
+    if target.json:
         say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
         return
     _say_causes(explained, kept)
@@ -145,12 +160,11 @@ def _alone(recording: Path, look: Look, folder: Path, *, json: bool, progress: S
             "with 'autodb mismatch reject NUMBER'")  # fmt: skip
 
 
-def _several(
-    recordings: list[Path], look: Look, folder: Path, *, json: bool, progress: Step
-) -> None:
+def _several(recordings: list[Path], look: Look, target: _Target, *, progress: Step) -> None:
     from autodb.explain.several_recordings import explain_together
     from autodb.reports.explanation_files import check_folder, write_together
 
+    folder = target.folder
     check_folder(folder, several=True)
     explained_all = []
     for number, recording in enumerate(recordings):
@@ -161,11 +175,12 @@ def _several(
         [explained.explanation.channels for _, explained, _ in explained_all],
     )
     progress("writing the reports")
-    write_together([explained for _, explained, _ in explained_all], found, folder)
-    for _, explained, _ in explained_all:
+    alone = [explained for _, explained, _ in explained_all]
+    write_together(alone, found, folder, self_contained=target.self_contained)
+    for explained in alone:
         for note in explained.notes:
             typer.echo(note, err=True)
-    if json:
+    if target.json:
         say((folder / "together.json").read_text(encoding="utf-8").rstrip())
         return
     for recording, (_, explained, kept) in zip(recordings, explained_all, strict=True):

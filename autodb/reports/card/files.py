@@ -10,6 +10,7 @@ from autodb.errors import UnusableInput
 from autodb.files.targets import hidden, needs_folder, replace_by
 from autodb.reports.card.machine_card import CalibrationCard
 from autodb.reports.card.render import render_card
+from autodb.reports.written import contained, write_page
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 """Names under which a browser that prints without a screen is searched for."""
@@ -19,28 +20,33 @@ WINDOW_PX = "860,1200"
 """Window that the page is laid out in first: plots are then drawn about as wide as on A4."""
 
 
-def check_card_target(path: Path) -> None:
-    """Raise UnusableInput where a card could not be written to ``path``."""
+def check_card_target(path: Path, *, self_contained: bool = False) -> None:
+    """Raise UnusableInput where a card could not be written to ``path``.
+
+    A PDF is not said to be ``self_contained``, as each is.
+    """
     if path.suffix not in (".html", ".pdf"):
         raise UnusableInput(f"{path}: a card is FILE.html or FILE.pdf")
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; --card needs the name of a file")
     needs_folder(path)
     if path.suffix == ".pdf":
+        if self_contained:
+            raise UnusableInput(f"{path}: --self-contained is of a page; leave it out for a PDF")
         _browser(path)
 
 
-def write_card(card: CalibrationCard, path: Path) -> None:
+def write_card(card: CalibrationCard, path: Path, *, self_contained: bool = False) -> None:
     """Write a card; an earlier file of that name is replaced. Raises as ``check_card_target``.
 
     Raises UnusableInput also when the browser does not print.
     """
     check_card_target(path)
+    if path.suffix != ".pdf":
+        write_page(path, render_card(card), self_contained=self_contained)
+        return
     with hidden(path) as part:
-        if path.suffix == ".pdf":
-            _print(render_card(card), part, path)
-        else:
-            part.write_text(render_card(card), encoding="utf-8")
+        _print(contained(render_card(card)), part, path)
         replace_by(part, path)
 
 

@@ -1,4 +1,4 @@
-"""Renders a card as one page that loads nothing."""
+"""Renders a card as a page that loads nothing from outside."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"sp
 
 
 def render_card(card: CalibrationCard) -> str:
-    """Return the card as one HTML file that loads nothing."""
+    """Return the card as a page that loads nothing from outside."""
     return figures.whole_page(
         "card.html.j2",
         title=f"{card.title}: calibration card",

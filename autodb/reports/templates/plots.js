@@ -4,7 +4,14 @@
   const grids = () => document.querySelectorAll(".grid");
   const drawings = () => document.querySelectorAll(".plot .main-svg");
   const resize = () => plots().forEach((plot) => Plotly.Plots.resize(plot));
-  document.querySelectorAll(".plotly-graph-div > script").forEach((data) => {
+  const undrawn = document.querySelectorAll(".plotly-graph-div > script");
+  if (!window.Plotly) {
+    undrawn.forEach((data) => {
+      data.parentElement.textContent = document.querySelector("[data-missing]").dataset.missing;
+    });
+    return;
+  }
+  undrawn.forEach((data) => {
     const { figure, config } = JSON.parse(data.textContent);
     const place = data.parentElement;
     data.remove();

@@ -14,6 +14,9 @@ from autodb.sensing.ranges.points import current_signal, measured_cuts
 
 Array = NDArray[np.float64]
 
+PASSIVE_IN_NO_CURRENT = "stands still: a passive force shows in no current"
+"""Why an axis that does not move senses nothing, as it is said and kept."""
+
 
 @dataclass(frozen=True)
 class SensedForces:
@@ -82,7 +85,7 @@ def left_domain(table: CutTable, calibration: Calibration) -> tuple[int, str]:
 
 def stands_still(axis: str) -> str:
     """Return why an axis that does not move senses no force."""
-    return f"{axis} stands still: a passive force shows in no current"
+    return f"{axis} {PASSIVE_IN_NO_CURRENT}"
 
 
 def two_forces(axis: str, fold: Fold, unit: str) -> str:

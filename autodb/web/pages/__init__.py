@@ -1,6 +1,7 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
 
 from autodb.web.pages import (
+    health,
     importing,
     machine,
     machines,
@@ -8,9 +9,13 @@ from autodb.web.pages import (
     pairs,
     planner,
     program,
+    recordings,
     scores,
     signing,
 )
 
-PAGES = (signing, machines, mismatches, planner, program, pairs, scores, importing, machine)
+PAGES = (
+    signing, machines, mismatches, planner, program, recordings, health, pairs, scores, importing,
+    machine,
+)  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -32,7 +32,7 @@ from autodb.web.pages.cuts import (
     stated_rows,
 )
 from autodb.web.pages.reading import day, read_state
-from autodb.web.routes.forces import Percent, Surely
+from autodb.web.routes.asked import typed_number
 from autodb.web.service import Reads, service_of
 
 UNITS = {"1": "", "N/mm^2": "N/mm²"}
@@ -64,8 +64,8 @@ def pair(
     tool: Annotated[str, Query(max_length=200)],
     *,
     largest: Annotated[str, Query(max_length=20)] = "",
-    share: Percent = 80.0,
-    sure: Surely = 95.0,
+    share: Annotated[str, Query(max_length=20)] = "80",
+    sure: Annotated[str, Query(max_length=20)] = "95",
 ) -> Response:
     """Show what a pair takes: of one cut, over feed and depth, and how well that is known.
 
@@ -118,16 +118,30 @@ def pair(
 
 
 def _largest(
-    basis: PredictionBasis, cut: JobCut, what: str, share: float, sure: float
+    basis: PredictionBasis, cut: JobCut, what: str, share: str, sure: str
 ) -> tuple[Largest | None, str]:
     """Return the largest that is asked for, if anything is, and what is said of it."""
     if not what:
         return None, ""
     try:
-        found = largest_value(basis, cut, what, share=share / 100.0, sure=sure / 100.0)
+        found = largest_value(
+            basis,
+            cut,
+            what,
+            share=_per_cent("share", share, low=1.0, high=100.0),
+            sure=_per_cent("sure", sure, low=50.0, high=99.9),
+        )
     except UnusableInput as error:
         return None, str(error)
     return found, found.statement
+
+
+def _per_cent(name: str, text: str, *, low: float, high: float) -> float:
+    """Return a share that was typed in per cent; raises UnusableInput outside of its ends."""
+    value = typed_number(name, text)
+    if not low <= value <= high:
+        raise UnusableInput(f"{name}: {value:g} % is not from {low:g} to {high:g}; type another")
+    return value / 100.0
 
 
 def _usual(request: Request, machine: str, material: str, tool: str) -> JobCut:

@@ -12,7 +12,7 @@ from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
-from autodb.files.cut_words import FIELDS, cut_in_words
+from autodb.files.cut_words import FIELDS, cut_in_words, job_in_words
 from autodb.files.job import Job, JobCut
 from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
@@ -91,6 +91,7 @@ def _answered(request: Request, machine: str, answered: JobAnswer | None) -> dic
     limits = read_state(request, lambda session: owner_named(session, machine).limits)
     return {
         "answer": answered,
+        "asked": list(job_in_words(answered.job)),
         "plot": predicted.plot(answered, limits),
         "left_out": 0,
         "cuts": shown_cuts(answered, range(len(answered.cuts))),

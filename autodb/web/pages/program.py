@@ -3,6 +3,7 @@
 from fastapi import APIRouter, Request, Response
 
 from autodb.agent.rows.owner import owner_named
+from autodb.files.cut_words import job_in_words
 from autodb.reports import predicted
 from autodb.web.html import piece
 from autodb.web.pages.planner import limits_shown, shown_cuts
@@ -29,6 +30,7 @@ async def of_program(request: Request, _access: Reads, machine: str) -> Response
     return piece(
         "_answer.html.j2",
         answer=answer,
+        asked=list(job_in_words(answer.job)),
         plot=predicted.plot(answer, limits),
         cuts=shown_cuts(answer, listed),
         left_out=len(answer.cuts) - len(listed),

@@ -2,13 +2,17 @@
 
 from fastapi import APIRouter, Request, Response
 
-from autodb.agent.matching.scoring import scores_in
-from autodb.reports.scored import SHOWN, plot_of_scores
+from autodb.agent.matching.scoring import PredictionScores, scores_in
+from autodb.forward.predictedfile import QUANTITIES
+from autodb.reports.figures import quantity, span
+from autodb.reports.scored import SHOWN, plot_of_scores, plots_against
 from autodb.web.html import service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
 
 router = APIRouter()
+LISTED = 60
+"""Cuts that are listed. Chosen."""
 
 
 @router.get("/machines/{machine:path}/scores")
@@ -25,5 +29,26 @@ def scores_page(request: Request, _access: Reads, machine: str) -> Response:
         scored=found.scored,
         by_basis=found.by_basis,
         plot=plot_of_scores(found),
+        against=plots_against(found),
+        rows=_rows(found),
         most=SHOWN,
     )
+
+
+def _rows(found: PredictionScores) -> list[tuple[object, ...]]:
+    """Return what is listed of the newest cuts, newest first: a row for each quantity of a cut."""
+    units = {one.channel: one.unit for one in QUANTITIES}
+    return [
+        (
+            cut.job,
+            cut.name,
+            one.quantity,
+            quantity(one.predicted.value, units[one.quantity]),
+            span(one.predicted.low, one.predicted.high, units[one.quantity]),
+            quantity(one.made, units[one.quantity]),
+            one.held,
+            cut.recording,
+        )
+        for cut in reversed(found.cuts[-LISTED:])
+        for one in cut.scored
+    ]

@@ -85,7 +85,26 @@ class MismatchToExplain:
         return _text(explanation_fragment(explained))
 
 
-Task = Import | ProgramToPredict | MismatchToExplain
+@dataclass(frozen=True)
+class RecordingToShow:
+    """Draw a recording over time, which lies at ``path``; nothing is kept."""
+
+    machine: str
+    recording: int
+    path: Path
+
+    def do(self, store: Store, _tell: Tell) -> bytes:
+        """Return the plot, a piece of a page, as JSON."""
+        from autodb.agent.answer.shown.recorded import course_of
+        from autodb.agent.answer.shown.recordings import stored_recording
+        from autodb.reports.recorded import plot_of_course
+
+        with store.reading() as session:
+            course = course_of(stored_recording(session, self.machine, self.recording))
+        return _text(plot_of_course(course))
+
+
+Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow
 
 
 @dataclass(frozen=True)

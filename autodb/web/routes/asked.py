@@ -1,5 +1,6 @@
 """What a request asks of a cut, from its query or from a line, as a job file would say it."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,6 +13,8 @@ from autodb.web.http.problems import first_of
 TEXTS = ("name", "operation")
 PAIR = ("material", "tool")
 LOT = "lot"
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+"""A comma that may stand for a thousand as well."""
 EXAMPLES = {
     "name": "rough", "operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0,
     "feed_mm_rev": 0.25, "speed_m_min": 220.0,
@@ -40,7 +43,9 @@ def cut_of_query(query: Mapping[str, str]) -> JobCut:
 
 def as_cut(stated: Mapping[str, str]) -> JobCut:
     """Return the cut that texts state by key; raises UnusableInput naming the key."""
-    read = {name: text if name in TEXTS else _number(name, text) for name, text in stated.items()}
+    read = {
+        name: text if name in TEXTS else typed_number(name, text) for name, text in stated.items()
+    }
     try:
         return JobCut.model_validate(read)
     except ValidationError as error:
@@ -55,9 +60,26 @@ def read_cut(line: bytes) -> JobCut:
         raise UnusableInput(first_of(error.errors())) from None
 
 
-def _number(name: str, text: str) -> float:
+def typed_number(name: str, text: str) -> float:
+    """Return the number that someone typed; raises UnusableInput, which calls it ``name``.
+
+    A comma is a decimal comma, where it cannot part thousands.
+
+    >>> typed_number("feed_mm_rev", "0,25"), typed_number("depth_mm", "2.5")
+    (0.25, 2.5)
+    """
+    plain = text.strip().replace("−", "-")
+    commas = plain.count(",")
+    if _GROUPED.fullmatch(plain):
+        point, whole = plain.replace(",", "."), plain.replace(",", "")
+        raise UnusableInput(f"{name}: '{text}' may be {point} or {whole}; type one of them")
+    if commas > 1 or (commas and "." in plain):
+        raise UnusableInput(
+            f"{name}: '{text}' has more than a decimal sign; type it without signs between "
+            "thousands, such as 1234.5"
+        )
     try:
-        return float(text)
+        return float(plain.replace(",", ".").replace("_", "?"))
     except ValueError:
         raise UnusableInput(
             f"{name}: '{text}' is not a number; send a number such as 2.5"

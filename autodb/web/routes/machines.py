@@ -17,6 +17,7 @@ from autodb.agent.answer.overview import (
     machines_seen,
     mismatch_said,
 )
+from autodb.agent.answer.shown.axis_courses import MachineCourse, machine_course
 from autodb.agent.answer.tracing import Node, trace
 from autodb.agent.matching.scoring import PredictionScores, scores_in
 from autodb.agent.operate.access import noted
@@ -137,6 +138,16 @@ def machine_mismatches(
         return [mismatch_said(session, row) for row in rows]
 
     return answer_from_state(request, list[MismatchSaid], some)
+
+
+@router.get(
+    "/machines/{machine:path}/health",
+    summary="How its axes went, and what is due",
+    **documented_answer(MachineCourse),
+)
+def health_route(request: Request, _access: Reads, machine: MachineName) -> Response:
+    """Give gain, friction and force of a machine's axes over the weeks, and what is due."""
+    return answer_from_state(request, MachineCourse, lambda s: machine_course(s, machine))
 
 
 @router.get("/machines/{machine:path}", summary="One machine", **documented_answer(MachineSaid))

@@ -4,6 +4,7 @@ import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from pydantic import ValidationError
@@ -19,11 +20,14 @@ from autodb.web.http.responses import json_answer
 from autodb.web.http.settings import MIB
 from autodb.web.receive.apart import ProgramToPredict
 from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
+from autodb.web.routes.asked import typed_number
 from autodb.web.routes.machines import MachineName
 from autodb.web.service import Reads, made_apart, service_of
 
 router = APIRouter()
 JOB, PROGRAM = "job", "program"
+STOCK = ("stock_diameter_mm", "stock_face_mm")
+"""Numbers of a program that a page sends as they were typed."""
 _EXAMPLE = {
     "name": "shaft", "material": "C45", "tool": "CNMG 120408",
     "program": {"stock_diameter_mm": 60.0},
@@ -105,7 +109,7 @@ def _job(text: bytes, called: str) -> Job:
     try:
         said = from_json(text)
         if isinstance(said, dict) and isinstance(said.get("program"), dict):
-            said["program"]["file"] = called
+            said["program"] = _numbers(said["program"]) | {"file": called}
         job = Job.model_validate(said)
     except ValidationError as error:
         raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
@@ -114,3 +118,9 @@ def _job(text: bytes, called: str) -> Job:
     if job.program is None:
         raise UnusableInput(f"{JOB}: program: missing; send a job with its stock there")
     return job
+
+
+def _numbers(said: dict[str, Any]) -> dict[str, Any]:
+    """Return what is said of a program, its stock in numbers where it was typed."""
+    typed = {key: text for key, text in said.items() if key in STOCK and isinstance(text, str)}
+    return said | {key: typed_number(key, text) for key, text in typed.items()}

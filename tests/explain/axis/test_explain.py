@@ -29,6 +29,7 @@ from autodb.proofs.machines.axis.axis import (
     air_moves,
 )
 from autodb.records import CutTable, Recording
+from autodb.reports.written import LIBRARY
 from tests.conftest import Cli
 from tests.helpers.campaigns import first
 
@@ -323,7 +324,7 @@ def test_the_three_files_are_written(cli: Cli, files: tuple[Path, Path]) -> None
     assert "'y.current' is not in the recording, ignored" in done.err
     folder = Path("rec-explained")
     assert {p.name for p in folder.iterdir()} == {
-        "corrected.csv", "report.html", "explanation.json",
+        "corrected.csv", "report.html", "explanation.json", LIBRARY,
     }  # fmt: skip
     corrected, recording = records.read(folder / "corrected.csv"), records.read(files[0])
     assert list(corrected.channels) == ["t", "x.current"]

@@ -20,6 +20,7 @@ from autodb.proofs.cases.mill.mill_families import MILL_KINDS
 from autodb.records import Recording
 from autodb.records.timed import on_even_rows
 from autodb.reports.explanation import explanation_fragment
+from autodb.reports.written import LIBRARY
 from autodb.terms.vocabulary import vocabulary
 from tests.conftest import Cli
 from tests.helpers.remedies import has_remedy
@@ -259,7 +260,7 @@ def test_recordings_are_explained_together(cli: Cli, files: Path, tmp_path: Path
     assert done.code == 0
     assert "force.y: runout shows in 1 of 2 recordings and goes with the tool." in done.out
     assert sorted(p.name for p in (tmp_path / "both").iterdir()) == [
-        "1-cut", "2-other", "together.html", "together.json",
+        "1-cut", "2-other", LIBRARY, "together.html", "together.json",
     ]  # fmt: skip
     found = json.loads((tmp_path / "both" / "together.json").read_text())
     assert [one["tool"] for one in found["recordings"]] == ["mill-7", "mill-8"]

@@ -21,6 +21,62 @@ const drawPlots = (() => {
 })();
 drawPlots();
 
+// Tables: sorted by a column's title, downloaded as CSV, and on a narrow screen a card a row.
+const beginTables = (() => {
+  const read = (cell) => (cell.dataset.value ?? cell.textContent.trim().replace(/\s+/g, " "));
+  const size = (text) => parseFloat(text.replace("−", "-"));
+  const before = (a, b) => {
+    const [x, y] = [size(a), size(b)];
+    if (!Number.isNaN(x) && !Number.isNaN(y) && !/^\d{4}-\d/.test(a)) return x - y;
+    return a.localeCompare(b, undefined, { numeric: true });
+  };
+  const sort = (table, title, column) => {
+    const up = title.getAttribute("aria-sort") !== "ascending";
+    table.querySelectorAll("th[aria-sort]").forEach((one) => one.removeAttribute("aria-sort"));
+    title.setAttribute("aria-sort", up ? "ascending" : "descending");
+    const body = table.tBodies[0];
+    const rows = [...body.rows].map((row) => [read(row.cells[column]), row]);
+    rows.sort(([a], [b]) => (!a - !b) || (up ? before(a, b) : before(b, a)));
+    body.append(...rows.map(([, row]) => row));
+  };
+  const csv = (table) => [...table.rows].map((row) => [...row.cells].map((cell) => {
+    const text = cell.innerText.trim().replace(/\s+/g, " ");
+    return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  }).join(",")).join("\r\n");
+  const save = (table, name) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob(["\ufeff", csv(table)], { type: "text/csv" }));
+    link.download = `${name}.csv`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  const begin = (table) => {
+    const titles = [...table.tHead.rows[0].cells];
+    [...table.tBodies[0].rows].forEach((row) => [...row.cells].forEach((cell, k) => {
+      cell.dataset.label = titles[k].textContent;
+    }));
+    titles.forEach((title, k) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.className = "sort";
+      button.append(...title.childNodes);
+      button.addEventListener("click", () => sort(table, title, k));
+      title.append(button);
+    });
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "plain";
+    button.textContent = "Download as CSV";
+    button.addEventListener("click", () => save(table, table.dataset.table));
+    const below = document.createElement("p");
+    below.className = "below";
+    below.append(button);
+    table.parentElement.after(below);
+  };
+  return (part) => part.querySelectorAll("table[data-table]").forEach(begin);
+})();
+beginTables(document);
+
 // Pieces of a page that take a while to make: asked for, and put in when they are there.
 const askPiece = async (address, options, { status, into, button }) => {
   const begun = Date.now();
@@ -39,6 +95,7 @@ const askPiece = async (address, options, { status, into, button }) => {
     }
     into.innerHTML = text;
     into.hidden = false;
+    beginTables(into);
     status.textContent = "";
     await drawPlots();
   } catch (error) {
@@ -53,7 +110,12 @@ const askPiece = async (address, options, { status, into, button }) => {
 document.querySelectorAll("[data-piece]").forEach((section) => {
   const [button, status, into] = ["button", "[role=status]", "[aria-live]"].map((one) =>
     section.querySelector(one));
-  button.addEventListener("click", () => askPiece(section.dataset.piece, {}, { status, into, button }));
+  const ask = () => askPiece(section.dataset.piece, {}, { status, into, button });
+  button.addEventListener("click", ask);
+  if ("now" in section.dataset) {
+    button.hidden = true;
+    ask().then(() => { button.hidden = !into.hidden && into.childElementCount > 0; });
+  }
 });
 
 // A program that is dropped: sent with the pair and the bar, answered by a piece of the page.
@@ -63,8 +125,8 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
   const cuts = document.querySelector("form [name=material]").form;
   const file = form.querySelector("[type=file]");
   const predict = () => {
-    const number = (name) => Number(form.elements[name].value);
-    const program = { stock_diameter_mm: number("stock_diameter_mm"), stock_face_mm: number("stock_face_mm") };
+    const typed = (name) => form.elements[name].value;
+    const program = { stock_diameter_mm: typed("stock_diameter_mm"), stock_face_mm: typed("stock_face_mm") };
     const { material, tool } = cuts.elements;
     const job = { name: file.files[0].name, material: material.value, tool: tool.value, program };
     const sent = new FormData();

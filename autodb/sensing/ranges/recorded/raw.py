@@ -36,7 +36,7 @@ from autodb.sensing.ranges.recorded.segmenting import (
 
 Array = NDArray[np.float64]
 
-__all__ = ["RawCut", "cut_of_recording", "has_phase_currents"]
+__all__ = ["RawCut", "cut_of_recording", "cut_stretch", "has_phase_currents"]
 
 AVERAGE_S = 0.5
 """What range and force are averaged over: half of it before an event already shows it."""
@@ -86,6 +86,18 @@ def cut_of_recording(
     for name, force in found.quasi_static.items():
         row[name] = float(np.mean(force[parts.cut]) - np.mean(force[parts.air]))
     return RawCut(table_of_cut(recording.path, recording.side, row), tuple(notes))
+
+
+def cut_stretch(recording: Recording) -> tuple[float, float]:
+    """Return from when to when the one cut of a recording lasts, s: the middles of entry and exit.
+
+    Raises SetAside where no cut shows.
+    """
+    found, _ = _recorded(recording, None)
+    parts = segments_of(found, recording)
+    middles = [(one.start + one.stop) // 2 for one in (parts.entry, parts.exit)]
+    last = len(recording) - 1
+    return float(recording.t_s[middles[0]]), float(recording.t_s[min(middles[1], last)])
 
 
 def _recorded(
