@@ -108,6 +108,7 @@ def _shop(cli: Cli, asked: Any, *, times: float, recordings: int, seed: int) -> 
     return ran.out
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_shop_that_scatters_more_than_stated_gets_wider_intervals_and_a_note(lathe: Cli) -> None:
     """12 recordings of 3 cuts count as 24: with the prior's 10 they tend to 1.77, ± 0.2 (sd).
 
