@@ -120,6 +120,20 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return call
 
 
+@pytest.fixture
+def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
+
+    For tests that ask what becomes of cuts and versions, not how well they are learnt: that laws
+    near and far off are averaged is asked of sample jobs, pages, and in tests/pairs.
+    """
+    from autodb.agent.learn import learning, states
+    from autodb.pairs.updating import posterior_of_readings
+
+    for room in (learning, states):
+        monkeypatch.setattr(room, "learn_averaging", posterior_of_readings)
+
+
 Once = Callable[..., Path]
 
 
@@ -131,6 +145,7 @@ def filled() -> dict[str, Path]:
 
 @pytest.fixture
 def once(
+    request: pytest.FixtureRequest,
     filled: dict[str, Path],
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
@@ -139,9 +154,10 @@ def once(
 
     The folder is the same each time, so that paths kept in a database hold; it is set back first.
     """
+    taught = " by one law" if "one_law" in request.fixturenames else ""
 
     def call(fill: Callable[[], None]) -> Path:
-        name = f"{fill.__module__}.{fill.__qualname__}"
+        name = f"{fill.__module__}.{fill.__qualname__}{taught}"
         if name not in filled:
             filled[name] = tmp_path_factory.mktemp("once")
             (filled[name] / "folder").mkdir()

@@ -93,15 +93,20 @@ def engagement(
     """
     if not any(isinstance(move, Linear | Arc) for move in moves):
         raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
-    stock = stock.divided(piece_ends_mm(moves, step_mm=step_mm), cell_mm=step_mm)
+    ends_mm = piece_ends_mm(moves, source=source, step_mm=step_mm)
+    stock = stock.divided(ends_mm, cell_mm=step_mm)
     rows, after = engaged_moves(
         moves, stock, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean
     )
     return joined(rows), after
 
 
-def piece_ends_mm(moves: Sequence[Move], *, step_mm: float) -> Array:
-    """Return where the pieces of moves begin and end along the axis, (n,), mm."""
+def piece_ends_mm(moves: Sequence[Move], *, source: str, step_mm: float) -> Array:
+    """Return where the pieces of moves begin and end along the axis, (n,), mm.
+
+    Raises UnusableInput naming ``source`` where moves go farther than ``LONGEST_M``.
+    """
+    _refuse_farther(moves, source)
     cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
     return np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
 
@@ -121,7 +126,6 @@ def engaged_moves(
     The stock is divided at the pieces' ends already. ``mirror_mm``: moves and stock are mirrored
     about this radius, and the rows are not. Raises as `engagement`.
     """
-    _refuse_farther(moves, source)
     rows: list[ContourEngagement] = []
     before: Piece | None = None
     for piece in (piece for move in moves for piece in pieces(move, step_mm=step_mm)):

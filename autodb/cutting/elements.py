@@ -18,6 +18,7 @@ to cuts. Source of the rest: physics reference, section 6.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,11 @@ class Elements:
     speed_rpm: Array
     frames: Array
     flow: tuple[Array, Array] | None = None
+
+    @cached_property
+    def in_steep_blocks(self) -> tuple["Elements", ...]:
+        """Return some cuts after the others, as derivatives are worked out: cut up once."""
+        return tuple(_blocks(self, STEEP))
 
 
 @dataclass(frozen=True)
@@ -192,10 +198,18 @@ def _columns(off: Array | None) -> list[NDArray[np.intp]]:
 def _off_blocks(elements: Elements, off: Array | None) -> Iterator[tuple[Elements, Array | None]]:
     """Return some cuts after the others, with what the law is off by in them."""
     begin = 0
-    for block in _blocks(elements, STEEP):
+    for block in elements.in_steep_blocks:
         end = begin + block.count
         yield block, None if off is None else off[begin:end]
         begin = end
+
+
+@cache
+def _ones(count: int) -> Array:
+    """Return ones, which are not to be changed."""
+    ones = np.ones(count)
+    ones.flags.writeable = False
+    return ones
 
 
 def _steep(theta: Array, elements: Elements, off: Array | None) -> Array:
@@ -214,7 +228,7 @@ def _steep(theta: Array, elements: Elements, off: Array | None) -> Array:
             if one.factor.shape[-1] == 1:
                 made.append(gathered[:, one.which] * one.factor)
             else:
-                made.append(gather(turned[:, one.which] * one.factor))
+                made.append(gather(turned[:, one.which], one.factor))
     flow = np.zeros_like(gathered[:, :1])
     if elements.flow is not None:
         across = sheared.by[1][steepness.STRESS]
@@ -235,15 +249,16 @@ def _off_by(pushed: Array, elements: Elements, off: Array) -> Array:
     )
 
 
-def _gathered(elements: Elements) -> Callable[[Array], Array]:
+def _gathered(elements: Elements) -> Callable[..., Array]:
     """Return what sums forces (…, n, e) of elements to (…, n, 1) where that may come first.
 
-    It may where all elements of a cut stand and move alike; else it leaves them.
+    Each times a factor, if there is one. It may where all elements of a cut stand and move alike;
+    else it leaves them.
     """
     like = *elements.phi, elements.radius_mm
     if elements.of is not None or any(one.shape[-1] > 1 for one in like):
-        return lambda values: values
-    return lambda values: _of_cuts(elements, values)[..., None]
+        return lambda values, factor=None: values if factor is None else values * factor
+    return lambda values, factor=None: _of_cuts(elements, values, factor)[..., None]
 
 
 def _parts(pushed: Array) -> Array:
@@ -345,12 +360,13 @@ def _summed(elements: Elements, pushed: Array) -> Array:
     return whole
 
 
-def _of_cuts(elements: Elements, values: Array) -> Array:
-    """Return the sums (…, n) of values of the elements."""
-    if elements.of is None and values.shape[-1] == 1:
+def _of_cuts(elements: Elements, values: Array, factor: Array | None = None) -> Array:
+    """Return the sums (…, n) of values of the elements, each times a factor if there is one."""
+    if elements.of is None and factor is None and values.shape[-1] == 1:
         return values[..., 0]
     if elements.of is None:
-        return np.asarray(np.vecdot(values, np.ones(values.shape[-1])))
+        return np.asarray(np.vecdot(values, _ones(values.shape[-1]) if factor is None else factor))
+    values = values if factor is None else values * factor
     rows = values.reshape(-1, values.shape[-1])
     summed = np.array([np.bincount(elements.of, row, elements.count) for row in rows])
     return summed.reshape(*values.shape[:-1], elements.count)

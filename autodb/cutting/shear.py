@@ -31,6 +31,7 @@ continuous chips.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -132,6 +133,27 @@ class Edge:
     rake_rad: Array
     inclination_rad: Array
 
+    # Worked out once: a law is learnt by hundreds of steps at the same edge
+    @cached_property
+    def thick(self) -> Array:
+        """Return the logarithm of the thickness over the one that the law's numbers are of."""
+        return np.log(np.maximum(self.thickness_mm, THINNEST_MM) / THICKNESS_MM)
+
+    @cached_property
+    def fast(self) -> Array:
+        """Return the logarithm of the speed over the one that the law's numbers are of."""
+        return np.log(self.speed_m_min / SPEED_M_MIN)
+
+    @cached_property
+    def rake(self) -> tuple[Array, Array]:
+        """Return the rake's sine and cosine."""
+        return np.sin(self.rake_rad), np.cos(self.rake_rad)
+
+    @cached_property
+    def inclination(self) -> tuple[Array, Array]:
+        """Return the inclination's tangent and cosine."""
+        return np.tan(self.inclination_rad), np.cos(self.inclination_rad)
+
 
 def law_coordinates(values: dict[str, float]) -> Array:
     """Return the law's coordinates (p,) of values by name and in their units."""
@@ -145,7 +167,7 @@ def law_values(coordinates: Array) -> dict[str, float]:
 
 def chip_ratio(theta: Values, edge: Edge) -> Values:
     """Return the chip ratio r of elements (m,)."""
-    return _ratio(theta, edge, *_relative(edge))
+    return _ratio(theta, edge)
 
 
 @dataclass(frozen=True)
@@ -188,16 +210,16 @@ class Zone:
 
 def zone(theta: Values, edge: Edge) -> Zone:
     """Return the shear zone of elements (m,) for the law's coordinates (p,)."""
-    thick, fast = _relative(edge)
+    thick, fast = edge.thick, edge.fast
     stress = np.exp(theta[TAU] + theta[TAU_V] * fast + theta[TAU_H] * thick)
     of_cut = theta[BETA] + theta[BETA_V] * fast + theta[BETA_RAKE] * edge.rake_rad
     friction = np.exp(of_cut + theta[BETA_H] * thick)
     flow = theta[ETA] * edge.inclination_rad
     tan_friction, sideways = friction * np.cos(flow), friction * np.sin(flow)
-    sin, cos = np.sin(edge.rake_rad), np.cos(edge.rake_rad)
+    sin, cos = edge.rake
     along, off = cos + tan_friction * sin, tan_friction * cos - sin
 
-    ratio = _ratio(theta, edge, thick, fast)
+    ratio = _ratio(theta, edge)
     straight = 1.0 - ratio * sin
     tan_phi = ratio * cos / straight
     secant = 1.0 + tan_phi * tan_phi
@@ -207,7 +229,7 @@ def zone(theta: Values, edge: Edge) -> Zone:
         thick=thick,
         fast=fast,
         rake=(sin, cos),
-        inclination=(np.tan(edge.inclination_rad), np.cos(edge.inclination_rad)),
+        inclination=edge.inclination,
         tan_friction=tan_friction,
         sideways=sideways,
         along=along,
@@ -228,15 +250,9 @@ def chip_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values
     return there.directed(strength * there.along, strength * there.off, strength * there.sideways)
 
 
-def _relative(edge: Edge) -> tuple[Array, Array]:
-    """Return logarithms of thickness and speed over those that the law's numbers are of."""
-    thick = np.log(np.maximum(edge.thickness_mm, THINNEST_MM) / THICKNESS_MM)
-    return thick, np.log(edge.speed_m_min / SPEED_M_MIN)
-
-
-def _ratio(theta: Values, edge: Edge, thick: Array, fast: Array) -> Values:
-    of_cut = theta[RATIO] + theta[RATIO_V] * fast + theta[RATIO_RAKE] * edge.rake_rad
-    ratio: Values = np.exp(of_cut + theta[RATIO_H] * thick)
+def _ratio(theta: Values, edge: Edge) -> Values:
+    of_cut = theta[RATIO] + theta[RATIO_V] * edge.fast + theta[RATIO_RAKE] * edge.rake_rad
+    ratio: Values = np.exp(of_cut + theta[RATIO_H] * edge.thick)
     return ratio
 
 

@@ -125,7 +125,7 @@ def worked(
     """
     if not any(isinstance(move, Linear | Arc) for move in moves):
         raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
-    at_mm = piece_ends_mm(moves, step_mm=step_mm)
+    at_mm = piece_ends_mm(moves, source=source, step_mm=step_mm)
     widths = [tool.width_mm for tool in tools.values() if tool.width_mm]
     at_mm = np.concatenate([at_mm, *(at_mm + sign * w for w in widths for sign in (1, -1))])
     work = replace(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
 from autodb.pairs.banded import inside_band
-from autodb.pairs.observed import CHIP, Observed, PairCuts, chip_bends, edge_growth, with_growth
+from autodb.pairs.observed import CHIP, Observed, PairCuts, chip_bends, edge_growth
 from autodb.pairs.posterior import (
     BAND,
     CUT_SHARE,
@@ -37,15 +37,14 @@ FORCE = 2
 
 @dataclass(frozen=True)
 class Seen:
-    """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, …), what
-    each error behind the law changes ``shared`` (m, k), and what is expected.
+    """Readings (m,) at a state: their ``parts`` (m, 3), what errors of the law change (m, …), and
+    what is expected.
 
     The first two with what is assumed as it was found to be.
     """
 
     parts: Array
     off: Array
-    shared: Array
     expected: Array
 
 
@@ -114,6 +113,14 @@ class Modelled:
         several = [[one.elements, *(v.elements for v in one.variants)] for one in observed.cuts]
         self._joined = [joined_elements(one) for one in several]
         self._at = [_places(one, self._keys) for one in observed.cuts]
+        self._shape = [(edge_growth(e)[:, None], chip_bends(e)) for e in self._joined]
+        self._grown = self._of_readings([grown for grown, _ in self._shape])
+        self._bent = self._of_readings([bent for _, bent in self._shape])[:, :, None, :]
+
+    def _of_readings(self, values: list[Array]) -> Array:
+        """Return values of batches and variants for each reading: (v + 1, m, …)."""
+        apart = [_apart(one, at) for one, at in zip(values, self._at, strict=True)]
+        return np.asarray(np.concatenate(apart, axis=1)[:, self.observed.cut])
 
     def seen(self, state: Array) -> Seen:
         """Return the readings at a state."""
@@ -121,15 +128,15 @@ class Modelled:
 
     def steep(self, state: Array) -> tuple[Seen, Array]:
         """Return the readings at a state and their derivatives (m, p) by it."""
+        errors = state[OWN:]
         worked = self._worked(state[:OWN], self._off(state))
         assert worked.slopes is not None
         assert worked.off_slopes is not None
-        seen, errors = self._seen(worked, state), state[OWN:]
-        slopes = worked.slopes[0].copy()
-        for k, place in enumerate(self._assumed, start=1):
-            slopes += errors[place] * (worked.slopes[k] - worked.slopes[0])
+        found = errors[self._assumed]
+        slopes = worked.slopes[0] + np.tensordot(found, worked.slopes[1:] - worked.slopes[0], 1)
         slopes *= (1.0 + self._gains @ errors)[:, None]
-        return seen, np.column_stack([slopes + worked.off_slopes, seen.shared])
+        whole = np.column_stack([slopes + worked.off_slopes, self._by_errors(worked, errors)])
+        return self._seen(worked, state), whole
 
     def noise(self, seen: Seen, scatter: Scatter) -> Array:
         """Return the sd (m,): the sensor's, the law's from chip to chip, the repeated cut's."""
@@ -138,18 +145,26 @@ class Modelled:
 
     def _seen(self, worked: _Worked, state: Array) -> Seen:
         whole, errors = worked.parts.sum(axis=2), state[OWN:]
-        of_law, of_force = np.zeros_like(self._gains), np.zeros_like(self._gains)
+        beside = self._shifts @ errors
         for one in self._laws:
-            of_law[:, one.place] = one.inside[:, None] * worked.off[0][:, one.columns]
-        parts, off = worked.parts[0], worked.off[0]
-        for k, place in enumerate(self._assumed, start=1):
-            of_force[:, place] = whole[k] - whole[0]
-            parts = parts + errors[place] * (worked.parts[k] - worked.parts[0])
-            off = off + errors[place] * (worked.off[k] - worked.off[0])
-        force, gain = whole[0] + of_force @ errors, 1.0 + self._gains @ errors
-        beside = self._shifts + of_law
-        shared = self._gains * force[:, None] + gain[:, None] * of_force + beside
-        return Seen(parts, off, shared, force * gain + beside @ errors)
+            beside += one.inside * (worked.off[0][:, one.columns] @ errors[one.place])
+
+        def found(values: Array) -> Array:
+            moved = np.tensordot(errors[self._assumed], values[1:] - values[0], 1)
+            return np.asarray(values[0] + moved)
+
+        expected = found(whole) * (1.0 + self._gains @ errors) + beside
+        return Seen(found(worked.parts), found(worked.off), expected)
+
+    def _by_errors(self, worked: _Worked, errors: Array) -> Array:
+        """Return what each error behind the law changes (m, k)."""
+        whole, of_force = worked.parts.sum(axis=2), np.zeros_like(self._gains)
+        of_force[:, self._assumed] = (whole[1:] - whole[0]).T
+        moved = self._gains * (whole[0] + of_force @ errors)[:, None]
+        moved += (1.0 + self._gains @ errors)[:, None] * of_force + self._shifts
+        for one in self._laws:
+            moved[:, one.place] += one.inside[:, None] * worked.off[0][:, one.columns]
+        return np.asarray(moved)
 
     def _off(self, state: Array) -> list[Array]:
         """Return what the law is off by in each part of each batch's forces, with variants (n, 3).
@@ -157,15 +172,13 @@ class Modelled:
         Of the variants nothing: what they add is worked out of the law as it is.
         """
         errors, found = state[OWN:], []
-        for one, elements, law in zip(
-            self.observed.cuts, self._joined, self._law_of_batch, strict=True
+        for one, (grown, bent), law in zip(
+            self.observed.cuts, self._shape, self._law_of_batch, strict=True
         ):
-            off = np.zeros((elements.count, 3))
-            grown = edge_growth(one.elements)[:, None]
-            off[: one.elements.count] = errors[law][:3] + grown * errors[law][3:]
+            off, own = np.zeros((len(grown), 3)), slice(one.elements.count)
+            off[own] = errors[law][:3] + grown[own] * errors[law][3:]
             if one.operation != OF_CARD:
-                bent = chip_bends(one.elements) @ errors[self._bends].reshape(FORCE, -1).T
-                off[: one.elements.count, :FORCE] += bent
+                off[own, :FORCE] += bent[own] @ errors[self._bends].reshape(FORCE, -1).T
             found.append(off)
         for off, inside in zip(found, self._inside, strict=False):
             off[: len(inside), :FORCE] += inside[:, None] * errors[self._band]
@@ -183,14 +196,18 @@ class Modelled:
             else:
                 _, found, by_law = linearised_forces(theta, elements, off[k])
                 slopes.append(_apart(by_law, at))
-            parts.append(_apart(with_growth(found, elements), at))
+            parts.append(_apart(found, at))
         return self._read(theta, np.concatenate(parts, axis=1), slopes)
 
     def _read(self, theta: Array, parts: Array, slopes: list[Array]) -> _Worked:
-        """Return what readings are of forces of cuts (v + 1, n, 5, …), and of chips."""
+        """Return what readings are of parts of forces of cuts (v + 1, n, 5, 3), and of chips."""
         observed = self.observed
         force, quantity = observed.quantity != CHIP, observed.quantity % CHIP
-        off = np.where(force[:, None], parts[:, observed.cut, quantity], 0.0)
+        direct = np.where(force[:, None], parts[:, observed.cut, quantity], 0.0)
+        bent = direct[..., :FORCE, None] * self._bent
+        off = np.concatenate(
+            [direct, direct * self._grown, bent.reshape(*bent.shape[:2], -1)], axis=-1
+        )
         chips = np.zeros(off.shape[:2])
         steep = np.concatenate(slopes, axis=1)[:, observed.cut, quantity] if slopes else None
         if not force.all():

@@ -112,8 +112,8 @@ def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Ar
     known, model = met(posterior, observed)
     seen, design = model.steep(known.state.mean)
     own = model.noise(seen, known.scatter)
-    covariance = design @ known.state.covariance @ design.T + np.diag(own**2)
-    return seen.expected, covariance
+    columns = design @ root_of(known.state.covariance)  # a square, which no rounding makes negative
+    return seen.expected, columns @ columns.T + np.diag(own**2)
 
 
 @dataclass(frozen=True)
@@ -130,12 +130,11 @@ class ReadingErrors:
 def reading_errors(posterior: PairPosterior, observed: Observed) -> ReadingErrors:
     """Return the errors with which readings enter a posterior, where it expects them to be."""
     known, model = met(posterior, observed)
-    seen = model.seen(known.state.mean)
+    seen, design = model.steep(known.state.mean)
     whole = model.noise(seen, known.scatter)
     shared = {}
     for one in observed.shared:
-        place = known.columns(one.key)
-        moves = seen.shared[:, place.start - OWN : place.stop - OWN]
+        moves = design[:, known.columns(one.key)]
         shared[one.key] = np.sqrt(np.einsum("mi,ij,mj->m", moves, one.covariance, moves))
     process = np.sqrt(np.maximum(whole**2 - observed.sd**2, 0.0))
     return ReadingErrors(observed.sd, process, shared)

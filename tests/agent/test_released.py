@@ -15,6 +15,8 @@ from autodb.store import create_store, head, migrate, models, open_store
 from autodb.store.engines import engine_of
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 RELEASED = sorted(path.name.removesuffix(".sqlite3.gz") for path in
                   (Path(__file__).parent / "released").glob("*.sqlite3.gz"))  # fmt: skip
 

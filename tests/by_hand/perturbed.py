@@ -120,15 +120,22 @@ def _noise(values: Array) -> float:
 def case(seed: int, perturb: Perturb) -> Said:
     """Return what is said of a fixed case whose measured channel is perturbed."""
     recording, simulation, includes = _drawn(seed)
-    first = _explained(recording, simulation, includes).channels
+    first = _as_drawn(seed)
+    if perturb is as_it_is:
+        return said(first)
     channels = dict(recording.channels)
-    for name, found in first.items():
+    for name, found in first.channels.items():
         channels[name] = perturb(channels[name], found.fit.noise_floor)
     return said(_explained(replace(recording, channels=channels), simulation, includes))
 
 
 def _explained(recording: Any, simulation: Any, includes: list[str]) -> Explanation:
     return explain(recording, simulation, includes=includes).explanation
+
+
+@cache
+def _as_drawn(seed: int) -> Explanation:
+    return _explained(*_drawn(seed))
 
 
 @cache

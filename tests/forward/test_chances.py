@@ -1,6 +1,7 @@
 """Chances beyond a limit are those of the interval's own distribution, on both sides of it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -74,14 +75,9 @@ def test_chances_are_those_of_pairs_drawn_from_what_is_known(share: float, quant
     prediction and not in the law makes 1 point of it; the draws' 0.29 are beyond the other once
     in 1800.
     """
-    posterior = known(share)
-    cuts = BY_NAME["turn"].cuts(INSERT.numbers, [CUT], called="insert")
-    posterior = posterior.also((*posterior.law_errors("turn"), *cuts.assumed))
-    expected = forecast(posterior, cuts)
-    one = intervals(expected)[0][quantity]
-    rng = np.random.default_rng(4040)
-    states = rng.multivariate_normal(posterior.state.mean, posterior.state.covariance, TRUTHS)
-    means = np.array([_mean_of(posterior, cuts, state)[quantity] for state in states])
+    expected = forecast(*_known(share))
+    one, means = intervals(expected)[0][quantity], _means(share)[:, quantity]
+    rng = np.random.default_rng(4041)
     scatter = np.sqrt(expected.own[0, quantity]) / abs(expected.mean[0, quantity])
     size = np.abs(means * (1.0 + scatter * rng.standard_normal(TRUTHS)))
     for beyond in (0.9, 0.7, 0.5, 0.3, 0.1):
@@ -89,6 +85,20 @@ def test_chances_are_those_of_pairs_drawn_from_what_is_known(share: float, quant
         assert abs(said - beyond) < WITHIN
 
 
-def _mean_of(posterior: PairPosterior, cuts: PairCuts, state: Array) -> Array:
-    drawn = replace(posterior, state=Gaussian(state, posterior.state.covariance))
-    return np.asarray(expected_means(drawn, cuts)[0])
+def _known(share: float) -> tuple[PairPosterior, PairCuts]:
+    """Return what is known of a pair, and a cut of it."""
+    posterior = known(share)
+    cuts = BY_NAME["turn"].cuts(INSERT.numbers, [CUT], called="insert")
+    return posterior.also((*posterior.law_errors("turn"), *cuts.assumed)), cuts
+
+
+@cache
+def _means(share: float) -> Array:
+    """Return forces, torque and power of the cut (TRUTHS, 5) by laws drawn from what is known."""
+    posterior, cuts = _known(share)
+    rng, state = np.random.default_rng(4040), posterior.state
+    drawn = (
+        replace(posterior, state=Gaussian(one, state.covariance))
+        for one in rng.multivariate_normal(state.mean, state.covariance, TRUTHS)
+    )
+    return np.array([expected_means(one, cuts)[0] for one in drawn])

@@ -20,6 +20,8 @@ from autodb.library.given import taken
 from autodb.library.machine import ShopMachine
 from tests.conftest import ROOT, Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 JOB = ROOT / "sample_jobs" / "stepped_shaft"
 RECORDINGS = JOB / "recordings"
 CUTS = pd.DataFrame(

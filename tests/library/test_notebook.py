@@ -11,6 +11,8 @@ from autodb.library.answers import CalibrateResult
 from autodb.library.found import ExplainResult
 from tests.conftest import ROOT
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 NOTEBOOK = ROOT / "docs" / "notebook.py"
 CELL = re.compile(r"^# %%(.*)\n", re.MULTILINE)
 MOST_CELLS = 15

@@ -1,6 +1,7 @@
 """The house's own rules: imports, wheel, docs, schema of what is listed."""
 
 import ast
+import importlib
 import re
 import subprocess
 import sys
@@ -36,10 +37,8 @@ MODULES = sorted(
 
 def test_every_module_can_be_imported() -> None:
     """One after another: as none imports another that imports it, their order changes nothing."""
-    code = "import importlib, sys; [importlib.import_module(name) for name in sys.argv[1:]]"
-    asked = [sys.executable, "-W", "error", "-c", code, *MODULES]
-    done = subprocess.run(asked, capture_output=True, text=True, cwd=ROOT, check=False)
-    assert done.returncode == 0, done.stderr
+    for name in MODULES:
+        importlib.import_module(name)
 
 
 def test_no_modules_import_each_other() -> None:

@@ -10,6 +10,8 @@ from autodb.agent.answer import prediction_basis
 from autodb.forward.scored import Width
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 JOB = """name = "j"
 material = "steel bar"
 tool = "carbide insert"

@@ -20,6 +20,8 @@ from autodb.store.schemas import head
 from tests.agent.conftest import DAYS, MACHINE
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 FILES = DAYS
 """The week's first two recordings are numbers 1 and 2."""

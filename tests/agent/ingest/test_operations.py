@@ -14,6 +14,8 @@ from autodb.sensing.ranges import feeding
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 HEAD = 'name = "j"\nmaterial = "steel bar"\ntool = "carbide insert"\n'
 FACE = (
     '[[cut]]\nname = "face"\noperation = "face"\ndiameter_mm = 60\ndepth_mm = 0.8\n'

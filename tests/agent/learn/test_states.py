@@ -25,6 +25,8 @@ from autodb.sensing.ranges.error_kinds import ErrorKinds, day_moves
 from autodb.store import migrate, models, open_store
 from tests.conftest import ROOT, Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 Array = NDArray[np.float64]
 URL = "sqlite:///autodb.sqlite3"
 

@@ -29,6 +29,8 @@ from tests.helpers.made_cuts import (
 if TYPE_CHECKING:
     pass
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 
 def test_cuts_without_names_are_told_by_what_was_cut(lathe: Cli) -> None:
     """The last cut of the job comes first, one is missing, one is none of the job."""

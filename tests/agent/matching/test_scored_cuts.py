@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tests.helpers.servers import Server
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_prediction_is_scored_at_the_feed_that_was_cut(lathe: Cli) -> None:
     """At half the feed the force is not the half: the exponent of Kienzle's law is below 1."""
     asked = queried("SELECT cuts FROM prediction")[0][0]
@@ -52,6 +53,7 @@ def test_what_was_cut_much_deeper_is_linked_by_name_and_not_scored(lathe: Cli) -
     assert "scored: 0" in lathe("predictions", "score", *MACHINE).out
 
 
+@pytest.mark.usefixtures("one_law")
 def test_torque_that_was_recorded_is_scored_and_power_with_it(lathe: Cli) -> None:
     torque = [30.0, 20.0, 10.0]
     columns: Columns = {"torque.spindle": torque, "spindle.speed": [1137, 1326, 1632]}
@@ -64,6 +66,7 @@ def test_torque_that_was_recorded_is_scored_and_power_with_it(lathe: Cli) -> Non
     assert first["torque.spindle"]["sd"] is None
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_table_that_comes_in_twice_is_scored_once(lathe: Cli) -> None:
     """Delivered again as it was, then with more rows, then under another name."""
     import_and_refresh(lathe, write_cuts("made", SHAFT[:2]))
@@ -75,6 +78,7 @@ def test_a_table_that_comes_in_twice_is_scored_once(lathe: Cli) -> None:
     assert {one["recordings"] for one in scores(lathe)["by_basis"][0]["scores"]} == {1}
 
 
+@pytest.mark.usefixtures("one_law")
 def test_withdrawn_and_replaced_cuts_do_not_count(lathe: Cli) -> None:
     import_and_refresh(lathe, write_cuts("made", SHAFT))
     changed: Columns = {c: [1000.0, 1500.0, 1014.0] for c in FORCES}
@@ -104,6 +108,7 @@ def _shop(cli: Cli, asked: Any, *, times: float, recordings: int, seed: int) -> 
     return ran.out
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_shop_that_scatters_more_than_stated_gets_wider_intervals_and_a_note(lathe: Cli) -> None:
     """12 recordings of 3 cuts count as 24: with the prior's 10 they tend to 1.77, ± 0.2 (sd).
 
@@ -147,6 +152,7 @@ def test_nothing_changes_where_predictions_held(lathe: Cli) -> None:
     assert queried("SELECT width FROM prediction ORDER BY id DESC LIMIT 1") == [(None,)]
 
 
+@pytest.mark.usefixtures("one_law")
 def test_scores_are_printed_and_drawn(lathe: Cli) -> None:
     import_and_refresh(lathe, write_cuts("made", SHAFT))
     ran = lathe("predictions", "score", *MACHINE, "--plot", "scores.html")
@@ -158,6 +164,7 @@ def test_scores_are_printed_and_drawn(lathe: Cli) -> None:
     assert "shaft, rough 56" in page
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_database_goes_down_and_up_again_without_the_links_alone(lathe: Cli) -> None:
     import_and_refresh(lathe, write_cuts("made", SHAFT))
     kept = "SELECT id, number, operation, conditions, measured FROM cut"
@@ -212,6 +219,7 @@ def test_shafts_of_the_virtual_lathe_are_what_was_predicted(
     assert basis["width"]["factor"] < 1.2
 
 
+@pytest.mark.usefixtures("one_law")
 def test_a_server_matches_and_scores_as_a_file_does(
     lathe: Cli, server: "Server", monkeypatch: pytest.MonkeyPatch
 ) -> None:

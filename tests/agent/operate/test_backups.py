@@ -12,6 +12,8 @@ from autodb.store.backups import backup
 from tests.conftest import Cli
 from tests.helpers.kept import DB, rows_of
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 
 def test_a_backup_holds_the_same_rows(cli: Cli, recordings: Path) -> None:
     del recordings

@@ -16,6 +16,8 @@ from autodb.store import models, open_store
 from tests.agent.operate.test_decided import kept
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 FACTOR = 1.2
 BEGINS = 8

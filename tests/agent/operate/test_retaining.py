@@ -21,6 +21,8 @@ from autodb.records import CutTable, open_as_stored
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 MACHINE = "lathe-1"
 WEEK = "shop-week-1.csv"

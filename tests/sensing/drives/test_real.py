@@ -242,7 +242,7 @@ TRYOUT_MODELLED = {
 }
 
 
-@pytest.mark.parametrize("name", first(6, TRYOUT_MODELLED))
+@pytest.mark.parametrize("name", first(4, TRYOUT_MODELLED))
 def test_foreign_recordings(cli: Cli, tryout: Path, name: str) -> None:
     truth = json.loads((tryout / name / "truth.json").read_text())
     done = cli(

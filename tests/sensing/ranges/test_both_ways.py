@@ -14,6 +14,8 @@ from autodb.sensing.ranges.chosen import sense_each
 from autodb.sensing.ranges.feeding import inward_rad, moving
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 Array = NDArray[np.float64]
 
 GAIN_N_A, FRICTION_A, WEIGHT_A, NOISE_A = 400.0, 2.0, 3.0, 0.03

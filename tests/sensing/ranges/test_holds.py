@@ -11,6 +11,8 @@ from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unst
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 
 
