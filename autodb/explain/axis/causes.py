@@ -11,7 +11,7 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL
-from autodb.explain.axis.reading import AxisReading
+from autodb.explain.axis.reading import AxisReading, key_of_effect
 from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
@@ -124,19 +124,31 @@ def _size_words(size: IntervalValue, kind: str) -> str:
 
 
 def _size(reading: AxisReading, number: int) -> IntervalValue:
-    """Return the peak contribution; its interval is that of the contribution at its peak."""
-    laws = reading.inquiry.laws
-    beside = number - len(laws)
-    effect = laws[number].effect if beside < 0 else reading.fitted.effects[beside]
-    alone = reading.inquiry.choices[number].shape.alone
-    if alone is not None:
-        effect = alone()
+    """Return the peak of all that effects of a name add together; its interval is that of the sum
+    at its peak.
+    """
+    choices = reading.inquiry.choices
+    key = key_of_effect(choices[number])
+    alike = [
+        n for n, one in enumerate(choices) if one.candidate.named and key_of_effect(one) == key
+    ]
+    fits = [_fit_of(reading, n) for n in alike or [number]]
+    alone = choices[number].shape.alone
+    effect = sum(one for one, *_ in fits) if alone is None else alone()
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
-    columns = laws[number].columns if beside < 0 else reading.fitted.columns[beside]
-    at = columns[row]
-    covariance = laws[number].covariance if beside < 0 else reading.fitted.covariances[beside]
-    return value_of(peak, float(np.sqrt(max(at @ covariance @ at, 0.0))), reading.unit)
+    variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
+    return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
+
+
+def _fit_of(reading: AxisReading, number: int) -> tuple[Array, Array, Array]:
+    """Return what an effect adds (n,), its columns (n, p) and their coefficients' covariance."""
+    laws = reading.inquiry.laws
+    beside = number - len(laws)
+    if beside < 0:
+        return laws[number].effect, laws[number].columns, laws[number].covariance
+    fitted = reading.fitted
+    return fitted.effects[beside], fitted.columns[beside], fitted.covariances[beside]
 
 
 def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:

@@ -53,7 +53,7 @@ def parts_of_causes(causes: Sequence[Cause], reading: AxisReading) -> list[Array
     """Return what each cause adds, (n,): all effects of its name, or the change of own terms."""
     effects: dict[tuple[str, bool], Array] = {}
     for number, choice in enumerate(reading.everything):
-        key = _key(choice)
+        key = key_of_effect(choice)
         effects[key] = effects.get(key, 0.0) + _effect(reading, number)
     return [
         effects[key] if (key := (c.term, bool(c.variables))) in effects else _change(reading, c)
@@ -61,7 +61,7 @@ def parts_of_causes(causes: Sequence[Cause], reading: AxisReading) -> list[Array
     ]
 
 
-def _key(choice: Choice) -> tuple[str, bool]:
+def key_of_effect(choice: Choice) -> tuple[str, bool]:
     """Return what the effects of one cause have in common; a weight that turns is no constant."""
     one = choice.candidate
     return (one.term if one.named else UNKNOWN), bool(one.variables)

@@ -94,6 +94,13 @@ class Candidate:
         return self.sure or (not self.variables and self.detail is None)
 
     @property
+    def acts(self) -> bool:
+        """Whether it changes what others add: neither adds as known signals say, nor was found by a
+        scan.
+        """
+        return not (self.static or self.scanned)
+
+    @property
     def named(self) -> bool:
         """Whether it has a name in the vocabulary."""
         return self.term != UNKNOWN

@@ -98,7 +98,8 @@ def of_plain(
     laws alone: a curve follows what real laws get wrong. What acts on others, or was searched for,
     soaks that up too: it is a rarer rival of a static law, which is judged among its like, and has
     to do better than curves itself.
-    The best of more forms does well by chance so many times more often.
+    The best of more forms does well by chance so many times more often. What acts on an effect, and
+    was built on it, is none of its rivals: it holds it.
     A rival that explains something else, or nothing, is none: without it the odds are better, but
     no name is surer than UNSURE that does not stand beside them all.
     """
@@ -115,7 +116,8 @@ def of_plain(
     for candidate in rows.candidates:
         curve = choice.candidate.static and not candidate.named
         same = candidate.term in (choice.candidate.term, *but)
-        if candidate.key in taken or same or curve:
+        of_it = choice.candidate.key in rows.acts_on.get(candidate.key, ())
+        if candidate.key in taken or same or curve or of_it:
             continue
         offer = rows.with_one_more(beside(others, candidate), candidate, like=like)
         if offer is None:

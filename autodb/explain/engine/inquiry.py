@@ -110,7 +110,9 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     pool = {c.key: c for c in (*inquiry.search.candidates, *standing)}
     found = (*laws, *inquiry.found.choices)
     pool |= {c.candidate.key: c.candidate for c in found}
-    rows = PlainRows(bench, pool.values(), found)
+    on_laws = frozenset(c.candidate.key for c in laws)
+    acting = [c.candidate for c in inquiry.found.choices if c.candidate.acts]
+    rows = PlainRows(bench, pool.values(), found, dict.fromkeys((a.key for a in acting), on_laws))
     inquiry = replace(inquiry, rows=rows)
     return replace(inquiry, laws=fitted_laws(bench, laws, inquiry.plain_noise[1]))
 

@@ -100,7 +100,7 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """
     found = _of_their_kind(rows, choices)
     while len(found) > 1:
-        acted_on = any(not (c.candidate.static or c.candidate.scanned) for c in found)
+        acted_on = any(c.candidate.acts for c in found)
         loss = [np.inf if c.candidate.static and acted_on else _loss(rows, found, c) for c in found]
         least = int(np.argmin(loss))
         if loss[least] >= NEEDED:

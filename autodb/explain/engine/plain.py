@@ -1,6 +1,7 @@
 """Rows as they are, in blocks: how well do laws predict those that their fit did not see?"""
 
 from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -74,13 +75,19 @@ class PlainRows:
     """A difference, own columns and forms of candidates in blocks of plain rows.
 
     Plain laws of named candidates and what these may be mistaken for, curves of those without a
-    name, and what was chosen (``held``).
+    name, and what was chosen (``held``). ``acts_on``: by key of a candidate that acts on others,
+    the keys of those that it was built on.
     """
 
     def __init__(
-        self, bench: RowsSource, candidates: Iterable[Candidate], held: Sequence[Choice] = ()
+        self,
+        bench: RowsSource,
+        candidates: Iterable[Candidate],
+        held: Sequence[Choice] = (),
+        acts_on: Mapping[str, frozenset[str]] = MappingProxyType({}),
     ) -> None:
         self.candidates = tuple(candidates)
+        self.acts_on = acts_on
         self._terms = frozenset(bench.own)
         self._difference = bench.reduced_difference
         own = bench.chosen(())

@@ -102,6 +102,12 @@ def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
     assert clipping(axis_signals(clipped, wave, "x.current")).forms
 
 
+def test_ripples_of_two_periods_are_one_cause_of_the_size_that_they_have_together() -> None:
+    ripple = 0.3 * np.sin(2 * np.pi * POSITION / 20.0) + 0.25 * np.sin(2 * np.pi * POSITION / 8.3)
+    answer = _answer(EFFORT + ripple + NOISE, EFFORT)
+    assert_allclose(_value(answer, "cogging"), np.abs(ripple).max(), rtol=0.05)
+
+
 def test_a_gain_that_ramps_is_said_with_its_times() -> None:
     ramp = np.clip((T_S - 12.0) / 9.0, 0.0, 1.0)
     answer = _answer(EFFORT * (1.0 + 0.3 * ramp) + NOISE, EFFORT)

@@ -88,6 +88,19 @@ def test_a_rival_that_does_something_else_takes_no_name_away() -> None:
     assert _standing(rows, law).confidence <= 0.5
 
 
+def test_what_acts_on_an_effect_and_was_built_on_it_is_none_of_its_rivals() -> None:
+    """A gain of an effort that holds the load by now follows it better than the load itself."""
+    noise = np.random.default_rng(6).normal(0.0, NOISE_A, len(T_S))
+    load = _between(11.0, 29.0)
+    bent = np.asarray(load * (1.0 + 0.2 * np.sin(2 * np.pi * 0.7 * T_S)), dtype=np.float64)
+    law = _candidate("external_load", load)
+    acting = _candidate("gain", bent)
+    rows = _rows(0.2 * bent + noise, [law, acting])
+    assert _standing(rows, law).confidence <= 0.5
+    rows.acts_on = {"gain": frozenset({"external_load"})}
+    assert _standing(rows, law).confidence > 0.9
+
+
 def test_useless_rivals_do_not_add_up() -> None:
     """Ten that explain nothing are one account: nothing in its place."""
     rng = np.random.default_rng(2)
