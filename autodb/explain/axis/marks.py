@@ -31,8 +31,8 @@ FLAT_SLOPE = 0.2
 limit lets some of it through. Chosen."""
 ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
-size, and the last share is as small as that; of an effort with two signs twice the first share has
-the other. Chosen."""
+size; of an effort with two signs twice the first share has the other, and this last share of rows
+is as near to none as that of what was recorded, but for noise. Chosen."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
@@ -174,28 +174,33 @@ def _beyond(effort: Array, sides: tuple[float, ...]) -> Array:
 
 
 def _has_one_sign(s: AxisSignals) -> bool:
-    """Whether what was recorded has hardly another sign, and comes down to none.
-
-    So does a magnitude where the effort turns; a load that never turns has its sign.
-    """
+    """Whether what was recorded has hardly another sign."""
     recorded = s.frame.recorded
     if recorded is None:
         return True
     low, high = np.quantile(recorded, (ONE_SIGN, 1.0 - ONE_SIGN))
-    little = OTHER_SIGN * max(-low, high)
-    return bool(min(-low, high) < little and np.quantile(np.abs(recorded), TURNING) < little)
+    return bool(min(-low, high) < OTHER_SIGN * max(-low, high))
 
 
-def _has_both_signs(effort: Array) -> bool:
+def _may_lose_its_sign(effort: Array, s: AxisSignals) -> bool:
+    """Whether an effort has both signs, and what was recorded comes as near to none as it does.
+
+    A load that never turns has its sign; dry friction jumps from one sign to the other.
+    """
     low, high = np.quantile(effort, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
-    return bool(low < 0.0 < high)
+    recorded = s.frame.recorded
+    if recorded is None:
+        return bool(low < 0.0 < high)
+    little = OTHER_SIGN * float(np.quantile(np.abs(recorded), 1.0 - ONE_SIGN))
+    least, its = (float(np.quantile(np.abs(one), TURNING)) for one in (recorded, effort))
+    return bool(low < 0.0 < high and least < its + little)
 
 
 def lost_sign_candidate(s: AxisSignals) -> Candidate:
     """A magnitude was recorded: of the simulation, or of its terms fitted to the magnitude."""
     one_sign = _has_one_sign(s)
     efforts = [s.effort, *_signed_efforts(s)] if one_sign else [s.effort]
-    signed = [_has_both_signs(effort) for effort in efforts]
+    signed = [_may_lose_its_sign(effort, s) for effort in efforts]
 
     def law(number: int) -> Array:
         return np.asarray(np.abs(efforts[number]) - s.simulation)
