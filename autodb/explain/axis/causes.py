@@ -11,7 +11,7 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL
-from autodb.explain.axis.reading import AxisReading, key_of_effect
+from autodb.explain.axis.reading import AxisReading, size_of, value_of
 from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
@@ -45,11 +45,6 @@ OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
 below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
 
 
-def value_of(value: float, sd: float, unit: str) -> IntervalValue:
-    """Return a value with its 95 % interval."""
-    return IntervalValue.around(value, NORMAL_95 * sd, unit)
-
-
 def causes(reading: AxisReading) -> list[Cause]:
     """Return the entries of accepted effects, then of the simulation's own terms that are off.
 
@@ -77,7 +72,7 @@ def _merges(entry: Cause) -> tuple[str, str, bool]:
 
 def _effect(reading: AxisReading, number: int) -> Cause:
     choice = reading.inquiry.choices[number]
-    size = _size(reading, number)
+    size = size_of(reading, number)
     turns = choice.candidate.forms[0].names == TILT_NAMES
     always = () if turns else INDISTINCT.get(choice.candidate.term, ())
     stands = standing_of(reading, number, but=always)
@@ -121,34 +116,6 @@ def _size_words(size: IntervalValue, kind: str) -> str:
         "The simulation leaves it out" if kind == "missing" else "The simulation has it otherwise"
     )
     return f"{lacks}: {size.value:.3g} {size.unit} ({size.low:.3g} to {size.high:.3g})."
-
-
-def _size(reading: AxisReading, number: int) -> IntervalValue:
-    """Return the peak of all that effects of a name add together; its interval is that of the sum
-    at its peak.
-    """
-    choices = reading.inquiry.choices
-    key = key_of_effect(choices[number])
-    alike = [
-        n for n, one in enumerate(choices) if one.candidate.named and key_of_effect(one) == key
-    ]
-    fits = [_fit_of(reading, n) for n in alike or [number]]
-    alone = choices[number].shape.alone
-    effect = sum(one for one, *_ in fits) if alone is None else alone()
-    peak = float(np.quantile(np.abs(effect), 0.9995))
-    row = int(np.argmin(np.abs(np.abs(effect) - peak)))
-    variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
-    return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
-
-
-def _fit_of(reading: AxisReading, number: int) -> tuple[Array, Array, Array]:
-    """Return what an effect adds (n,), its columns (n, p) and their coefficients' covariance."""
-    laws = reading.inquiry.laws
-    beside = number - len(laws)
-    if beside < 0:
-        return laws[number].effect, laws[number].columns, laws[number].covariance
-    fitted = reading.fitted
-    return fitted.effects[beside], fitted.columns[beside], fitted.covariances[beside]
 
 
 def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer import Cause
+from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.fitted import FittedEffects
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
+from autodb.fitting import NORMAL_95
 from autodb.records import Recording
 from autodb.terms.vocabulary import term_called
 
@@ -47,6 +48,39 @@ class AxisReading:
     def correction(self) -> Array:
         """What all that was found adds, and the simulation's own terms re-tuned, (n,)."""
         return sum((law.effect for law in self.inquiry.laws), start=self.fitted.correction)
+
+
+def value_of(value: float, sd: float, unit: str) -> IntervalValue:
+    """Return a value with its 95 % interval."""
+    return IntervalValue.around(value, NORMAL_95 * sd, unit)
+
+
+def size_of(reading: AxisReading, number: int) -> IntervalValue:
+    """Return the peak of all that effects of a name add together; its interval is that of the sum
+    at its peak.
+    """
+    choices = reading.inquiry.choices
+    key = key_of_effect(choices[number])
+    alike = [
+        n for n, one in enumerate(choices) if one.candidate.named and key_of_effect(one) == key
+    ]
+    fits = [_fit_of(reading, n) for n in alike or [number]]
+    alone = choices[number].shape.alone
+    effect = sum(one for one, *_ in fits) if alone is None else alone()
+    peak = float(np.quantile(np.abs(effect), 0.9995))
+    row = int(np.argmin(np.abs(np.abs(effect) - peak)))
+    variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
+    return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
+
+
+def _fit_of(reading: AxisReading, number: int) -> tuple[Array, Array, Array]:
+    """Return what an effect adds (n,), its columns (n, p) and their coefficients' covariance."""
+    laws = reading.inquiry.laws
+    beside = number - len(laws)
+    if beside < 0:
+        return laws[number].effect, laws[number].columns, laws[number].covariance
+    fitted = reading.fitted
+    return fitted.effects[beside], fitted.columns[beside], fitted.covariances[beside]
 
 
 def parts_of_causes(causes: Sequence[Cause], reading: AxisReading) -> list[Array]:
