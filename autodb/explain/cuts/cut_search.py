@@ -123,12 +123,12 @@ def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts
     """
     result = None
     for number in range(PASSES):
-        strong = None if result is None else all_columns({}, _strong(result.found))
+        strong = None if result is None else all_columns({}, _strong(result))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
         laws = laws_of_table(stack, library) if founded else ()
         result = _search(stack, library, laws, freedom, known=number > 0)
-        if not result.found.choices:
+        if not result.found.choices and not _strong(result):
             break
     assert result is not None
     result = _scaled_alike(result)
@@ -166,11 +166,17 @@ def _helps_most(result: FoundInCuts, found: FoundSet, choice: Choice) -> bool:
     return bool(2 * np.count_nonzero(whole < without) > len(stack.names))
 
 
-def _strong(found: FoundSet) -> tuple[Choice, ...]:
+def _strong(result: FoundInCuts) -> tuple[Choice, ...]:
     """Return the effects that do much beside the greatest: what is left is judged without the rest.
 
-    Of scatter that goes on from cut to cut a search in white rows makes small effects.
+    Of scatter that goes on from cut to cut a search in white rows makes small effects. Where none
+    is found, it is the likeliest named one, if any has evidence: it may be hidden in the scatter of
+    a component for which a rich model has no shape of its kind.
     """
+    found = result.found
+    if not found.choices:
+        offers = [o for o in result.search.offers(()) if o.choice.candidate.named and o.worth > 0]
+        return tuple(o.choice for o in sorted(offers, key=lambda offer: -offer.worth)[:1])
     most = max(found.evidence, default=0.0)
     pairs = zip(found.choices, found.evidence, strict=True)
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
