@@ -37,7 +37,7 @@ RICH = 8
 """Columns from which on a shape must predict cuts left out of its fit better than a plainer one."""
 STRONG = 0.2
 """Share of the greatest effect's evidence above which an effect is no part of the scatter."""
-MUCH = 0.2
+MUCH = 0.4
 """Share by which the error on cuts left out must be smaller with what soaks up any misfit in the
 place of a law, where one component alone shows it. Chosen."""
 PASSES = 2
