@@ -24,6 +24,10 @@ _COMMENT = re.compile(r"\([^()]*\)")
 _NO_TEXT = "\0\1\2\3\4\5\6\b\ufffd"
 """What stands in files that are no text; some programs end in a 0."""
 _SKIP = re.compile(r"\s*/[1-9]?(?!\d)")
+_END_OF_FILE = "\x1a"
+"""What editors of DOS end a file with."""
+_SIMULATOR = re.compile(r"\s*\[\s*[A-Z]", re.IGNORECASE)
+"""Lines of simulators, which controls never see: [BILLET X50 Z80, [TOOLDEF T1."""
 
 
 @dataclass(frozen=True)
@@ -128,8 +132,10 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
     """
     if sum(text.count(one) for one in _NO_TEXT) > 2:
         raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    for number, raw in enumerate(lines, 1):
+    text = text.split(_END_OF_FILE, 1)[0].replace("\r\n", "\n").replace("\r", "\n")
+    for number, raw in enumerate(text.split("\n"), 1):
+        if brackets and _SIMULATOR.match(raw):
+            continue
         plain = _without_comments(raw, brackets=brackets).upper()
         skip = _SKIP.match(plain)
         plain = plain[skip.end() :] if skip else plain

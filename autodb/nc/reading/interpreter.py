@@ -17,7 +17,6 @@ from autodb.nc.reading.codes import (
     LENGTHS,
     MACHINE,
     OFFSETS,
-    REFUSED,
     ROUGHING,
     SYSTEM_B,
     SYSTEM_C,
@@ -33,11 +32,13 @@ from autodb.nc.reading.controls import (
 )
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
-from autodb.nc.reading.motions import LETTERS, carry_out_motion, nothing_left, without
+from autodb.nc.reading.frames import FRAMES, move_in_machine, names_axis, set_place, shift_frame
+from autodb.nc.reading.motions import carry_out_motion, nothing_left, without
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
 from autodb.nc.reading.travels import ProgramMove
+from autodb.nc.reading.unread import not_read
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
@@ -62,8 +63,6 @@ _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
     | {"M1", "S2", "T1", "DL"}
 )
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
-_SHIFTS = {"TRANS", "ATRANS"}
-_TURNS = frozenset({"ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE"})
 _ENDS = frozenset({"M2", "M30"})
 _STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
 
@@ -128,13 +127,13 @@ class Interpreter:
         rest = rest if cycle else without(rest, "T", "F", "Q" if "M66" in codes else "N")
         if self._once(codes, rest, block):
             return
-        if cycle is not None or (state.cycle and self._has_axes(rest)):
+        if cycle is not None or (state.cycle and names_axis(rest)):
             self._cycles[cycle or state.cycle or ""](self, cycle or state.cycle, values, block)
             return
         calls.call_cycles(self, codes, block)
-        rest = without(rest, "L", "P") if not self._has_axes(rest) else rest
+        rest = without(rest, "L", "P") if not names_axis(rest) else rest
         carry_out_motion(state, rest, block, self.record)
-        if self.modal_call is not None and self._has_axes(rest):
+        if self.modal_call is not None and names_axis(rest):
             calls.at_place(self, block)
 
     def run(self) -> list[UnusableInput]:
@@ -159,7 +158,7 @@ class Interpreter:
             if code is None:
                 key, into = word.name, values
                 if key not in _LETTERS or (word.number is None and key not in ("T", "D")):
-                    raise _not_read(word, block, self.state)
+                    raise not_read(word, block, self.state)
             else:
                 key, into = code, codes
             if key in into and key != "N" and not key.startswith("M"):
@@ -242,7 +241,7 @@ class Interpreter:
         if word_value(speed) < 0:
             raise block.refusal(speed.text, "use a speed of at least 0")
         limits = codes.keys() & {"G50", "G92"}
-        if limits and not self._has_axes(values):
+        if limits and not names_axis(values):
             state.limit_rpm = positive_value(speed, block)
         elif state.control is SINUMERIK and codes.keys() & {"G25", "G26"}:
             state.highest_rpm = word_value(speed) if "G26" in codes else state.highest_rpm
@@ -294,13 +293,10 @@ class Interpreter:
                 seconds = number
         self.rests.append((block.line, max(seconds, 0.0)))
 
-    def _has_axes(self, values: Values) -> bool:
-        return any(name in values for pair in (*LETTERS.values(), ("@", "^")) for name in pair)
-
     def _once(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> bool:
         """Carry out what holds for its block alone; return whether the block is done."""
         if codes.keys() & MACHINE:
-            self._in_machine(codes, values, block)
+            move_in_machine(self.state, codes, values, block)
             return True
         if "G10" in codes or "G11" in codes:
             self.state.note("offsets that G10 sets count as those of the setup")
@@ -311,56 +307,13 @@ class Interpreter:
             self.state.place["y"] = 0.0 if self.state.lathe else None
             return True
         setting = next((code for code in ("G50", "G92", "G52") if code in codes), None)
-        names = codes.keys() & (_SHIFTS | _TURNS)
+        names = codes.keys() & FRAMES
         if setting is not None and not (setting == "G92" and "G92" in self._cycles):
-            self._set_place(setting, values, block)
+            set_place(self.state, setting, values, block)
             return True
         if names:
-            self._frames(names, values, block)
+            shift_frame(self.state, names, values, block)
         return bool(names)
-
-    def _set_place(self, code: str, values: Values, block: ProgramBlock) -> None:
-        """Let the place of the tool have other coordinates (G50, G92), or shift them (G52)."""
-        state = self.state
-        for axis in AXES:
-            word = next((values[name] for name in LETTERS[axis] if name in values), None)
-            if word is None:
-                continue
-            to = state.factor(axis) * word_value(word)
-            place = state.place[axis]
-            if code == "G52":
-                state.shift[axis] = to
-            elif place is None:
-                state.place[axis] = to + state.shift[axis]
-            else:
-                state.shift[axis] = place - to
-        left = without(values, *(n for pair in LETTERS.values() for n in pair), "R", "P", "Q", "C")
-        nothing_left(left, block, state)
-
-    def _frames(self, names: set[str], values: Values, block: ProgramBlock) -> None:
-        """Shift coordinates by TRANS or ATRANS; turning, mirroring and scaling are refused."""
-        state = self.state
-        turns = names & _TURNS
-        if turns and any(word.number for word in without(values, "N").values()):
-            raise block.refusal(min(turns), "this turns, mirrors or scales; program without it")
-        if "TRANS" in names or turns:
-            state.shift = dict.fromkeys(AXES, 0.0)
-        for axis in AXES:
-            word = values.get(axis.upper())
-            if word is not None and not turns:
-                state.shift[axis] += state.factor(axis) * word_value(word)
-
-    def _in_machine(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
-        """Move the axes that are named to machine coordinates: they are not known any more."""
-        word = next(codes[code] for code in codes if code in MACHINE or codes[code].code == "G75")
-        state = self.state
-        if word.code in {"G53", "SUPA"} and state.motion != "G0" and self._has_axes(values):
-            raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
-        axes = [a for a in AXES if any(name in values for name in LETTERS[a])]
-        if axes or word.code not in ("G53", "SUPA"):
-            state.forget(*axes)
-        if state.lathe:
-            state.place["y"] = 0.0
 
 
 _SIDES = frozenset({"G41", "G42", "G41.1", "G42.1"})
@@ -372,23 +325,3 @@ def _boxes(control: Control) -> frozenset[str]:
     if control in (FANUC_B, FANUC_C):
         return frozenset(f"{code} " for code in BOXES)
     return BOXES if control is FANUC_A else frozenset()
-
-
-def _not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
-    if word.code in REFUSED:
-        return block.refusal(word.text, REFUSED[word.code])
-    if word.code in ("G98", "G99") and state.control is not FANUC_A:
-        return block.refusal(word.text, "this belongs to G-code system A; use G94 and G95 here")
-    if word.code in ("G90", "G91", "G95") and state.control is FANUC_A:
-        return block.refusal(
-            word.text,
-            "this belongs to the G-code systems B and C, other words of this program to A; use U, "
-            "W, G98, G99 alone, or G90, G91, G94, G95 alone",
-        )
-    why = {
-        "G": "this G is not read; write out the moves of a cycle as G0, G1, G2 and G3",
-        "M": "this M is not read; leave it out if it moves no axis and calls nothing",
-    }
-    return block.refusal(
-        word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
-    )
