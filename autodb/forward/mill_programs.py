@@ -55,7 +55,10 @@ def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Fo
     text, sha256 = program_of_job(asked)
     source = str(Path(asked.file))
     inches = (asked.units or units or "mm") == "inch"
-    done = carried_out(text, source=source, lathe=False, inch=inches, control=asked.control)
+    done = carried_out(
+        text, source=source, lathe=False, inch=inches, control=asked.control,
+        radius_of=lambda move: _beside_mm(move, asked, source),
+    )  # fmt: skip
     tools = [_tool_of(travel, asked, source) for travel in done.travels]
     block = _block(asked, tools)
     steps = milled(done.travels, block, [_cutter(tool) for tool in tools], source=source)
@@ -103,6 +106,12 @@ def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool
             f"diameter_mm and teeth as [program.tools.{name}] or [program.tools.{OTHERS}]"
         )
     return tool
+
+
+def _beside_mm(move: ProgramMove, asked: JobProgram, source: str) -> float:
+    """Return how far a mill's centre goes beside a compensated contour."""
+    tool = _tool_of(move, asked, source)
+    return 0.5 * (tool.diameter_mm or 0.0) if tool.offset_mm is None else tool.offset_mm
 
 
 def _cutter(tool: ProgramTool) -> Cutter:

@@ -77,7 +77,7 @@ def _instructions(
         if found[1]:
             reader.out.label(f"N{int(found[1])}")
         try:
-            read(reader, line, found[2] if found[1] else plain)
+            read(reader, line, found[2])
         except UnusableInput as error:
             reader.out.problems.append(error)
     out, (name, start) = reader.out, reader.unit

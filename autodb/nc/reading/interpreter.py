@@ -16,6 +16,7 @@ from autodb.nc.reading.codes import (
     HARMLESS,
     LENGTHS,
     MACHINE,
+    MODE_LETTERS,
     OFFSETS,
     ROUGHING,
     SYSTEM_B,
@@ -63,6 +64,8 @@ _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
     | {"M1", "S2", "T1", "DL"}
 )
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
+_CALLS_OUTSIDE = frozenset({198.0})
+"""M that call a program from outside of the control."""
 _ENDS = frozenset({"M2", "M30"})
 _STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
 
@@ -118,13 +121,15 @@ class Interpreter:
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
+        if state.side is not None:
+            self._compensated(codes, values, block)
         self._spindle(codes, values, block)
         self._tool(codes, values)
         if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
             state.feed = positive_value(values["F"], block) * state.unit_mm
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")
-        rest = rest if cycle else without(rest, "T", "F", "Q" if "M66" in codes else "N")
+        rest = rest if cycle else without(rest, "T", "F", *(self._letters(codes, rest, block)))
         if self._once(codes, rest, block):
             return
         if cycle is not None or (state.cycle and names_axis(rest)):
@@ -175,11 +180,20 @@ class Interpreter:
         if code in self._cycles or code in self._group_of:
             return code
         known = code in HARMLESS or code in OFFSETS or code in MACHINE or code in LENGTHS
+        known = known or (code == "G5" and bool(control.system)) or self._of_builder(word)
         if known or code in _ONCE or (word.number is None and word.name in NAMES):
             return word.name if word.name in NAMES else code
         if control is SINUMERIK and code in ("G74", "G75"):
             return "G28"
         return None
+
+    def _of_builder(self, word: Word) -> bool:
+        """Return whether an M is one of the machine's builder, and note it."""
+        number = word.number or 0.0
+        if word.name != "M" or not 100 <= number <= 999 or number in _CALLS_OUTSIDE:
+            return False
+        self.state.note(f"{word.code} is the machine builder's word: taken to move no axis")
+        return True
 
     def _change(self, codes: Mapping[str, Word], block: ProgramBlock, cycle: str | None) -> None:
         """Take the modal words of a block, one of each group.
@@ -206,23 +220,34 @@ class Interpreter:
                 setattr(state, name, value)
                 state.feed_said |= name == "feed_word"
                 state.diameter_said |= name == "diameter"
-        if state.side is not None:
-            self._compensated(block)
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
             state.speed = None
 
-    def _compensated(self, block: ProgramBlock) -> None:
-        """Take a lathe's compensated path for the contour that it leaves; refuse a mill's."""
-        if not self.state.lathe:
-            word = next((one.text for one in block.words if one.code in _SIDES), None)
-            if word is None:
-                return
-            raise block.refusal(
-                word, "this leaves the mill's radius to the control; program the path of its centre"
-            )
-        self.state.note("between G41 or G42 and G40 the programmed contour is what is left")
+    def _compensated(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
+        """Take a lathe's compensated path for the contour that it leaves; a mill's goes beside."""
+        state = self.state
+        if state.lathe:
+            state.note("between G41 or G42 and G40 the programmed contour is what is left")
+            return
+        begins = next((codes[code] for code in _SIDES if code in codes), None)
+        if begins is None:
+            return
+        if state.plane != "G17":
+            raise block.refusal(begins.text, "a mill's radius is taken in G17; select it before")
+        state.note(
+            "between G41 or G42 and G40 the mill's centre goes beside the contour, by its radius or "
+            "by offset_mm of its tool"
+        )
+        stated = "." in begins.written and "D" in values
+        state.side_mm = 0.5 * word_value(values["D"]) * state.unit_mm if stated else None
+
+    def _letters(self, codes: Mapping[str, Word], rest: Values, block: ProgramBlock) -> str:
+        """Return the letters that the words of path modes take in a block."""
+        if "G5" in codes and "P" not in rest:
+            raise not_read(codes["G5"], block, self.state)
+        return "".join(MODE_LETTERS.get(code, "") for code in codes)
 
     def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
         """Take speed, limits and whether the spindle turns."""
@@ -316,7 +341,7 @@ class Interpreter:
         return bool(names)
 
 
-_SIDES = frozenset({"G41", "G42", "G41.1", "G42.1"})
+_SIDES = ("G41", "G42", "G41.1", "G42.1")
 _PARTS = ("", ".1", ".2", ".3", ".4")
 
 

@@ -17,6 +17,10 @@ PLANES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
 """Axes of each plane: the two in it, so that G3 turns from first to second, and the third."""
 
 
+Beside = tuple[str, float | None]
+"""A side, left or right, and a distance in mm or None."""
+
+
 class ToolPlace(NamedTuple):
     """A place of the tool tip, mm; x of a lathe is the radius."""
 
@@ -40,7 +44,8 @@ class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
     ``tool``: as the program calls it; ``corner``: kind, size in mm and plane of what stands
-    between it and the next move, until that is known.
+    between it and the next move, until that is known; ``beside``: on which side of it a mill goes,
+    and how far if the program says so, until its own path is known.
     """
 
     start: ToolPlace
@@ -52,6 +57,7 @@ class ProgramMove:
     circle: Circle | None = None
     thread: bool = False
     corner: tuple[str, float, str] | None = None
+    beside: Beside | None = None
 
     @cached_property
     def _round(self) -> tuple[float, float, float, float]:

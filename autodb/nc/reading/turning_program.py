@@ -8,6 +8,7 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
@@ -126,8 +127,12 @@ def carried_out(
     inch: bool = False,
     block_skip: bool = False,
     control: str | None = None,
+    radius_of: RadiusOf | None = None,
 ) -> ReadProgram:
-    """Return a program carried out, on a lathe or a mill; see `turning_program`."""
+    """Return a program carried out, on a lathe or a mill; see `turning_program`.
+
+    ``radius_of``: of a mill's tools, whose centre then goes beside compensated contours.
+    """
     written = CONTROLS[control] if control else control_of(text, source=source)
     instructions = written.instructions(text, source=source)
     own = written is LINUXCNC and source.lower().endswith(".ngc")
@@ -139,11 +144,16 @@ def carried_out(
     )
     interpreter = Interpreter(state, runner)
     problems = interpreter.run()
+    moves = interpreter.moves
+    if radius_of is not None and not (instructions.problems or problems):
+        moves, problems = beside_contours(
+            moves, radius_of, round_corners=not written.system, source=source
+        )
     _refuse(source, [*instructions.problems, *problems])
-    if not any(travel.feed is not None for travel in interpreter.moves):
+    if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
     return ReadProgram(
-        source, written.name, tuple(interpreter.moves), tuple(interpreter.stops),
+        source, written.name, tuple(moves), tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
 
@@ -223,7 +233,7 @@ def _refuse(source: str, problems: Sequence[UnusableInput]) -> None:
         return
     alike: dict[str, list[str]] = {}
     for one in said:
-        alike.setdefault(re.sub(r": line \d+: ", ": ", one, count=1), []).append(one)
+        alike.setdefault(re.sub(r"\bline \d+", "line", one), []).append(one)
     told = [some[0] + _also(some[1:]) for some in alike.values()]
     rest = [one.removeprefix(f"{source}: ") for one in told[1:MOST_SAID]]
     more = f" and {len(told) - MOST_SAID} more" if len(told) > MOST_SAID else ""

@@ -45,7 +45,9 @@ def drill_holes(m: Carrying, code: str, values: Mapping[str, Word], block: Progr
     """Drill a hole, or as many as L or K say in steps of G91."""
     state = m.state
     if state.cycle != code:
-        state.cycle, state.taken, state.motion = code, {}, None
+        state.cycle, state.taken = code, {}
+        if state.control is LINUXCNC:
+            state.motion = None  # others go on as before the cycle once it is cancelled
         state.taken["before"] = known_start(m, block)[_NAMES[PLANES[state.plane][2]]]
     deep = _NAMES[PLANES[state.plane][2]]
     axes = {n: w for n, w in values.items() if n in ("X", "Y", "Z", "@", "^")}

@@ -21,6 +21,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     known_start,
     rapid_to,
 )
+from autodb.nc.reading.motions import go_rapid
 from autodb.nc.reading.state import word_value
 from autodb.nc.reading.travels import ProgramMove
 
@@ -51,14 +52,15 @@ def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: Pr
         _first_block(m, code, values, block)
         return
     first, last = (f"N{word_value(values[letter]):.0f}" for letter in "PQ")
-    start = known_start(m, block)
     if code == "G70":
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
+        begun = dict(m.state.place)
         _follow(m, list(m.runner.contour(first, last, block)))
-        rapid_to(m, block, x=start["x"])
-        rapid_to(m, block, z=start["z"])
+        for axis in ("x", "z"):
+            go_rapid(m.state, {**m.state.place, axis: begun[axis]}, block, m.record)
     else:
+        known_start(m, block)
         moves = contour_of(m, m.runner.contour(first, last, block), block)
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
