@@ -24,6 +24,7 @@ from autodb.cutting.contour import (
     TOUCH_MM,
     ContourEngagement,
     engaged_moves,
+    engaged_piece,
     engagement_rows,
     joined,
     piece_ends_mm,
@@ -234,10 +235,7 @@ def _plunged(
     """Return what a blade does on a piece of its way: in, or along with its side."""
     width = tool.width_mm or 0.0
     if not piece.square:
-        (row,), after = engaged_moves(
-            [piece.move], stock, source=source, step_mm=float(piece.step_mm.max()),
-            edge_mm=max(width, tool.edge_mm),
-        )  # fmt: skip
+        row, after = engaged_piece(piece, stock, source=source, edge_mm=max(width, tool.edge_mm))
         return row, np.zeros(row.x_mm.size), after
     z_mm = float(piece.z_mm[0])
     low, high = (z_mm - width, z_mm) if tool.towards_chuck else (z_mm, z_mm + width)

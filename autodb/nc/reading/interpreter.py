@@ -220,6 +220,7 @@ class Interpreter:
                 setattr(state, name, value)
                 state.feed_said |= name == "feed_word"
                 state.diameter_said |= name == "diameter"
+                state.unit_said |= name == "unit_mm"
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
@@ -237,8 +238,8 @@ class Interpreter:
         if state.plane != "G17":
             raise block.refusal(begins.text, "a mill's radius is taken in G17; select it before")
         state.note(
-            "between G41 or G42 and G40 the mill's centre goes beside the contour, by its radius or "
-            "by offset_mm of its tool"
+            "between G41 or G42 and G40 the mill's centre goes beside the contour, by its radius "
+            "or by offset_mm of its tool"
         )
         stated = "." in begins.written and "D" in values
         state.side_mm = 0.5 * word_value(values["D"]) * state.unit_mm if stated else None

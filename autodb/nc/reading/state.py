@@ -19,7 +19,8 @@ class ProgramState:
 
     ``place``: mm by axis, x of a lathe as a radius, None where the program has not said it;
     ``shift``: what is added to programmed places; ``feed`` in mm/rev or mm/min as ``feed_word``
-    says, ``feed_said``: the program does, and ``diameter_said``; ``speed`` in rpm or, with
+    says, ``feed_said``: the program does, and ``diameter_said``,
+    ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
     the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
     None as places do; ``cycle``: that in force, with what it has ``taken``;
@@ -41,6 +42,7 @@ class ProgramState:
     feed_word: str = "G94"
     feed_said: bool = False
     diameter_said: bool = False
+    unit_said: bool = False
     feed: float | None = None
     surface: bool = False
     speed: float | None = None

@@ -69,7 +69,7 @@ class TurningProgram:
 
 
 def read_program(
-    path: Path, *, diameter: bool | None = None, inch: bool = False, block_skip: bool = False
+    path: Path, *, diameter: bool | None = None, inch: bool | None = False, block_skip: bool = False
 ) -> TurningProgram:
     """Return the moves of a program's file; see `turning_program`."""
     return turning_program(
@@ -97,22 +97,24 @@ def turning_program(
     *,
     source: str,
     diameter: bool | None = None,
-    inch: bool = False,
+    inch: bool | None = False,
     block_skip: bool = False,
     control: str | None = None,
+    highest_rpm: float | None = None,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
     X counts diameters unless ``diameter`` is False, or None and the file one of LinuxCNC's own
-    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the
-    program says otherwise; ``block_skip`` leaves out the blocks that begin with /; ``control``: for
-    which it is written, else told by its words. A move is given once both ends are known: not the
-    first ones towards a place, nor those in machine coordinates. A rest or a move to where the tool
-    is gives none. Raises UnusableInput naming ``source``, and line and word of all not read.
+    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the program says
+    otherwise, with a note where ``inch`` is None; ``block_skip`` leaves out the blocks that begin
+    with /; ``control``: for which it is written, else told by its words; ``highest_rpm``: of the
+    machine's spindle. A move is given once both ends are known: not the first ones towards a
+    place, nor those in machine coordinates. A rest or a move to where the tool is gives none.
+    Raises UnusableInput naming ``source``, and line and word of all not read.
     """
     done = carried_out(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
-        control=control,
+        control=control, highest_rpm=highest_rpm,
     )  # fmt: skip
     moves = tuple(_turned(travel) for travel in done.travels)
     return TurningProgram(source, moves, done.stops, done.notes)
@@ -124,10 +126,11 @@ def carried_out(
     source: str,
     lathe: bool,
     diameter: bool | None = None,
-    inch: bool = False,
+    inch: bool | None = False,
     block_skip: bool = False,
     control: str | None = None,
     radius_of: RadiusOf | None = None,
+    highest_rpm: float | None = None,
 ) -> ReadProgram:
     """Return a program carried out, on a lathe or a mill; see `turning_program`.
 
@@ -137,7 +140,8 @@ def carried_out(
     instructions = written.instructions(text, source=source)
     own = written is LINUXCNC and source.lower().endswith(".ngc")
     counts = not own if diameter is None else diameter
-    state = _begun(written, lathe=lathe, diameter=counts, inch=inch)
+    state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
+    state.highest_rpm = highest_rpm
     values = Values(of_control=_of_control(written, state))
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
@@ -152,6 +156,8 @@ def carried_out(
     _refuse(source, [*instructions.problems, *problems])
     if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
+    if inch is None and not state.unit_said:
+        state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(
         source, written.name, tuple(moves), tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),

@@ -16,6 +16,7 @@ from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
+    cycle_lengths,
     depth_of_cut,
     feed_to,
     known_start,
@@ -77,9 +78,10 @@ def _first_block(m: Carrying, code: str, values: Mapping[str, Word], block: Prog
             "this means inches or mm on some controls and a cycle on others; use G20 or G700 for "
             "inches, G21 or G710 for mm, or state the cycle's P and Q",
         )
-    state.taken = {n: word_value(w) * state.unit_mm for n, w in values.items() if n in "UWD"}
-    if "R" in values:
-        state.taken["R"] = word_value(values["R"]) * (1.0 if code == "G73" else state.unit_mm)
+    state.taken = {}
+    state.taken |= cycle_lengths(state, values, "UWD" if code == "G73" else "UWDR")
+    if code == "G73" and "R" in values:
+        state.taken["R"] = word_value(values["R"])
 
 
 def contour_of(
@@ -125,8 +127,9 @@ def _allowed(
 ) -> None:
     state, taken = m.state, m.state.taken
     start = {axis: state.known(axis) for axis in ("x", "z")}
-    over_x = word_value(values["U"]) * state.factor("x") if "U" in values else 0.0
-    over_z = word_value(values["W"]) * state.unit_mm if "W" in values else 0.0
+    over = cycle_lengths(state, values, "UW")
+    over_x = over.get("U", 0.0) * state.factor("x") / state.unit_mm
+    over_z = over.get("W", 0.0)
     if code == "G73":
         _pattern(m, values, block, moves, (over_z, over_x))
         return
