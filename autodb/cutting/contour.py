@@ -219,9 +219,10 @@ def _refuse_inside(piece: Piece, stock: Stock, source: str, mirror_mm: float | N
     inside = np.flatnonzero(np.abs(x_mm) < stock.radius_mm(z_mm) - TOUCH_MM)
     if inside.size:
         at = inside[0]
+        at_mm = x_mm[at] if mirror_mm is None else mirror_mm - x_mm[at]
         raise UnusableInput(
             f"{source}: line {piece.move.line}: this rapid goes through the stock, at radius "
-            f"{x_mm[at] if mirror_mm is None else mirror_mm - x_mm[at]:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
+            f"{at_mm:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
         )
 
 

@@ -30,7 +30,7 @@ _SIMULATOR = re.compile(r"\s*\[\s*[A-Z]", re.IGNORECASE)
 """Lines of simulators, which controls never see: [BILLET X50 Z80, [TOOLDEF T1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Word:
     """A letter or a name with what follows it; ``number`` is None where that is text or nothing.
 
@@ -56,7 +56,7 @@ class Word:
         return f"{self.name}{between}{self.written}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class WrittenWord:
     """A word whose value is an expression, or a call's arguments."""
 
@@ -81,7 +81,7 @@ Setting = tuple[Expression | Key, Expression]
 """A variable, by its name or by an expression for its number, and what it is set to."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ProgramBlock:
     """One line of a program as it runs; ``optional``: it begins with /."""
 
@@ -95,7 +95,7 @@ class ProgramBlock:
         return UnusableInput(f"{self.source}: line {self.line}: '{word}': {why}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class WrittenLine:
     """One line as it is written: its words, and the variables that it sets."""
 

@@ -67,6 +67,7 @@ _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G
 _CALLS_OUTSIDE = frozenset({198.0})
 """M that call a program from outside of the control."""
 _ENDS = frozenset({"M2", "M30"})
+_PLACE = frozenset("XYZIJKN")
 _STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
 
 
@@ -114,6 +115,11 @@ class Interpreter:
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
+        if self._is_place(block):
+            values = {word.name: word for word in block.words}
+            if len(values) == len(block.words):
+                carry_out_motion(self.state, values, block, self.record)
+                return
         codes, values = self._sorted(block)
         state = self.state
         if "G4" in codes:
@@ -140,6 +146,12 @@ class Interpreter:
         carry_out_motion(state, rest, block, self.record)
         if self.modal_call is not None and names_axis(rest):
             calls.at_place(self, block)
+
+    def _is_place(self, block: ProgramBlock) -> bool:
+        """Return whether a block only states a place, with no cycle in force: most blocks do."""
+        if self.modal_call is not None or self.state.cycle is not None:
+            return False
+        return all(word.name in _PLACE and word.number is not None for word in block.words)
 
     def run(self) -> list[UnusableInput]:
         """Carry out the program; return what was refused, at most one a block."""

@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from math import atan2, hypot, tau
+from math import atan2, dist, hypot, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -39,7 +38,7 @@ class Circle:
     turns: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
@@ -59,7 +58,7 @@ class ProgramMove:
     corner: tuple[str, float, str] | None = None
     beside: Beside | None = None
 
-    @cached_property
+    @property
     def _round(self) -> tuple[float, float, float, float]:
         """Angle of the start, angle passed, radius at the start and at the end."""
         assert self.circle is not None
@@ -73,11 +72,11 @@ class ProgramMove:
         turned += tau * self.circle.turns * (1 if self.circle.left else -1)
         return begin, turned, hypot(s[u] - cu, s[v] - cv), hypot(e[u] - cu, e[v] - cv)
 
-    @cached_property
+    @property
     def length_mm(self) -> float:
         """Length of the way, mm."""
         if self.circle is None:
-            return float(np.linalg.norm(np.subtract(self.end, self.start)))
+            return dist(self.end, self.start)
         w = PLANES[self.circle.plane][2]
         _, turned, first, last = self._round
         return hypot(abs(turned) * (first + last) / 2, self.end[w] - self.start[w])
