@@ -164,3 +164,14 @@ def test_refusals_of_one_kind_are_said_once() -> None:
 def test_long_lists_of_places_tell_no_control() -> None:
     text = "G28 U0 W0\n" + "".join(f"N{k} X{k % 50}.5 Z-{k}.25\n" for k in range(2000))
     assert control_of(text) is FANUC_A
+
+
+def test_a_cycle_of_holes_states_where_its_first_hole_is() -> None:
+    text = "O1\nG21 G90\nS900 M3\nG0 Z50\nG81 X6 Y14 Z-2 R2 F90\nY10\nG80\n"
+    travels = carried_out(text, source="p", lathe=False).travels
+    assert [tuple(t.end) for t in travels if t.feed] == [(6, 14, -2), (6, 10, -2)]
+
+
+def test_a_block_of_the_program_itself_is_called() -> None:
+    body = "G0 X62 Z2\nM98 Q100 L3\nM30\nN100 G0 U-4\nG1 W-12 F.2\nG0 U2\nW12\nU-2\nM99\n"
+    assert [move.end.x_mm for move in _cuts(_read(body))] == [29, 27, 25]
