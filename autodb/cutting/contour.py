@@ -162,6 +162,15 @@ def engaged_piece(
     return engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm), after
 
 
+def engaged_beside(
+    piece: Piece, stock: Stock, *, source: str, edge_mm: float
+) -> tuple[ContourEngagement, Stock]:
+    """Return the engagement of a piece that cuts with its corner alone, however steep it goes."""
+    depth_mm, outer_mm, after = _beside(piece, stock, 0.0)
+    _refuse_deeper(piece, depth_mm, edge_mm, source)
+    return engagement_rows(piece, depth_mm, outer_mm, source), after
+
+
 def _refuse_farther(moves: Sequence[Move], source: str) -> None:
     way_m = 0.0
     for move in moves:

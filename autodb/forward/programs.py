@@ -14,7 +14,7 @@ from autodb.cutting import turning
 from autodb.cutting.contour import TOUCH_MM, ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.cutting.tools import FOLLOWS_DEG
-from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
+from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, plain_name, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
@@ -39,6 +39,7 @@ from autodb.nc.reading import (
     line_texts,
     turning_program,
 )
+from autodb.nc.reading.cycles.cycle_moves import Blade
 from autodb.pairs.engaged import (
     DEPTH,
     DIAMETER,
@@ -78,7 +79,7 @@ def follow(
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
     program = turning_program(
         text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control,
-        highest_rpm=highest_rpm,
+        highest_rpm=highest_rpm, blade_of=lambda tool: _blade(tool, asked),
     )  # fmt: skip
     for move in program.moves:
         _refuse_beyond(move, str(path))
@@ -113,6 +114,15 @@ def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:
     }
     work = solid(stock_of(asked), bore_mm=0.5 * (asked.bore_diameter_mm or 0.0))
     return worked(moves, work, tools, source=source)
+
+
+def _blade(name: str | None, asked: JobProgram) -> Blade | None:
+    """Return the blade of a tool that a program calls, where the job states one."""
+    tool = asked.tools.get(name or OTHERS, asked.tools.get(plain_name(name) or OTHERS))
+    tool = asked.tools.get(OTHERS) if tool is None else tool
+    if tool is None or tool.width_mm is None:
+        return None
+    return Blade(tool.width_mm, tool.width_mm if tool.corner == "away" else 0.0)
 
 
 def _work_tool(tool: ProgramTool) -> WorkTool:

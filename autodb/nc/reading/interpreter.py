@@ -33,6 +33,7 @@ from autodb.nc.reading.controls import (
 )
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
+from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.frames import FRAMES, move_in_machine, names_axis, set_place, shift_frame
 from autodb.nc.reading.motions import carry_out_motion, nothing_left, without
 from autodb.nc.reading.names import NAMES
@@ -77,9 +78,12 @@ class Interpreter:
     ``stops``: lines of M0; ``rests``: line and seconds of every dwell.
     """
 
-    def __init__(self, state: ProgramState, runner: Runner) -> None:
+    def __init__(
+        self, state: ProgramState, runner: Runner, blade_of: BladeOf = lambda _tool: None
+    ) -> None:
         self.state = state
         self.runner = runner
+        self.blade_of = blade_of
         self.moves: list[ProgramMove] = []
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []

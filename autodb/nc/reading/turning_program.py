@@ -10,6 +10,7 @@ from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
+from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
@@ -92,6 +93,10 @@ def line_texts(text: str, *, source: str) -> dict[int, str]:
     return {line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split()) for line in lines}
 
 
+def _no_blade(_tool: str | None) -> None:
+    """Return that nothing is known of a tool's blade."""
+
+
 def turning_program(
     text: str,
     *,
@@ -101,6 +106,7 @@ def turning_program(
     block_skip: bool = False,
     control: str | None = None,
     highest_rpm: float | None = None,
+    blade_of: BladeOf = _no_blade,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
@@ -108,13 +114,14 @@ def turning_program(
     (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the program says
     otherwise, with a note where ``inch`` is None; ``block_skip`` leaves out the blocks that begin
     with /; ``control``: for which it is written, else told by its words; ``highest_rpm``: of the
-    machine's spindle. A move is given once both ends are known: not the first ones towards a
-    place, nor those in machine coordinates. A rest or a move to where the tool is gives none.
-    Raises UnusableInput naming ``source``, and line and word of all not read.
+    machine's spindle; ``blade_of``: what the blades of grooving tools are. A move is given once
+    both ends are known: not the first ones towards a place, nor those in machine coordinates. A
+    rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and line
+    and word of all not read.
     """
     done = carried_out(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
-        control=control, highest_rpm=highest_rpm,
+        control=control, highest_rpm=highest_rpm, blade_of=blade_of,
     )  # fmt: skip
     moves = tuple(_turned(travel) for travel in done.travels)
     return TurningProgram(source, moves, done.stops, done.notes)
@@ -131,6 +138,7 @@ def carried_out(
     control: str | None = None,
     radius_of: RadiusOf | None = None,
     highest_rpm: float | None = None,
+    blade_of: BladeOf = _no_blade,
 ) -> ReadProgram:
     """Return a program carried out, on a lathe or a mill; see `turning_program`.
 
@@ -146,7 +154,7 @@ def carried_out(
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner)
+    interpreter = Interpreter(state, runner, blade_of)
     problems = interpreter.run()
     moves = interpreter.moves
     if radius_of is not None and not (instructions.problems or problems):

@@ -1,7 +1,7 @@
 """What cycles have in common: moves to places in mm, and numbers that count thousandths."""
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
@@ -12,6 +12,18 @@ from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, word_value
 
 
+class Blade(NamedTuple):
+    """A blade that cuts grooves: its width, and where its programmed corner is from that towards
+    the chuck, mm."""
+
+    width_mm: float
+    corner_mm: float
+
+
+BladeOf = Callable[[str | None], Blade | None]
+"""What tells the blade of a tool, as the program calls it; None where nobody has stated it."""
+
+
 class Carrying(Protocol):
     """What carries out a program, as cycles see it."""
 
@@ -20,6 +32,7 @@ class Carrying(Protocol):
     runner: Runner
     modal_call: tuple[str, Word] | None
     in_contour: bool
+    blade_of: BladeOf
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block."""
