@@ -136,30 +136,14 @@ def engaged_moves(
             _refuse_inside(piece, stock, source, mirror_mm)
             before = None
             continue
-        row, stock = engaged_piece(
-            piece, stock, source=source, edge_mm=edge_mm, lean=lean, mirror_mm=mirror_mm
-        )
-        cuts = bool(np.any(row.depth_mm > TOUCH_MM))
+        depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
+        cuts = bool(np.any(depth_mm > TOUCH_MM))
         if cuts:
             _refuse_inwards(piece, before, source)
         before = piece if cuts else None
-        rows.append(row)
+        _refuse_deeper(piece, depth_mm, edge_mm, source)
+        rows.append(engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
     return rows, stock
-
-
-def engaged_piece(
-    piece: Piece,
-    stock: Stock,
-    *,
-    source: str,
-    edge_mm: float = np.inf,
-    lean: float = 0.0,
-    mirror_mm: float | None = None,
-) -> tuple[ContourEngagement, Stock]:
-    """Return the engagement of one piece that feeds, and the stock it leaves; see `engagement`."""
-    depth_mm, outer_mm, after = _met(piece, stock, source, lean)
-    _refuse_deeper(piece, depth_mm, edge_mm, source)
-    return engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm), after
 
 
 def engaged_beside(

@@ -14,7 +14,7 @@ from autodb.cutting import turning
 from autodb.cutting.contour import TOUCH_MM, ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.cutting.tools import FOLLOWS_DEG
-from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, plain_name, solid, worked
+from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
@@ -28,7 +28,7 @@ from autodb.forward.line_parts import (
     step_conditions,
 )
 from autodb.forward.mill_programs import follow_mill
-from autodb.forward.sides import above_axis
+from autodb.forward.sides import above_axis, blade_of_tool, cut_sideways, inward_deg
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -39,7 +39,6 @@ from autodb.nc.reading import (
     line_texts,
     turning_program,
 )
-from autodb.nc.reading.cycles.cycle_moves import Blade
 from autodb.pairs.engaged import (
     DEPTH,
     DIAMETER,
@@ -53,6 +52,9 @@ from autodb.pairs.engaged import (
 
 Array = NDArray[np.float64]
 
+MOST_CORE_MM = 6.0
+"""Radius of a bar's last core up to which a turning tool may cut on the axis. Chosen: deeper than
+passes of roughing, thinner than bars that are drilled."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
 
@@ -79,7 +81,7 @@ def follow(
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
     program = turning_program(
         text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control,
-        highest_rpm=highest_rpm, blade_of=lambda tool: _blade(tool, asked),
+        highest_rpm=highest_rpm, blade_of=lambda tool: blade_of_tool(tool, asked),
     )  # fmt: skip
     for move in program.moves:
         _refuse_beyond(move, str(path))
@@ -97,7 +99,7 @@ def follow(
     fed_s = float(_step_s(done.steps).sum())
     return Followed(
         str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3,
-        (*program.notes, *mirrored),
+        (*program.notes, *mirrored, *cut_sideways(done)),
         feed_spans_mm(
             (m.tool, {"x": m.start.x_mm, "z": m.start.z_mm}, {"x": m.end.x_mm, "z": m.end.z_mm})
             for m in program.moves
@@ -114,15 +116,6 @@ def _worked(moves: Sequence[Move], asked: JobProgram, source: str) -> Worked:
     }
     work = solid(stock_of(asked), bore_mm=0.5 * (asked.bore_diameter_mm or 0.0))
     return worked(moves, work, tools, source=source)
-
-
-def _blade(name: str | None, asked: JobProgram) -> Blade | None:
-    """Return the blade of a tool that a program calls, where the job states one."""
-    tool = asked.tools.get(name or OTHERS, asked.tools.get(plain_name(name) or OTHERS))
-    tool = asked.tools.get(OTHERS) if tool is None else tool
-    if tool is None or tool.width_mm is None:
-        return None
-    return Blade(tool.width_mm, tool.width_mm if tool.corner == "away" else 0.0)
 
 
 def _work_tool(tool: ProgramTool) -> WorkTool:
@@ -190,6 +183,7 @@ def _lines(
     done = found.steps
     _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
+    _refuse_drilling(done, source)
     operations = _operations(found, cutting, arcs)
     of_line: dict[tuple[int, str], list[int]] = {}
     for row, number, operation in zip(
@@ -212,10 +206,21 @@ def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
         )
 
 
+def _refuse_drilling(done: ContourEngagement, source: str) -> None:
+    """Raise UnusableInput for a cut on the axis that only a drill makes."""
+    core = (np.abs(done.x_mm) < TOUCH_MM) & (done.depth_mm > MOST_CORE_MM)
+    if core.any():
+        at = int(np.argmax(core))
+        raise UnusableInput(
+            f"{source}: line {done.line[at]}: on the spindle's axis this cuts "
+            f"{done.depth_mm[at]:.3f} mm deep, as a drill does; state the kind of this tool"
+        )
+
+
 def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> list[str]:
     """Return what the tool does at steps: by its kind, and of an outside tool by its way."""
     done = found.steps
-    inward = np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows]))
+    inward = inward_deg(found, rows)
     return [
         _OF_KIND.get("" if found.kinds[line] == "grooving" and not wide else found.kinds[line])
         or _operation(angle, arc=line in arcs)
@@ -279,7 +284,7 @@ def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
         DIAMETER: diameter,
         RPM: rpm,
         SPEED: turning.speed_m_min(diameter, rpm),
-        DIRECTION: np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows])),
+        DIRECTION: inward_deg(found, rows),
     }
 
 

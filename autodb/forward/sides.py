@@ -1,4 +1,4 @@
-"""On which side of the axis a lathe's tools work: those below it are seen from above.
+"""On which side of the axis, and of itself, a lathe's tool works.
 
 On gang-type lathes, and with a tool in front of the work on some, X is below 0 in the cut. Such a
 tool cuts the same, mirrored at the axis. A tool above it that goes past the axis cuts no more.
@@ -7,7 +7,14 @@ tool cuts the same, mirrored at the axis. A tool above it that goes past the axi
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.contour import SQUARE_SHARE, TOUCH_MM
+from autodb.cutting.working import Worked, plain_name
+from autodb.files.job import OTHERS, JobProgram
 from autodb.nc.reading import Arc, Move, Point, Rapid
+from autodb.nc.reading.cycles.cycle_moves import Blade
 
 
 def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]]:
@@ -35,3 +42,36 @@ def _reflected(move: Move) -> Move:
 
 def _above(place: Point) -> Point:
     return Point(-place.x_mm, place.z_mm)
+
+
+def blade_of_tool(name: str | None, asked: JobProgram) -> Blade | None:
+    """Return the blade of a tool that a program calls, where the job states one."""
+    tool = asked.tools.get(name or OTHERS, asked.tools.get(plain_name(name) or OTHERS))
+    tool = asked.tools.get(OTHERS) if tool is None else tool
+    if tool is None or tool.width_mm is None:
+        return None
+    return Blade(tool.width_mm, tool.width_mm if tool.corner == "away" else 0.0)
+
+
+def cut_sideways(found: Worked) -> tuple[str, ...]:
+    """Return a note where a blade cuts with its side away from the chuck."""
+    steps = found.steps
+    away = (steps.along_z > SQUARE_SHARE) & (steps.depth_mm > TOUCH_MM)
+    lines = [
+        line for line in np.unique(steps.line[away]).tolist() if found.kinds[line] == "grooving"
+    ]
+    if not lines:
+        return ()
+    some = ", ".join(f"{line}" for line in lines[:6]) + (" and more" if len(lines) > 6 else "")
+    return (f"a blade cuts away from the chuck in lines {some}: its z is that of a cut towards it",)
+
+
+def inward_deg(found: Worked, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return how far inwards of the axis towards the chuck the feed points at steps, °.
+
+    A blade has an edge on either side: away from the chuck it cuts as towards it.
+    """
+    along_z = found.steps.along_z[rows]
+    blade = [found.kinds[line] == "grooving" for line in found.steps.line[rows].tolist()]
+    towards = np.where(blade, -np.abs(along_z), along_z)
+    return np.asarray(np.degrees(np.arctan2(-found.steps.along_x[rows], -towards)))

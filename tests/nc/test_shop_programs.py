@@ -1,5 +1,7 @@
 """What programs of shops and schools hold beside moves, and what becomes of it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -7,6 +9,8 @@ from numpy.testing import assert_allclose
 from autodb.cutting.stock import bar
 from autodb.cutting.working import WorkTool, solid, worked
 from autodb.errors import UnusableInput
+from autodb.files.job import JobProgram
+from autodb.forward.programs import follow
 from autodb.forward.sides import above_axis
 from autodb.nc.reading import Arc, Linear, TurningProgram, turning_program
 from autodb.nc.reading.controls import FANUC_A, control_of
@@ -175,3 +179,17 @@ def test_a_cycle_of_holes_states_where_its_first_hole_is() -> None:
 def test_a_block_of_the_program_itself_is_called() -> None:
     body = "G0 X62 Z2\nM98 Q100 L3\nM30\nN100 G0 U-4\nG1 W-12 F.2\nG0 U2\nW12\nU-2\nM99\n"
     assert [move.end.x_mm for move in _cuts(_read(body))] == [29, 27, 25]
+
+
+def test_a_blade_that_widens_its_groove_cuts_to_either_side(tmp_path: Path) -> None:
+    """Its z force is said to be that of a cut towards the chuck."""
+    path = tmp_path / "p.nc"
+    path.write_text(HEAD + "G0 X62 Z-10\nG1 X54 F.1\nZ-12\nG0 X62\nZ-10\nG1 X54\nZ-8\nX62\n")
+    blade = {"other": {"kind": "grooving", "width_mm": 3.0}}
+    asked = JobProgram.model_validate({"file": str(path), "stock_diameter_mm": 60, "tools": blade})
+    found = follow(asked, units=None, diameter=None)
+    assert found.notes == (
+        "a blade cuts away from the chuck in lines 11: its z is that of a cut towards it",
+    )
+    there, back = (next(line for line in found.lines if line.number == n) for n in (7, 11))
+    assert there.steps == back.steps
