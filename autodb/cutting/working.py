@@ -161,7 +161,7 @@ def _by_tool(
     thread, plain = WorkTool("threading"), WorkTool()
     of: list[WorkTool] = []
     for move in moves:
-        stated = tools.get(move.tool, tools.get(plain_name(move.tool), tools[None]))
+        stated = tools.get(move.tool, tools.get(tool_number(move.tool), tools[None]))
         threads = isinstance(move, Linear) and move.thread
         behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
         cuts = plain if stated.kind == "threading" else stated
@@ -170,7 +170,7 @@ def _by_tool(
         yield tool, [move for _, move in pairs]
 
 
-def plain_name(tool: str | None) -> str | None:
+def tool_number(tool: str | None) -> str | None:
     """Return a tool's number without its offset and zeros: 3 of 0303."""
     if tool is None or not tool.isdigit():
         return tool

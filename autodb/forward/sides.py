@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.contour import SQUARE_SHARE, TOUCH_MM
-from autodb.cutting.working import Worked, plain_name
+from autodb.cutting.working import Worked, tool_number
 from autodb.files.job import OTHERS, JobProgram
 from autodb.nc.reading import Arc, Move, Point, Rapid
 from autodb.nc.reading.cycles.cycle_moves import Blade
@@ -46,7 +46,7 @@ def _above(place: Point) -> Point:
 
 def blade_of_tool(name: str | None, asked: JobProgram) -> Blade | None:
     """Return the blade of a tool that a program calls, where the job states one."""
-    tool = asked.tools.get(name or OTHERS, asked.tools.get(plain_name(name) or OTHERS))
+    tool = asked.tools.get(name or OTHERS, asked.tools.get(tool_number(name) or OTHERS))
     tool = asked.tools.get(OTHERS) if tool is None else tool
     if tool is None or tool.width_mm is None:
         return None

@@ -37,6 +37,7 @@ class _Way:
 
     @property
     def centre(self) -> complex | None:
+        """The middle of an arc, None of a straight move."""
         circle = self.move.circle
         return None if circle is None else complex(*circle.centre)
 

@@ -35,12 +35,11 @@ from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
 from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.frames import FRAMES, move_in_machine, names_axis, set_place, shift_frame
-from autodb.nc.reading.motions import carry_out_motion, nothing_left, without
+from autodb.nc.reading.motions import carry_out_motion, nothing_left, without, word_not_read
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
 from autodb.nc.reading.travels import ProgramMove
-from autodb.nc.reading.unread import not_read
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
@@ -179,7 +178,7 @@ class Interpreter:
             if code is None:
                 key, into = word.name, values
                 if key not in _LETTERS or (word.number is None and key not in ("T", "D")):
-                    raise not_read(word, block, self.state)
+                    raise word_not_read(word, block, self.state)
             else:
                 key, into = code, codes
             if key in into and key != "N" and not key.startswith("M"):
@@ -263,7 +262,7 @@ class Interpreter:
     def _letters(self, codes: Mapping[str, Word], rest: Values, block: ProgramBlock) -> str:
         """Return the letters that the words of path modes take in a block."""
         if "G5" in codes and "P" not in rest:
-            raise not_read(codes["G5"], block, self.state)
+            raise word_not_read(codes["G5"], block, self.state)
         return "".join(MODE_LETTERS.get(code, "") for code in codes)
 
     def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
