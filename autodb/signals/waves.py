@@ -1,6 +1,7 @@
 """Sines over a place or a time whose values are not evenly spaced."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,57 @@ def strongest_wave(
         exact[number] = abs(turned @ weight) ** 2
         turned *= step
     return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
+
+
+@dataclass(frozen=True)
+class WhiteWaves:
+    """How noise of a colour is seen: ``white`` makes rows (n,) or columns (n, p) white, ``adjoint``
+    rows white forwards and backwards, and ``length`` gives the squared length of a white sine by
+    its number of waves.
+    """
+
+    white: Callable[[Array], Array]
+    adjoint: Callable[[Array], Array]
+    length: Callable[[Array], Array]
+
+
+def waves_beside(
+    place: Array,
+    rows: Array,
+    first: float,
+    seen: WhiteWaves,
+    *,
+    asked: float,
+    fewest: float,
+    most: int,
+) -> tuple[float, ...]:
+    """Return the sines over a place (n,) that stand out in rows (n,), each by its waves over the
+    range: a first one, and others, each searched for in what those before leave.
+
+    Another needs that N ln of the mean square of white rows falls by ``asked``; ``fewest``: waves
+    that it has at least; ``most`` of them, the first counted.
+    """
+    found = [first]
+    left = _left_beside(place, rows, found, seen)
+    while len(found) < most:
+        more = strongest_wave(place, seen.adjoint(left), seen.length, fewest=fewest)
+        if more is None:
+            break
+        after = _left_beside(place, rows, [*found, more[0]], seen)
+        fall = np.log(np.mean(seen.white(left) ** 2) / np.mean(seen.white(after) ** 2))
+        if len(rows) * fall < asked:
+            break
+        found.append(more[0])
+        left = after
+    return tuple(found)
+
+
+def _left_beside(place: Array, rows: Array, waves: Sequence[float], seen: WhiteWaves) -> Array:
+    """Return what sines fitted to white rows leave of the rows, (n,)."""
+    angle = 2 * np.pi * (place - place.min()) / np.ptp(place)
+    columns = np.column_stack([f(one * angle) for one in waves for f in (np.cos, np.sin)])
+    sizes = np.linalg.lstsq(seen.white(columns), seen.white(rows), rcond=None)[0]
+    return np.asarray(rows - columns @ sizes)
 
 
 def _summed(at: Array, weight: Array, bins: int) -> Array:

@@ -1,10 +1,10 @@
-"""The strongest sine over places that are not evenly spaced."""
+"""Sines over places that are not evenly spaced: the strongest, and others beside it."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.signals.waves import strongest_wave
+from autodb.signals.waves import WhiteWaves, strongest_wave, waves_beside
 
 
 @pytest.mark.parametrize("waves", [1.3, 7.0, 23.45, 180.2])
@@ -34,3 +34,17 @@ def test_fewer_waves_than_asked_are_not_looked_for_and_nothing_where_nothing_mov
     assert found is not None
     assert found[0] > 2.0
     assert strongest_wave(np.ones(2000), place, np.ones_like, fewest=2.5) is None
+
+
+@pytest.mark.parametrize("heights", [{14.0: 1.0}, {14.0: 1.0, 7.0: 0.6, 28.3: 0.4, 84.0: 0.2}])
+def test_waves_that_stand_out_are_all_found_and_no_others(heights: dict[float, float]) -> None:
+    """In noise of half the first one's height, whose sums stand out by 30 once in a million."""
+    rng = np.random.default_rng(11)
+    place = rng.uniform(2.0, 9.0, 4000)
+    along = (place - place.min()) / np.ptp(place)
+    rows = 0.5 * rng.normal(size=4000) + sum(
+        height * np.cos(2.0 * np.pi * waves * along + waves) for waves, height in heights.items()
+    )
+    white = WhiteWaves(lambda r: r, lambda r: r, lambda waves: np.full(len(waves), 2000.0))
+    found = waves_beside(place, rows, 14.0, white, asked=30.0, fewest=5.0, most=12)
+    assert_allclose(found, list(heights), atol=0.05)

@@ -6,7 +6,7 @@ WᵀW r over bins and their Fourier transform; their white lengths are read from
 at the frequency at which the axis passes them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -20,7 +20,7 @@ from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.search import MARGIN
-from autodb.signals.waves import strongest_wave
+from autodb.signals.waves import WhiteWaves, strongest_wave, waves_beside
 from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
@@ -100,49 +100,27 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     if found is None:
         return None
     waves, tries = found
-    others = () if along else _further_waves(left, waves, tries, length)
-    return travel_ripple(s, number, (waves, *others), tries, along=along)
+    every = (waves,) if along else _all_waves(left, waves, tries, length)
+    return travel_ripple(s, number, every, tries, along=along)
 
 
-def _further_waves(
+def _all_waves(
     left: Left, first: float, tries: int, length: Callable[[Array], Array]
 ) -> tuple[float, ...]:
-    """Return the waves over the travel that stand out beside a first one, the strongest first.
+    """Return the waves over the travel that stand out, a first one and those beside it.
 
-    A motor's cogging has a wave for each multiple of its slots and of its poles that its magnets
-    are not skewed for. Each is searched for in what those before leave.
+    A motor's cogging has one for each multiple of its slots and of its poles that its magnets are
+    not skewed for.
     """
-    found = [first]
-    square, asked = _square_left(left, found), MARGIN + 2.0 * float(np.log(tries))
-    while len(found) < MOST_RIPPLES:
-        rest = replace(left, left=left.left - _ripples(left, found) @ _sizes(left, found))
-        more = strongest_wave(left.position, rest.adjoint, length, fewest=FEWEST_RIPPLES)
-        if more is None:
-            break
-        after = _square_left(left, [*found, more[0]])
-        if len(left.t_s) * np.log(square / after) < asked:
-            break
-        found.append(more[0])
-        square = after
-    return tuple(found[1:])
-
-
-def _ripples(left: Left, waves: Sequence[float]) -> Array:
-    """Return cosine and sine of each wave over the travel, (n, 2k)."""
-    angle = 2 * np.pi * (left.position - left.position.min()) / np.ptp(left.position)
-    return np.column_stack([f(one * angle) for one in waves for f in (np.cos, np.sin)])
-
-
-def _sizes(left: Left, waves: Sequence[float]) -> Array:
-    """Return the coefficients of ripples that leave least of the white rows, (2k,)."""
-    columns, rows = left.whitener(_ripples(left, waves)), left.whitener(left.left)
-    return np.asarray(np.linalg.lstsq(columns, rows, rcond=None)[0])
-
-
-def _square_left(left: Left, waves: Sequence[float]) -> float:
-    """Return the mean square of white rows that ripples leave."""
-    rest = left.whitener(left.left - _ripples(left, waves) @ _sizes(left, waves))
-    return float(np.mean(rest**2))
+    return waves_beside(
+        left.position,
+        left.left,
+        first,
+        WhiteWaves(left.whitener, lambda rest: replace(left, left=rest).adjoint, length),
+        asked=MARGIN + 2.0 * float(np.log(tries)),
+        fewest=FEWEST_RIPPLES,
+        most=MOST_RIPPLES,
+    )
 
 
 def travel_ripple(
