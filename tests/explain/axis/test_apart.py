@@ -320,7 +320,10 @@ def test_shapes_carried_to_part_of_the_recording_are_the_recording_s() -> None:
 
 def test_what_scans_found_is_built_anew_with_its_values() -> None:
     s = _gravity_or_asymmetry().signals
-    for found in (travel_ripple(s, 0, (17.3, 30.2), 9, along=True), rough_place(s, 0, 100.0, 180.0)):
+    for found in (
+        travel_ripple(s, 0, (17.3, 30.2), 9, along=True),
+        rough_place(s, 0, 100.0, 180.0),
+    ):
         assert found.anew is not None
         _same_as_recorded(found.forms, found.anew(replace(s, like=s)).forms)
 
