@@ -48,7 +48,7 @@ def strongest_wave(
 
 
 @dataclass(frozen=True)
-class WhiteWaves:
+class WhiteSines:
     """How noise of a colour is seen: ``white`` makes rows (n,) or columns (n, p) white, ``adjoint``
     rows white forwards and backwards, and ``length`` gives the squared length of a white sine by
     its number of waves.
@@ -63,7 +63,7 @@ def waves_beside(
     place: Array,
     rows: Array,
     first: float,
-    seen: WhiteWaves,
+    seen: WhiteSines,
     *,
     asked: float,
     fewest: float,
@@ -90,7 +90,7 @@ def waves_beside(
     return tuple(found)
 
 
-def _left_beside(place: Array, rows: Array, waves: Sequence[float], seen: WhiteWaves) -> Array:
+def _left_beside(place: Array, rows: Array, waves: Sequence[float], seen: WhiteSines) -> Array:
     """Return what sines fitted to white rows leave of the rows, (n,)."""
     angle = 2 * np.pi * (place - place.min()) / np.ptp(place)
     columns = np.column_stack([f(one * angle) for one in waves for f in (np.cos, np.sin)])

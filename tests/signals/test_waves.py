@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.signals.waves import WhiteWaves, strongest_wave, waves_beside
+from autodb.signals.waves import WhiteSines, strongest_wave, waves_beside
 
 
 @pytest.mark.parametrize("waves", [1.3, 7.0, 23.45, 180.2])
@@ -45,6 +45,6 @@ def test_waves_that_stand_out_are_all_found_and_no_others(heights: dict[float, f
     rows = 0.5 * rng.normal(size=4000) + sum(
         height * np.cos(2.0 * np.pi * waves * along + waves) for waves, height in heights.items()
     )
-    white = WhiteWaves(lambda r: r, lambda r: r, lambda waves: np.full(len(waves), 2000.0))
+    white = WhiteSines(lambda r: r, lambda r: r, lambda waves: np.full(len(waves), 2000.0))
     found = waves_beside(place, rows, 14.0, white, asked=30.0, fewest=5.0, most=12)
     assert_allclose(found, list(heights), atol=0.05)

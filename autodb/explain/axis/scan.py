@@ -20,7 +20,7 @@ from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.search import MARGIN
-from autodb.signals.waves import WhiteWaves, strongest_wave, waves_beside
+from autodb.signals.waves import WhiteSines, strongest_wave, waves_beside
 from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
@@ -116,7 +116,7 @@ def _all_waves(
         left.position,
         left.left,
         first,
-        WhiteWaves(left.whitener, lambda rest: replace(left, left=rest).adjoint, length),
+        WhiteSines(left.whitener, lambda rest: replace(left, left=rest).adjoint, length),
         asked=MARGIN + 2.0 * float(np.log(tries)),
         fewest=FEWEST_RIPPLES,
         most=MOST_RIPPLES,
