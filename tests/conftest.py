@@ -103,8 +103,20 @@ Cli = Callable[..., Ran]
 
 
 @pytest.fixture
-def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Cli:
+def taught(request: pytest.FixtureRequest) -> str:
+    """Return by what pairs are learnt, which holds before any other fixture learns one."""
+    if "one_law" not in request.fixturenames:
+        return ""
+    request.getfixturevalue("one_law")  # pytest sets what a mark uses up last
+    return " by one law"
+
+
+@pytest.fixture
+def cli(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, taught: str
+) -> Cli:
     """Return a function that runs a command in-process, in a fresh working folder."""
+    del taught
     from autodb.cli import run
 
     monkeypatch.chdir(tmp_path)
@@ -145,7 +157,7 @@ def filled() -> dict[str, Path]:
 
 @pytest.fixture
 def once(
-    request: pytest.FixtureRequest,
+    taught: str,
     filled: dict[str, Path],
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
@@ -154,7 +166,6 @@ def once(
 
     The folder is the same each time, so that paths kept in a database hold; it is set back first.
     """
-    taught = " by one law" if "one_law" in request.fixturenames else ""
 
     def call(fill: Callable[[], None]) -> Path:
         name = f"{fill.__module__}.{fill.__qualname__}{taught}"
