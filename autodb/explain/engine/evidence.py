@@ -195,13 +195,14 @@ class Given:
         """
         values, vectors = np.linalg.eigh(matrix)
         keep = values > SPANNED
+        kept = np.count_nonzero(keep, axis=1)
         inverse = np.where(keep, 1.0 / np.where(keep, values, 1.0), 0.0)
         along = (right[:, None, :] @ vectors)[:, 0]
         scaled = (vectors @ (along * inverse)[:, :, None])[:, :, 0]
         size, variance = self.of.norm[0], self.of.variance
         squares = along**2 * inverse * (size**2 / variance)
         spread = np.sqrt((vectors**2 @ inverse[:, :, None])[:, :, 0] * variance)
-        greatest, sizes = _greatest_evidence(squares, np.where(keep, values, 0.0), keep.sum(axis=1))
+        greatest, sizes = _greatest_evidence(squares, np.where(keep, values, 0.0), kept)
         full, evidence = self._counted(squares.sum(axis=1), greatest)
         coefficients, sd = scaled * size / self.of.norm[at], spread / self.of.norm[at]
         return [
@@ -210,7 +211,7 @@ class Given:
             )
             if some
             else NOTHING
-            for k, some in enumerate(keep.any(axis=1).tolist())
+            for k, some in enumerate(kept)
         ]
 
     def _counted(self, full: Array, evidence: Array) -> tuple[Array, Array]:
