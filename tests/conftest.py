@@ -136,8 +136,7 @@ def cli(
     return call
 
 
-@pytest.fixture
-def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+def learn_by_one_law(patch: pytest.MonkeyPatch) -> None:
     """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
 
     For tests that ask what becomes of cuts and versions, not how well they are learnt: that laws
@@ -147,7 +146,13 @@ def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
     from autodb.pairs.updating import posterior_of_readings
 
     for room in (learning, states):
-        monkeypatch.setattr(room, "learn_averaging", posterior_of_readings)
+        patch.setattr(room, "learn_averaging", posterior_of_readings)
+
+
+@pytest.fixture
+def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the agent learn pairs by one law, in the test and in what is made for it."""
+    learn_by_one_law(monkeypatch)
 
 
 Once = Callable[..., Path]
