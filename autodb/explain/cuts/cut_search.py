@@ -1,6 +1,6 @@
 """Look for the effects that the forces of a table of cuts hold."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -37,6 +37,9 @@ RICH = 8
 """Columns from which on a shape must predict cuts left out of its fit better than a plainer one."""
 STRONG = 0.2
 """Share of the greatest effect's evidence above which an effect is no part of the scatter."""
+MUCH = 0.4
+"""Share by which the error on cuts left out must be smaller with what soaks up any misfit in the
+place of a law, where one component alone shows it. Chosen."""
 PASSES = 2
 """Scatter is estimated by a rich model first, then with what was found."""
 
@@ -93,8 +96,8 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     """Return the account whose names cuts left out speak for, each name and each column counted.
 
     A curve takes no law's place, so that the names of both stand without their curves here, and
-    another name must be among them; nor does what soaks up any misfit where there is one component,
-    so that nothing tells it apart.
+    another name must be among them. What soaks up any misfit has to do much better where there is
+    one component, so that nothing tells it apart.
     """
     stack, own = founded.stack, founded.own
     names, others = _named(founded.found), _named(rival.found)
@@ -102,11 +105,11 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
-    several = len(stack.names) > 1
-    told_apart = all(one.static or several for one in other)
+    if len(stack.names) == 1 and not all(one.static for one in other):
+        asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
-    return rival if others and told_apart and fall > asked else founded
+    return rival if others and fall > asked else founded
 
 
 def _named(found: FoundSet) -> tuple[Choice, ...]:
@@ -123,37 +126,54 @@ def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts
     """
     result = None
     for number in range(PASSES):
-        strong = None if result is None else all_columns({}, _strong(result.found))
+        strong = None if result is None else all_columns({}, _strong(result))
         own = [columns for name, columns in library.own(stack).items() if name in library.levels]
         stack, freedom = with_noise(stack, strong, own=own)
         laws = laws_of_table(stack, library) if founded else ()
         result = _search(stack, library, laws, freedom, known=number > 0)
-        if not result.found.choices:
+        if not result.found.choices and not _strong(result):
             break
     assert result is not None
-    result = _scaled_alike(result)
+    result = _as_can_be(result)
     return replace(result, found=_vetoed(result, library.confirmed))
 
 
-def _scaled_alike(result: FoundInCuts) -> FoundInCuts:
-    """Return the set in which harder material is harder in most components, by cuts left out: what
-    scales one of several alone is its sensor, and is looked for as that.
+def _as_can_be(result: FoundInCuts) -> FoundInCuts:
+    """Return the set in which no effect is larger than the forces that were measured, and harder
+    material is harder in most components, by cuts left out: what scales one of several alone is its
+    sensor, and is looked for as that.
     """
-    held = result.founded
     while True:
-        found = result.found
-        alone = [
-            c
-            for c in found.choices
-            if c.candidate.term == "hard_spot" and not _helps_most(result, found, c)
-        ]
-        if not alone:
+        barred = [*_too_large(result), *_harder_in_few(result)]
+        if not barred:
             return result
-        for choice in alone:
-            for number in range(len(choice.candidate.forms)):
-                result.search.bar(Choice(choice.candidate, number))
-        best = settled_set(result.search, result.search.best(), held=held)
-        result = replace(result, found=result.search.cleared(best))
+        for choice in barred:
+            result.search.bar(choice)
+        found = _swapped(result.search, result.search.best(), result.founded)
+        result = replace(result, found=found)
+
+
+def _too_large(result: FoundInCuts) -> list[Choice]:
+    """Return those beside the laws that add more to a component than was measured of it."""
+    stack, own, choices = result.stack, result.own, result.found.choices
+    most = np.abs(stack.recording).max(axis=1)
+    parts = fit_cuts(stack, own, choices).parts[len(own) :]
+    return [
+        choice
+        for choice, part in zip(choices, parts, strict=True)
+        if choice.candidate.key not in result.founded and np.any(np.abs(part).max(axis=1) > most)
+    ]
+
+
+def _harder_in_few(result: FoundInCuts) -> list[Choice]:
+    """Return every shape of harder material that helps to predict few components."""
+    found = result.found
+    return [
+        Choice(choice.candidate, number)
+        for choice in found.choices
+        if choice.candidate.term == "hard_spot" and not _helps_most(result, found, choice)
+        for number in range(len(choice.candidate.forms))
+    ]
 
 
 def _helps_most(result: FoundInCuts, found: FoundSet, choice: Choice) -> bool:
@@ -166,11 +186,17 @@ def _helps_most(result: FoundInCuts, found: FoundSet, choice: Choice) -> bool:
     return bool(2 * np.count_nonzero(whole < without) > len(stack.names))
 
 
-def _strong(found: FoundSet) -> tuple[Choice, ...]:
+def _strong(result: FoundInCuts) -> tuple[Choice, ...]:
     """Return the effects that do much beside the greatest: what is left is judged without the rest.
 
-    Of scatter that goes on from cut to cut a search in white rows makes small effects.
+    Of scatter that goes on from cut to cut a search in white rows makes small effects. Where none
+    is found, it is the likeliest named one, if any has evidence: it may be hidden in the scatter of
+    a component for which a rich model has no shape of its kind.
     """
+    found = result.found
+    if not found.choices:
+        offers = [o for o in result.search.offers(()) if o.choice.candidate.named and o.worth > 0]
+        return tuple(o.choice for o in sorted(offers, key=lambda offer: -offer.worth)[:1])
     most = max(found.evidence, default=0.0)
     pairs = zip(found.choices, found.evidence, strict=True)
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
@@ -194,13 +220,21 @@ def _search(
         candidates = (*kept.values(), *others)
         search = TableSearch(made(candidates), candidates, laws)
         best = search.best() if number == 0 else _longer(search, found)
-        now = search.cleared(settled_set(search, best, held=kept))
+        now = _swapped(search, best, kept)
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
             break
     assert search is not None
     return FoundInCuts(stack, own, search, found, frozenset(kept))
+
+
+def _swapped(search: TableSearch, best: FoundSet, held: Collection[str]) -> FoundSet:
+    """Return a set after every swap that raises its score, or itself where what a swap brought in
+    does not stand.
+    """
+    swapped = search.cleared(settled_set(search, best, held=held))
+    return max(swapped, best, key=lambda found: found.score)
 
 
 def _is_of(candidate: Candidate, laws: tuple[Choice, ...]) -> bool:

@@ -123,7 +123,8 @@ def of_plain(
         if offer is None:
             continue
         richer = max(0.0, rows.richness(offer[1]) - rows.richness(choice))
-        fall = _fall(offer[0] * (1.0 + richer) ** 2 - whole, ranks=like.static)
+        off = 0.0 if candidate.named else DISCREPANCY * np.maximum(none - whole, 0.0)
+        fall = _fall(offer[0] * (1.0 + richer) ** 2 + off - whole, ranks=like.static)
         more = offer[1].shape.tries / choice.shape.tries
         fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
         holds_it = richer > 0.0 and rows.own_share([*others, offer[1], choice]) <= ALONE
@@ -213,7 +214,9 @@ def with_laws(
     white = of_missing(search, found, choice)
     if choice in laws:
         return of_both(of_plain(rows, laws, choice), white)
-    return beside_plain(white, rows, laws, choice) if choice.candidate.named else white
+    if not choice.candidate.named:
+        return white
+    return beside_plain(white, rows, found.without(choice.candidate.key), choice)
 
 
 def of_missing(

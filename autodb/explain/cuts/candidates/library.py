@@ -62,7 +62,7 @@ CONFIRMED = 0.25
 that is there they fall by about all of it. Chosen."""
 BINS = 240
 SHORTEST = 3
-ALIKE = 0.15
+ALIKE = 0.3
 """Share of the strongest component's change that half of them at least have in other material."""
 LONGEST = 0.6
 """Share of the cuts that a run may hold; a longer one is the usual state."""
