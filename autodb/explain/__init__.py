@@ -178,7 +178,7 @@ def _over_time(
             f"{simulation.path}: no drive effort or force in common with the recording "
             f"({', '.join(shared) or 'nothing'}); use an axis current, or force.x"
         )
-    found = _axes(recording, simulation, efforts, order, includes)
+    found = _axes(recording, simulation, efforts, order, includes) if efforts else {}
     if forces:
         from autodb.explain.waves.answers import explain_waves
 

@@ -1,0 +1,50 @@
+"""Effects injected into published tables of cuts, one for each way in which they were once lost."""
+
+import pytest
+
+from autodb.proofs.cases.tables.table_case import TabledCase
+from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case
+from autodb.proofs.runs.real.real_answers import SaidEntry
+from autodb.proofs.runs.tables.table_answers import explained_table
+from tests.conftest import shared
+
+HALF = 0.5
+CASES = {
+    "in the scatter of its component": "injected/aouici/gain/strong/exact 1",
+    "in a drift of that size in another": "injected/aouici/sensor_drift/strong/mistuned 1",
+    "beside a curve that follows it": "injected/lin/sensor_drift/strong/mistuned 1",
+    "beside a curve that stands beside it": "injected/fnides/gain/strong/exact 1",
+    "by a swap of which nothing was left": "injected/borsos/hard_spot/weak/exact 2",
+    "in the place of a law": "injected/lin/hard_spot/strong/exact 1",
+}
+
+
+def _explained(name: str) -> tuple[TabledCase, dict[str, list[SaidEntry]]]:
+    """Return a case, and what is said missing in each of its components."""
+    shared("data", "real")
+    case = tabled_case(next(spec for spec in table_specs() if spec.name == name))
+    said = {
+        channel: [entry for entry in answer.entries if entry.kind == "missing"]
+        for channel, answer in explained_table(case).items()
+    }
+    return case, said
+
+
+@pytest.mark.parametrize("name", CASES.values(), ids=CASES)
+def test_what_is_injected_is_named_with_its_size(name: str) -> None:
+    """A fair name at 0.5 or more within a factor 2, in each component that holds one alone."""
+    case, said = _explained(name)
+    alone = [one for one in case.cases if one.concealed and len(one.sizes) == 1]
+    assert alone
+    for one in alone:
+        term, size = one.concealed, one.true_size
+        assert size is not None
+        named = [e.size for e in said[one.channel] if e.term == term and e.confidence >= HALF]
+        assert any(0.5 * size <= found <= 2.0 * size for found in named), said[one.channel]
+
+
+def test_no_effect_is_larger_than_the_force() -> None:
+    """A nose and a curve of 1.9 kN stood against each other in forces of 0.4 kN."""
+    case, said = _explained("injected/fnides/gain/weak/refitted 4")
+    most = {channel: case.recording()[channel].abs().max() for channel in said}
+    assert all(e.size <= 1.01 * most[channel] for channel in said for e in said[channel])
