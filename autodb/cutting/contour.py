@@ -42,6 +42,9 @@ LONGEST_M = 500.0
 """How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm takes some 160 bytes."""
 SQUARE_SHARE = 1e-9
 """A direction's cosine off 1 by less is along the axis: rounding."""
+STEEPEST_DEG = 70.0
+"""How steep a turning tool may go into the stock, towards the chuck. Chosen: above what copying
+tools with inserts of 35° can do; what is steeper is a groove."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
 
@@ -72,7 +75,7 @@ class ContourEngagement:
 
     def removed_mm3(self) -> Array:
         """Return the volume that each step removes: V = 2π r a ds, (n,), mm³."""
-        return np.pi * (np.abs(self.x_mm) + self.outer_mm) * self.depth_mm * self.step_mm
+        return np.pi * (np.maximum(self.x_mm, 0.0) + self.outer_mm) * self.depth_mm * self.step_mm
 
 
 def engagement(
@@ -130,7 +133,7 @@ def engaged_moves(
     before: Piece | None = None
     for piece in (piece for move in moves for piece in pieces(move, step_mm=step_mm)):
         if isinstance(piece.move, Rapid):
-            _refuse_inside(piece, stock, source)
+            _refuse_inside(piece, stock, source, mirror_mm)
             before = None
             continue
         depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
@@ -141,6 +144,15 @@ def engaged_moves(
         _refuse_deeper(piece, depth_mm, edge_mm, source)
         rows.append(engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
     return rows, stock
+
+
+def engaged_beside(
+    piece: Piece, stock: Stock, *, source: str, edge_mm: float
+) -> tuple[ContourEngagement, Stock]:
+    """Return the engagement of a piece that cuts with its corner alone, however steep it goes."""
+    depth_mm, outer_mm, after = _beside(piece, stock, 0.0)
+    _refuse_deeper(piece, depth_mm, edge_mm, source)
+    return engagement_rows(piece, depth_mm, outer_mm, source), after
 
 
 def _refuse_farther(moves: Sequence[Move], source: str) -> None:
@@ -160,10 +172,10 @@ def _met(piece: Piece, stock: Stock, source: str, lean: float) -> tuple[Array, A
     if piece.steep_inwards and (piece.square or (plunges and piece.away)):
         return _facing(piece, stock)
     depth_mm, outer_mm, after = _beside(piece, stock, lean)
-    if plunges and np.any(depth_mm > TOUCH_MM):
+    if plunges and piece.steeper_than(STEEPEST_DEG) and np.any(depth_mm > TOUCH_MM):
         raise UnusableInput(
             f"{source}: line {piece.move.line}: this move enters the stock inwards and towards "
-            "the chuck, steeper than 45°; move square to the axis or flatter"
+            f"the chuck, steeper than {STEEPEST_DEG:g}°; move square to the axis or flatter"
         )
     return depth_mm, outer_mm, after
 
@@ -174,11 +186,11 @@ def _begins_outside(piece: Piece, stock: Stock) -> bool:
 
 
 def _beside(piece: Piece, stock: Stock, lean: float) -> tuple[Array, Array, Stock]:
-    x_mm = np.abs(piece.middle_x_mm)
+    x_mm = np.maximum(piece.middle_x_mm, 0.0)  # past the axis the edge cuts down to it
     leans = 0.0 if piece.away else lean
     thick_mm = stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans) - x_mm
     rising = slice(None) if piece.away else slice(None, None, -1)
-    after = stock.turned(piece.z_mm[rising], np.abs(piece.x_mm[rising]))
+    after = stock.turned(piece.z_mm[rising], np.maximum(piece.x_mm[rising], 0.0))
     depth_mm = thick_mm * np.abs(piece.along_z)
     return depth_mm, x_mm + np.where(depth_mm > 0, thick_mm, 0.0), after
 
@@ -195,14 +207,15 @@ def _facing(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:
     )
 
 
-def _refuse_inside(piece: Piece, stock: Stock, source: str) -> None:
+def _refuse_inside(piece: Piece, stock: Stock, source: str, mirror_mm: float | None) -> None:
     x_mm, z_mm = piece.middle_x_mm, piece.middle_z_mm
     inside = np.flatnonzero(np.abs(x_mm) < stock.radius_mm(z_mm) - TOUCH_MM)
     if inside.size:
         at = inside[0]
+        at_mm = x_mm[at] if mirror_mm is None else mirror_mm - x_mm[at]
         raise UnusableInput(
             f"{source}: line {piece.move.line}: this rapid goes through the stock, at radius "
-            f"{x_mm[at]:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
+            f"{at_mm:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
         )
 
 
@@ -250,8 +263,8 @@ def engagement_rows(
     endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
     if endless and np.any(ends_mm <= 0):
         raise UnusableInput(
-            f"{source}: line {move.line}: G96 reaches the axis without a speed limit; state G50 "
-            "S, G92 S or LIMS before it"
+            f"{source}: line {move.line}: G96 reaches the axis without a speed limit; state "
+            "max_speed_rpm in the machine's [spindle], or G50 S, G92 S or LIMS before it"
         )
     rpm = speed.at_rpm(x_mm)
     feed_mm_rev = move.feed.mm_rev(rpm)

@@ -42,6 +42,11 @@ class Piece:
         """It goes away from the chuck."""
         return bool(self.z_mm[-1] > self.z_mm[0])
 
+    def steeper_than(self, deg: float) -> bool:
+        """Return whether it goes inwards at more than an angle to the axis."""
+        inwards_mm, along_mm = self.x_mm[0] - self.x_mm[-1], abs(self.z_mm[-1] - self.z_mm[0])
+        return bool(np.degrees(np.arctan2(inwards_mm, along_mm)) > deg)
+
     @property
     def steep_inwards(self) -> bool:
         """It goes inwards, more than along the axis."""

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from autodb.cutting.contour import (
     TOUCH_MM,
     ContourEngagement,
+    engaged_beside,
     engaged_moves,
     engagement_rows,
     joined,
@@ -160,7 +161,7 @@ def _by_tool(
     thread, plain = WorkTool("threading"), WorkTool()
     of: list[WorkTool] = []
     for move in moves:
-        stated = tools.get(move.tool, tools.get(_plain(move.tool), tools[None]))
+        stated = tools.get(move.tool, tools.get(tool_number(move.tool), tools[None]))
         threads = isinstance(move, Linear) and move.thread
         behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
         cuts = plain if stated.kind == "threading" else stated
@@ -169,7 +170,7 @@ def _by_tool(
         yield tool, [move for _, move in pairs]
 
 
-def _plain(tool: str | None) -> str | None:
+def tool_number(tool: str | None) -> str | None:
     """Return a tool's number without its offset and zeros: 3 of 0303."""
     if tool is None or not tool.isdigit():
         return tool
@@ -234,25 +235,50 @@ def _plunged(
     """Return what a blade does on a piece of its way: in, or along with its side."""
     width = tool.width_mm or 0.0
     if not piece.square:
-        (row,), after = engaged_moves(
-            [piece.move], stock, source=source, step_mm=float(piece.step_mm.max()),
-            edge_mm=max(width, tool.edge_mm),
-        )  # fmt: skip
+        deep = int(np.argmin(piece.x_mm))
+        below = _under(tool, float(piece.z_mm[deep]), stock)
+        row, after = engaged_beside(
+            _seen_at_corner(piece, tool), stock, source=source, edge_mm=max(width, tool.edge_mm)
+        )
+        after = _lowered(after, below, float(piece.x_mm[deep]))
         return row, np.zeros(row.x_mm.size), after
-    z_mm = float(piece.z_mm[0])
-    low, high = (z_mm - width, z_mm) if tool.towards_chuck else (z_mm, z_mm + width)
-    first, last = np.searchsorted(stock.edges_mm, [low - 1e-9, high - 1e-9])
-    cells = slice(int(first), int(last))
+    cells = _under(tool, float(piece.z_mm[0]), stock)
     inside = np.minimum(stock.low_mm[cells], stock.high_mm[cells])
     sizes = np.diff(stock.edges_mm)[cells]
     chip = (inside[None, :] > np.abs(piece.middle_x_mm)[:, None] + 1e-9) @ sizes
     inwards = piece.x_mm[-1] < piece.x_mm[0]
     chip = chip if inwards else np.zeros_like(chip)
-    span = stock.edges_mm[[int(first), min(int(last), stock.edges_mm.size - 1)]]
-    to = np.full(2, abs(float(piece.x_mm[-1])))
-    after = stock.turned(span, to) if inwards and span[1] > span[0] else stock
+    after = _lowered(stock, cells, abs(float(piece.x_mm[-1]))) if inwards else stock
     outer = np.abs(piece.middle_x_mm)
     return engagement_rows(piece, chip, outer, source), chip, after
+
+
+def _under(tool: WorkTool, z_mm: float, stock: Stock) -> slice:
+    """Return the cells of the stock that are under a blade, its programmed corner at z."""
+    width = tool.width_mm or 0.0
+    low, high = (z_mm - width, z_mm) if tool.towards_chuck else (z_mm, z_mm + width)
+    first, last = np.searchsorted(stock.edges_mm, [low - 1e-9, high - 1e-9])
+    return slice(int(first), int(last))
+
+
+def _lowered(stock: Stock, cells: slice, x_mm: float) -> Stock:
+    """Return a stock that a blade's front has cut down to a radius in some cells."""
+    span = stock.edges_mm[[cells.start, min(cells.stop, stock.edges_mm.size - 1)]]
+    return stock.turned(span, np.full(2, x_mm)) if span[1] > span[0] else stock
+
+
+def _seen_at_corner(piece: Piece, tool: WorkTool) -> Piece:
+    """Return a blade's way seen at the corner that cuts along it.
+
+    Towards the chuck along the axis, or outwards with it, that is the corner there; inwards it is
+    the other one, which makes the flank that it goes down. The other way round away from the chuck.
+    """
+    inwards = piece.x_mm[-1] < piece.x_mm[0] - TOUCH_MM
+    at_chuck = piece.away == inwards
+    if at_chuck != tool.towards_chuck:  # the programmed corner is that one
+        return piece
+    off_mm = (tool.width_mm or 0.0) * (-1.0 if at_chuck else 1.0)
+    return replace(piece, z_mm=piece.z_mm + off_mm, middle_z_mm=piece.middle_z_mm + off_mm)
 
 
 def _threading(

@@ -277,7 +277,8 @@ class ProgramTool(Section):
 
     ``edge_mm``: the longest depth it cuts; ``kappa_deg``: its entering angle; ``width_mm`` of a
     blade, whose programmed ``corner`` is that towards the chuck or that away from it;
-    ``diameter_mm`` of a drill or a mill, which has ``teeth``, ``corner_radius_mm``, ``helix_deg``.
+    ``diameter_mm`` of a drill or a mill, which has ``teeth``, ``corner_radius_mm``, ``helix_deg``;
+    ``offset_mm``: how far beside a contour in G41 and G42 its centre goes, left out: its radius.
     """
 
     kind: Literal["outside", "boring", "grooving", "threading", "drill", "end_mill"] = "outside"
@@ -289,6 +290,7 @@ class ProgramTool(Section):
     teeth: PositiveInt | None = None
     corner_radius_mm: NotNegative | None = None
     helix_deg: Finite | None = None
+    offset_mm: NotNegative | None = Field(default=None, exclude_if=is_none)
 
     @model_validator(mode="after")
     def _what_its_kind_needs(self) -> "ProgramTool":

@@ -46,7 +46,9 @@ POINT_DEG = 130.0
 """Angle of a drill's point that nothing is stated of, as ``cutting.tools`` takes it."""
 
 
-def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Followed:
+def follow_mill(
+    asked: JobProgram, *, units: Literal["mm", "inch"] | None, highest_rpm: float | None = None
+) -> Followed:
     """Return a job's milling program as lines that cut.
 
     Raises UnusableInput naming the program's file, its line and word, where it is not read, a tool
@@ -54,8 +56,12 @@ def follow_mill(asked: JobProgram, *, units: Literal["mm", "inch"] | None) -> Fo
     """
     text, sha256 = program_of_job(asked)
     source = str(Path(asked.file))
-    inches = (asked.units or units or "mm") == "inch"
-    done = carried_out(text, source=source, lathe=False, inch=inches, control=asked.control)
+    stated = asked.units or units
+    inches = None if stated is None else stated == "inch"
+    done = carried_out(
+        text, source=source, lathe=False, inch=inches, control=asked.control,
+        radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
+    )  # fmt: skip
     tools = [_tool_of(travel, asked, source) for travel in done.travels]
     block = _block(asked, tools)
     steps = milled(done.travels, block, [_cutter(tool) for tool in tools], source=source)
@@ -103,6 +109,12 @@ def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool
             f"diameter_mm and teeth as [program.tools.{name}] or [program.tools.{OTHERS}]"
         )
     return tool
+
+
+def _beside_mm(move: ProgramMove, asked: JobProgram, source: str) -> float:
+    """Return how far a mill's centre goes beside a compensated contour."""
+    tool = _tool_of(move, asked, source)
+    return 0.5 * (tool.diameter_mm or 0.0) if tool.offset_mm is None else tool.offset_mm
 
 
 def _cutter(tool: ProgramTool) -> Cutter:

@@ -28,6 +28,7 @@ from autodb.forward.line_parts import (
     step_conditions,
 )
 from autodb.forward.mill_programs import follow_mill
+from autodb.forward.sides import above_axis, blade_of_tool, cut_sideways, inward_deg
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -51,30 +52,41 @@ from autodb.pairs.engaged import (
 
 Array = NDArray[np.float64]
 
+MOST_CORE_MM = 6.0
+"""Radius of a bar's last core up to which a turning tool may cut on the axis. Chosen: deeper than
+passes of roughing, thinner than bars that are drilled."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
 
 
 def follow(
-    asked: JobProgram, *, units: Literal["mm", "inch"] | None, diameter: bool | None
+    asked: JobProgram,
+    *,
+    units: Literal["mm", "inch"] | None,
+    diameter: bool | None,
+    highest_rpm: float | None = None,
 ) -> Followed:
-    """Return a job's program as lines that cut; ``units`` and ``diameter`` of the machine's file.
+    """Return a job's program as lines that cut; ``units``, ``diameter`` and the spindle's highest
+    speed of the machine's file.
 
     Raises UnusableInput naming the program's file, its line and word, where it is not read, its
     tool does what the engagement refuses, or nothing is cut.
     """
     if asked.block_mm is not None:
-        return follow_mill(asked, units=units)
+        return follow_mill(asked, units=units, highest_rpm=highest_rpm)
     path = Path(asked.file)
     text, found = program_of_job(asked)
-    inches = (asked.units or units or "mm") == "inch"
+    stated = asked.units or units
+    inches = None if stated is None else stated == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
     program = turning_program(
-        text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control
-    )
+        text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control,
+        highest_rpm=highest_rpm, blade_of=lambda tool: blade_of_tool(tool, asked),
+    )  # fmt: skip
     for move in program.moves:
         _refuse_beyond(move, str(path))
-    done = _worked(program.moves, asked, str(path))
+    moves, mirrored = above_axis(program.moves)
+    done = _worked(moves, asked, str(path))
     said = line_texts(text, source=str(path))
     arcs = frozenset(move.line for move in program.moves if isinstance(move, Arc))
     lines = tuple(_lines(done, arcs, said, str(path)))
@@ -86,7 +98,8 @@ def follow(
     tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
     fed_s = float(_step_s(done.steps).sum())
     return Followed(
-        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3, program.notes,
+        str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3,
+        (*program.notes, *mirrored, *cut_sideways(done)),
         feed_spans_mm(
             (m.tool, {"x": m.start.x_mm, "z": m.start.z_mm}, {"x": m.end.x_mm, "z": m.end.z_mm})
             for m in program.moves
@@ -170,12 +183,7 @@ def _lines(
     done = found.steps
     _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
-    on_axis = cutting[np.abs(done.x_mm[cutting]) < TOUCH_MM]
-    if on_axis.size:
-        raise UnusableInput(
-            f"{source}: line {done.line[on_axis[0]]}: the tool's tip cuts on the spindle's "
-            "axis, where the cutting speed is 0; turn at a larger X"
-        )
+    _refuse_drilling(done, source)
     operations = _operations(found, cutting, arcs)
     of_line: dict[tuple[int, str], list[int]] = {}
     for row, number, operation in zip(
@@ -198,10 +206,21 @@ def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
         )
 
 
+def _refuse_drilling(done: ContourEngagement, source: str) -> None:
+    """Raise UnusableInput for a cut on the axis that only a drill makes."""
+    core = (np.abs(done.x_mm) < TOUCH_MM) & (done.depth_mm > MOST_CORE_MM)
+    if core.any():
+        at = int(np.argmax(core))
+        raise UnusableInput(
+            f"{source}: line {done.line[at]}: on the spindle's axis this cuts "
+            f"{done.depth_mm[at]:.3f} mm deep, as a drill does; state the kind of this tool"
+        )
+
+
 def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> list[str]:
     """Return what the tool does at steps: by its kind, and of an outside tool by its way."""
     done = found.steps
-    inward = np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows]))
+    inward = inward_deg(found, rows)
     return [
         _OF_KIND.get("" if found.kinds[line] == "grooving" and not wide else found.kinds[line])
         or _operation(angle, arc=line in arcs)
@@ -250,9 +269,13 @@ def _drill_numbers(columns: Mapping[str, Array]) -> dict[str, float]:
 
 
 def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
-    """Return conditions of steps by channel of a cut table; the speed is that at the tool's tip."""
+    """Return conditions of steps by channel of a cut table; the speed is that at the tool's tip.
+
+    Where the tip is on the axis, which takes off the last core of a bar: in the middle of it.
+    """
     done = found.steps
-    diameter = 2.0 * np.abs(done.x_mm[rows])
+    tip_mm = np.abs(done.x_mm[rows])
+    diameter = np.where(tip_mm < TOUCH_MM, done.outer_mm[rows], 2.0 * tip_mm)
     rpm = done.speed_rpm[rows]
     return {
         FEED: done.feed_mm_rev[rows],
@@ -261,7 +284,7 @@ def _columns(found: Worked, rows: NDArray[np.intp]) -> dict[str, Array]:
         DIAMETER: diameter,
         RPM: rpm,
         SPEED: turning.speed_m_min(diameter, rpm),
-        DIRECTION: np.degrees(np.arctan2(-done.along_x[rows], -done.along_z[rows])),
+        DIRECTION: inward_deg(found, rows),
     }
 
 

@@ -194,8 +194,7 @@ REFUSED = {
     "short radius": (
         "at", "G3 X30 Z-15 R5 F.1", "'R5': the radius is shorter than half the distance from",
     ),
-    "off its circle": ("at", "G3 X30.06 Z-5 K-5 F.1", "'K-5': the arc's end is 0.030 mm off"),
-    "no circle": ("at", "G2 X30 Z-5 F.1", "'G2': state an arc with either R, or I and"),
+    "off its circle": ("at", "G3 X30.6 Z-5 K-5 F.1", "'K-5': the arc's end is 0.300 mm off"),
     "two circles": ("at", "G2 X30 Z-5 R5 I5 F.1", "'I5': state an arc with either R, or I and"),
     "centre on start": ("at", "G2 X30 Z-5 I0 F.1", "'I0': the arc's centre is its start"),
     "closed arc": ("at", "G2 X20 Z0 R5 F.1", "'R5': the arc ends where it begins"),

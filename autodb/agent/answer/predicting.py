@@ -113,7 +113,10 @@ def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
 
     with store.reading() as session:
         file = as_file(find_machine(session, machine))
-    return programs.follow(job.program, units=file.units, diameter=file.diameter)
+    return programs.follow(
+        job.program, units=file.units, diameter=file.diameter,
+        highest_rpm=file.spindle.max_speed_rpm,
+    )  # fmt: skip
 
 
 def _answer(

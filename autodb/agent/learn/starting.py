@@ -50,7 +50,8 @@ def of_material(material: str) -> Start:
     try:
         handbook = conventional.material_named(material)
     except UnusableInput:
-        said = f"what any metal may have: no conventional values of '{material}'"
+        alike = conventional.alike_named(material)
+        said = f"what any metal may have: no conventional values of '{material}'{alike}"
         return begins(any_metal(), said)
     return begins(
         conventional.posterior_of_values(handbook), f"conventional values of {handbook.name}"

@@ -169,7 +169,7 @@ def _values(
         name: value_of(value, law.sd.get(name, 0.0), units.get(name, ""))
         for name, value in form.shape.items()
     }
-    found = {**linear, **shape}
+    found = _further_ripples({**linear, **shape}, reading)
     for wanted, change in CHANGES:
         if set(wanted) <= found.keys():
             found = change(found, reading)
@@ -177,10 +177,27 @@ def _values(
 
 
 def _amplitude(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
-    cosine, sine = found["cosine"], found["sine"]
+    return _instead(found, ("cosine", "sine"), {"amplitude": _height(found, "", reading)})
+
+
+def _further_ripples(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
+    """Return amplitude and period of each ripple beside the first, numbered from 2 on; its cosine
+    and sine are called by how many of its waves the first's period holds.
+    """
+    orders = [name.removeprefix("cosine") for name in found if name.startswith("cosine ")]
+    for number, order in enumerate(orders, 2):
+        new = {
+            f"amplitude_{number}": _height(found, order, reading),
+            f"period_{number}": _scaled(found["period"], 1.0 / float(order), reading.signals.unit),
+        }
+        found = _instead(found, (f"cosine{order}", f"sine{order}"), new)
+    return dict(found)
+
+
+def _height(found: Read, order: str, reading: AxisReading) -> IntervalValue:
+    cosine, sine = found[f"cosine{order}"], found[f"sine{order}"]
     sd = max(cosine.high - cosine.value, sine.high - sine.value) / NORMAL_95
-    size = float(np.hypot(cosine.value, sine.value))
-    return _instead(found, ("cosine", "sine"), {"amplitude": value_of(size, sd, reading.unit)})
+    return value_of(float(np.hypot(cosine.value, sine.value)), sd, reading.unit)
 
 
 def _rest(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:

@@ -6,6 +6,7 @@ WᵀW r over bins and their Fourier transform; their white lengths are read from
 at the frequency at which the axis passes them.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -18,12 +19,18 @@ from autodb.explain.axis.unknown import BAR, over_place_and_speed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
+from autodb.explain.engine.search import MARGIN
 from autodb.signals.waves import strongest_wave
 from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
 
 FEWEST_WAVES = 2.5
+FEWEST_RIPPLES = 5.0
+"""Waves over the travel of a further ripple: a few slow ones give any shape. Chosen."""
+RIPPLES = (2, 4, 8, 12)
+"""Ripples that one cogging is made of; `MOST_RIPPLES` are looked for."""
+MOST_RIPPLES = RIPPLES[-1]
 SPEED_BINS = 40
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
@@ -93,17 +100,62 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     if found is None:
         return None
     waves, tries = found
-    return travel_ripple(s, number, waves, tries, along=along)
+    others = () if along else _further_waves(left, waves, tries, length)
+    return travel_ripple(s, number, (waves, *others), tries, along=along)
+
+
+def _further_waves(
+    left: Left, first: float, tries: int, length: Callable[[Array], Array]
+) -> tuple[float, ...]:
+    """Return the waves over the travel that stand out beside a first one, the strongest first.
+
+    A motor's cogging has a wave for each multiple of its slots and of its poles that its magnets
+    are not skewed for. Each is searched for in what those before leave.
+    """
+    found = [first]
+    square, asked = _square_left(left, found), MARGIN + 2.0 * float(np.log(tries))
+    while len(found) < MOST_RIPPLES:
+        rest = replace(left, left=left.left - _ripples(left, found) @ _sizes(left, found))
+        more = strongest_wave(left.position, rest.adjoint, length, fewest=FEWEST_RIPPLES)
+        if more is None:
+            break
+        after = _square_left(left, [*found, more[0]])
+        if len(left.t_s) * np.log(square / after) < asked:
+            break
+        found.append(more[0])
+        square = after
+    return tuple(found[1:])
+
+
+def _ripples(left: Left, waves: Sequence[float]) -> Array:
+    """Return cosine and sine of each wave over the travel, (n, 2k)."""
+    angle = 2 * np.pi * (left.position - left.position.min()) / np.ptp(left.position)
+    return np.column_stack([f(one * angle) for one in waves for f in (np.cos, np.sin)])
+
+
+def _sizes(left: Left, waves: Sequence[float]) -> Array:
+    """Return the coefficients of ripples that leave least of the white rows, (2k,)."""
+    columns, rows = left.whitener(_ripples(left, waves)), left.whitener(left.left)
+    return np.asarray(np.linalg.lstsq(columns, rows, rcond=None)[0])
+
+
+def _square_left(left: Left, waves: Sequence[float]) -> float:
+    """Return the mean square of white rows that ripples leave."""
+    rest = left.whitener(left.left - _ripples(left, waves) @ _sizes(left, waves))
+    return float(np.mean(rest**2))
 
 
 def travel_ripple(
-    s: AxisSignals, number: int, waves: float, tries: int, *, along: bool
+    s: AxisSignals, number: int, waves: tuple[float, ...], tries: int, *, along: bool
 ) -> Candidate:
-    """Return the candidate of a ripple with so many waves over the travel of the recording."""
+    """Return the candidate of ripples with so many waves over the travel of the recording: of the
+    first alone, with its multiples, and of the first with so many more of the others.
+    """
     start, travel = float(s.frame.position.min()), float(np.ptp(s.frame.position))
-    period = travel / waves
+    first = waves[0]
+    period = travel / first
 
-    def ripple(orders: tuple[int, ...], period: float) -> Array:
+    def ripple(orders: tuple[float, ...], period: float) -> Array:
         angle = 2 * np.pi * (s.position - start) / period
         columns = np.column_stack([f(k * angle) for k in orders for f in (np.cos, np.sin)])
         return s.sense[:, None] * columns if along else columns
@@ -113,23 +165,37 @@ def travel_ripple(
         return np.column_stack([ripple((1, 2, 3, 4), period), ripple((1,), period) * slow[:, None]])
 
     name = "position_friction" if along else "cogging"
+    within = {"period": (period * (1 - 0.2 / first), period * (1 + 0.2 / first))}
+    shape = {"period": period}
+    alone = tuple(
+        CandidateForm(
+            partial(ripple, o), shape, within, names=("cosine", "sine") if o == (1,) else (),
+            tries=tries,
+        )
+        for o in ((1,), (1, 2), (1, 2, 3))
+    )  # fmt: skip
+    orders = tuple(one / first for one in waves)
+    together = tuple(
+        CandidateForm(
+            partial(ripple, orders[:count]), shape, within, names=_names(orders[:count]),
+            tries=float(tries) ** count,
+        )
+        for count in RIPPLES if count <= len(waves)
+    )  # fmt: skip
     return Candidate(
         f"{name} periodic {number}",
         name,
-        tuple(
-            CandidateForm(
-                partial(ripple, o),
-                shape={"period": period},
-                within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
-                names=("cosine", "sine") if o == (1,) else (),
-                tries=tries,
-            )
-            for o in ((1,), (1, 2), (1, 2, 3))
-        ),
+        alone + together,
         (s.channel("position"), s.channel("direction")) if along else (s.channel("position"),),
         detail=detail,
         anew=lambda other: travel_ripple(other, number, waves, tries, along=along),
     )
+
+
+def _names(orders: tuple[float, ...]) -> tuple[str, ...]:
+    """Return what the coefficients of ripples are called: those beside the first by their order."""
+    further = (f"{part} {one:.6g}" for one in orders[1:] for part in ("cosine", "sine"))
+    return ("cosine", "sine", *further)
 
 
 def _periodic_time(s: AxisSignals, left: Left, number: int) -> Candidate | None:

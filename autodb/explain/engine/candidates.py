@@ -32,7 +32,7 @@ class CandidateForm:
     shape: Mapping[str, float] = field(default_factory=dict)
     within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     names: tuple[str, ...] = ()
-    tries: int = 1
+    tries: float = 1
     allowed: Callable[[Array], bool] | None = None
     through: Callable[..., Array] | None = None
     alone: Callable[[], Array] | None = None

@@ -24,9 +24,13 @@ _COMMENT = re.compile(r"\([^()]*\)")
 _NO_TEXT = "\0\1\2\3\4\5\6\b\ufffd"
 """What stands in files that are no text; some programs end in a 0."""
 _SKIP = re.compile(r"\s*/[1-9]?(?!\d)")
+_END_OF_FILE = "\x1a"
+"""What editors of DOS end a file with."""
+_SIMULATOR = re.compile(r"\s*\[\s*[A-Z]", re.IGNORECASE)
+"""Lines of simulators, which controls never see: [BILLET X50 Z80, [TOOLDEF T1."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Word:
     """A letter or a name with what follows it; ``number`` is None where that is text or nothing.
 
@@ -52,7 +56,7 @@ class Word:
         return f"{self.name}{between}{self.written}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class WrittenWord:
     """A word whose value is an expression, or a call's arguments."""
 
@@ -77,7 +81,7 @@ Setting = tuple[Expression | Key, Expression]
 """A variable, by its name or by an expression for its number, and what it is set to."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ProgramBlock:
     """One line of a program as it runs; ``optional``: it begins with /."""
 
@@ -91,7 +95,7 @@ class ProgramBlock:
         return UnusableInput(f"{self.source}: line {self.line}: '{word}': {why}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class WrittenLine:
     """One line as it is written: its words, and the variables that it sets."""
 
@@ -128,8 +132,10 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
     """
     if sum(text.count(one) for one in _NO_TEXT) > 2:
         raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    for number, raw in enumerate(lines, 1):
+    text = text.split(_END_OF_FILE, 1)[0].replace("\r\n", "\n").replace("\r", "\n")
+    for number, raw in enumerate(text.split("\n"), 1):
+        if brackets and _SIMULATOR.match(raw):
+            continue
         plain = _without_comments(raw, brackets=brackets).upper()
         skip = _SKIP.match(plain)
         plain = plain[skip.end() :] if skip else plain

@@ -77,6 +77,11 @@ HARMLESS = frozenset(
 """Words that move no axis and change nothing that is read here: exact stops and path modes,
 coolant, gear, chuck, tailstock, chip conveyor, parts catcher, overrides, ends and calls (which are
 run elsewhere)."""
+MODE_LETTERS: Mapping[str, str] = {
+    "G64": "PQ", "G61.1": "PQR", "G187": "PE", "G5": "PR", "G5.1": "QRP", "G8": "P", "G62": "PQ",
+    "G103": "P", "M66": "PQLE", "G64.1": "PQ", "G41.1": "D", "G42.1": "D",
+}  # fmt: skip
+"""Letters that words of path modes take beside them: tolerances, smoothness, look-ahead."""
 OFFSETS = frozenset(
     {f"G{number}" for number in range(54, 60)}
     | {f"G59.{number}" for number in range(1, 4)}

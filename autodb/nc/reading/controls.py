@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from autodb.nc.reading.flow import fanuc_instructions, linuxcnc_instructions
 from autodb.nc.reading.instructions import Instructions
@@ -50,14 +51,18 @@ _FANUC = re.compile(
     r"|\bG28\s*W|\bG0*[23][^\n]*,R",
     re.MULTILINE | re.IGNORECASE,
 )
+_PLACES = re.compile(r"\s*(?:N\d+)?(?:\s*[XYZIJKF][-+]?[\d.]+)+\s*", re.IGNORECASE)
+"""Lines with places alone, most of a long program: they tell no control."""
 _SYSTEM_A = re.compile(r"\bG9[89]\b|(?<![A-Z])[UW][-+]?[\d.#\[]", re.IGNORECASE)
 _SYSTEM_B = re.compile(r"\bG91\b|\bG95\b|\bG7[789]\s*X", re.IGNORECASE)
 
 
+@lru_cache(maxsize=4)
 def control_of(text: str, *, source: str = "") -> Control:
     """Return the control that a program's words tell, or its name's end; else ``PLAIN``."""
     if source.lower().endswith(".ngc"):
         return LINUXCNC
+    text = "\n".join(line for line in text.splitlines() if not _PLACES.fullmatch(line))
     plain = re.sub(r"\(\s*(?!(?:DEBUG|AXIS|PRINT))[^()]*\)", " ", text, flags=re.IGNORECASE)
     if _SINUMERIK.search(re.sub(r"(?m)^;(?!\$PATH).*|(?<!^);.*$", "", plain)):
         return SINUMERIK

@@ -16,15 +16,17 @@ from autodb.nc.reading.instructions import (
     RunLine,
 )
 
-_NUMBERED = re.compile(r"(?:N(\d+))?(.*)$", re.DOTALL)
+_NUMBERED = re.compile(r"(?:N(\d+)|N(?=[A-Z]|$))?(.*)$", re.DOTALL)
 _O_WORD = re.compile(
     r"O(<[^>]*>|\d+)(SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT"
     r"|ENDREPEAT|BREAK|CONTINUE)(.*)$"
 )
 _PROGRAM = re.compile(r"[O:](\d+)(?!\d)(.*)$")
 _GOTO = re.compile(r"GOTO(.+)$")
-_WHILE = re.compile(r"(?:WHILE(\[.*\]))?DO(\d)$")
+_WHILE = re.compile(r"(?:WH(?:ILE)?(\[.*\]))?DO(\d)$")
 _END = re.compile(r"END(\d)$")
+_PRINTS = re.compile(r"[BD]PRNT\[|POPEN|PCLOS")
+"""Macro words that print to a port."""
 
 
 class _Reader:
@@ -69,12 +71,13 @@ def _instructions(
         plain = re.sub(r"\s", "", line.text)
         if plain.startswith("%"):
             continue
+        plain = plain.rstrip("%")
         found = _NUMBERED.match(plain)
         assert found is not None  # every text matches
         if found[1]:
             reader.out.label(f"N{int(found[1])}")
         try:
-            read(reader, line, found[2] if found[1] else plain)
+            read(reader, line, found[2])
         except UnusableInput as error:
             reader.out.problems.append(error)
     out, (name, start) = reader.out, reader.unit
@@ -101,7 +104,7 @@ def _fanuc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
         reader.close_unit(f"{int(program[1])}")
         reader.programs.append(reader.unit[0])
         plain = program[2]
-    if plain in ("", ":"):
+    if plain in ("", ":") or _PRINTS.match(plain):
         return
     if plain.startswith("IF"):
         _fanuc_if(reader, line, plain)

@@ -11,14 +11,14 @@ from autodb.nc.reading.blocks import WrittenLine
 from autodb.nc.reading.expressions import Expression
 
 
-@dataclass
+@dataclass(slots=True)
 class RunLine:
     """RunLine the words of a line."""
 
     line: WrittenLine
 
 
-@dataclass
+@dataclass(slots=True)
 class Jump:
     """Go on elsewhere, always or where a condition holds, or does not hold."""
 

@@ -16,8 +16,8 @@ from autodb.nc.reading.codes import (
     HARMLESS,
     LENGTHS,
     MACHINE,
+    MODE_LETTERS,
     OFFSETS,
-    REFUSED,
     ROUGHING,
     SYSTEM_B,
     SYSTEM_C,
@@ -33,7 +33,9 @@ from autodb.nc.reading.controls import (
 )
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
-from autodb.nc.reading.motions import LETTERS, carry_out_motion, nothing_left, without
+from autodb.nc.reading.cycles.cycle_moves import BladeOf
+from autodb.nc.reading.frames import FRAMES, move_in_machine, names_axis, set_place, shift_frame
+from autodb.nc.reading.motions import carry_out_motion, nothing_left, without, word_not_read
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
@@ -62,9 +64,10 @@ _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
     | {"M1", "S2", "T1", "DL"}
 )
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
-_SHIFTS = {"TRANS", "ATRANS"}
-_TURNS = frozenset({"ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE"})
+_CALLS_OUTSIDE = frozenset({198.0})
+"""M that call a program from outside of the control."""
 _ENDS = frozenset({"M2", "M30"})
+_PLACE = frozenset("XYZIJKN")
 _STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
 
 
@@ -74,9 +77,12 @@ class Interpreter:
     ``stops``: lines of M0; ``rests``: line and seconds of every dwell.
     """
 
-    def __init__(self, state: ProgramState, runner: Runner) -> None:
+    def __init__(
+        self, state: ProgramState, runner: Runner, blade_of: BladeOf = lambda _tool: None
+    ) -> None:
         self.state = state
         self.runner = runner
+        self.blade_of = blade_of
         self.moves: list[ProgramMove] = []
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []
@@ -112,6 +118,11 @@ class Interpreter:
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
+        if self._is_place(block):
+            values = {word.name: word for word in block.words}
+            if len(values) == len(block.words):
+                carry_out_motion(self.state, values, block, self.record)
+                return
         codes, values = self._sorted(block)
         state = self.state
         if "G4" in codes:
@@ -119,23 +130,31 @@ class Interpreter:
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
+        if state.side is not None:
+            self._compensated(codes, values, block)
         self._spindle(codes, values, block)
         self._tool(codes, values)
         if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
             state.feed = positive_value(values["F"], block) * state.unit_mm
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")
-        rest = rest if cycle else without(rest, "T", "F", "Q" if "M66" in codes else "N")
+        rest = rest if cycle else without(rest, "T", "F", *(self._letters(codes, rest, block)))
         if self._once(codes, rest, block):
             return
-        if cycle is not None or (state.cycle and self._has_axes(rest)):
+        if cycle is not None or (state.cycle and names_axis(rest)):
             self._cycles[cycle or state.cycle or ""](self, cycle or state.cycle, values, block)
             return
         calls.call_cycles(self, codes, block)
-        rest = without(rest, "L", "P") if not self._has_axes(rest) else rest
+        rest = without(rest, "L", "P") if not names_axis(rest) else rest
         carry_out_motion(state, rest, block, self.record)
-        if self.modal_call is not None and self._has_axes(rest):
+        if self.modal_call is not None and names_axis(rest):
             calls.at_place(self, block)
+
+    def _is_place(self, block: ProgramBlock) -> bool:
+        """Return whether a block only states a place, with no cycle in force: most blocks do."""
+        if self.modal_call is not None or self.state.cycle is not None:
+            return False
+        return all(word.name in _PLACE and word.number is not None for word in block.words)
 
     def run(self) -> list[UnusableInput]:
         """Carry out the program; return what was refused, at most one a block."""
@@ -159,7 +178,7 @@ class Interpreter:
             if code is None:
                 key, into = word.name, values
                 if key not in _LETTERS or (word.number is None and key not in ("T", "D")):
-                    raise _not_read(word, block, self.state)
+                    raise word_not_read(word, block, self.state)
             else:
                 key, into = code, codes
             if key in into and key != "N" and not key.startswith("M"):
@@ -176,11 +195,20 @@ class Interpreter:
         if code in self._cycles or code in self._group_of:
             return code
         known = code in HARMLESS or code in OFFSETS or code in MACHINE or code in LENGTHS
+        known = known or (code == "G5" and bool(control.system)) or self._of_builder(word)
         if known or code in _ONCE or (word.number is None and word.name in NAMES):
             return word.name if word.name in NAMES else code
         if control is SINUMERIK and code in ("G74", "G75"):
             return "G28"
         return None
+
+    def _of_builder(self, word: Word) -> bool:
+        """Return whether an M is one of the machine's builder, and note it."""
+        number = word.number or 0.0
+        if word.name != "M" or not 100 <= number <= 999 or number in _CALLS_OUTSIDE:
+            return False
+        self.state.note(f"{word.code} is the machine builder's word: taken to move no axis")
+        return True
 
     def _change(self, codes: Mapping[str, Word], block: ProgramBlock, cycle: str | None) -> None:
         """Take the modal words of a block, one of each group.
@@ -207,23 +235,35 @@ class Interpreter:
                 setattr(state, name, value)
                 state.feed_said |= name == "feed_word"
                 state.diameter_said |= name == "diameter"
-        if state.side is not None:
-            self._compensated(block)
+                state.unit_said |= name == "unit_mm"
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
             state.speed = None
 
-    def _compensated(self, block: ProgramBlock) -> None:
-        """Take a lathe's compensated path for the contour that it leaves; refuse a mill's."""
-        if not self.state.lathe:
-            word = next((one.text for one in block.words if one.code in _SIDES), None)
-            if word is None:
-                return
-            raise block.refusal(
-                word, "this leaves the mill's radius to the control; program the path of its centre"
-            )
-        self.state.note("between G41 or G42 and G40 the programmed contour is what is left")
+    def _compensated(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
+        """Take a lathe's compensated path for the contour that it leaves; a mill's goes beside."""
+        state = self.state
+        if state.lathe:
+            state.note("between G41 or G42 and G40 the programmed contour is what is left")
+            return
+        begins = next((codes[code] for code in _SIDES if code in codes), None)
+        if begins is None:
+            return
+        if state.plane != "G17":
+            raise block.refusal(begins.text, "a mill's radius is taken in G17; select it before")
+        state.note(
+            "between G41 or G42 and G40 the mill's centre goes beside the contour, by its radius "
+            "or by offset_mm of its tool"
+        )
+        stated = "." in begins.written and "D" in values
+        state.side_mm = 0.5 * word_value(values["D"]) * state.unit_mm if stated else None
+
+    def _letters(self, codes: Mapping[str, Word], rest: Values, block: ProgramBlock) -> str:
+        """Return the letters that the words of path modes take in a block."""
+        if "G5" in codes and "P" not in rest:
+            raise word_not_read(codes["G5"], block, self.state)
+        return "".join(MODE_LETTERS.get(code, "") for code in codes)
 
     def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
         """Take speed, limits and whether the spindle turns."""
@@ -242,7 +282,7 @@ class Interpreter:
         if word_value(speed) < 0:
             raise block.refusal(speed.text, "use a speed of at least 0")
         limits = codes.keys() & {"G50", "G92"}
-        if limits and not self._has_axes(values):
+        if limits and not names_axis(values):
             state.limit_rpm = positive_value(speed, block)
         elif state.control is SINUMERIK and codes.keys() & {"G25", "G26"}:
             state.highest_rpm = word_value(speed) if "G26" in codes else state.highest_rpm
@@ -294,13 +334,10 @@ class Interpreter:
                 seconds = number
         self.rests.append((block.line, max(seconds, 0.0)))
 
-    def _has_axes(self, values: Values) -> bool:
-        return any(name in values for pair in (*LETTERS.values(), ("@", "^")) for name in pair)
-
     def _once(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> bool:
         """Carry out what holds for its block alone; return whether the block is done."""
         if codes.keys() & MACHINE:
-            self._in_machine(codes, values, block)
+            move_in_machine(self.state, codes, values, block)
             return True
         if "G10" in codes or "G11" in codes:
             self.state.note("offsets that G10 sets count as those of the setup")
@@ -311,59 +348,16 @@ class Interpreter:
             self.state.place["y"] = 0.0 if self.state.lathe else None
             return True
         setting = next((code for code in ("G50", "G92", "G52") if code in codes), None)
-        names = codes.keys() & (_SHIFTS | _TURNS)
+        names = codes.keys() & FRAMES
         if setting is not None and not (setting == "G92" and "G92" in self._cycles):
-            self._set_place(setting, values, block)
+            set_place(self.state, setting, values, block)
             return True
         if names:
-            self._frames(names, values, block)
+            shift_frame(self.state, names, values, block)
         return bool(names)
 
-    def _set_place(self, code: str, values: Values, block: ProgramBlock) -> None:
-        """Let the place of the tool have other coordinates (G50, G92), or shift them (G52)."""
-        state = self.state
-        for axis in AXES:
-            word = next((values[name] for name in LETTERS[axis] if name in values), None)
-            if word is None:
-                continue
-            to = state.factor(axis) * word_value(word)
-            place = state.place[axis]
-            if code == "G52":
-                state.shift[axis] = to
-            elif place is None:
-                state.place[axis] = to + state.shift[axis]
-            else:
-                state.shift[axis] = place - to
-        left = without(values, *(n for pair in LETTERS.values() for n in pair), "R", "P", "Q", "C")
-        nothing_left(left, block, state)
 
-    def _frames(self, names: set[str], values: Values, block: ProgramBlock) -> None:
-        """Shift coordinates by TRANS or ATRANS; turning, mirroring and scaling are refused."""
-        state = self.state
-        turns = names & _TURNS
-        if turns and any(word.number for word in without(values, "N").values()):
-            raise block.refusal(min(turns), "this turns, mirrors or scales; program without it")
-        if "TRANS" in names or turns:
-            state.shift = dict.fromkeys(AXES, 0.0)
-        for axis in AXES:
-            word = values.get(axis.upper())
-            if word is not None and not turns:
-                state.shift[axis] += state.factor(axis) * word_value(word)
-
-    def _in_machine(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
-        """Move the axes that are named to machine coordinates: they are not known any more."""
-        word = next(codes[code] for code in codes if code in MACHINE or codes[code].code == "G75")
-        state = self.state
-        if word.code in {"G53", "SUPA"} and state.motion != "G0" and self._has_axes(values):
-            raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
-        axes = [a for a in AXES if any(name in values for name in LETTERS[a])]
-        if axes or word.code not in ("G53", "SUPA"):
-            state.forget(*axes)
-        if state.lathe:
-            state.place["y"] = 0.0
-
-
-_SIDES = frozenset({"G41", "G42", "G41.1", "G42.1"})
+_SIDES = ("G41", "G42", "G41.1", "G42.1")
 _PARTS = ("", ".1", ".2", ".3", ".4")
 
 
@@ -372,23 +366,3 @@ def _boxes(control: Control) -> frozenset[str]:
     if control in (FANUC_B, FANUC_C):
         return frozenset(f"{code} " for code in BOXES)
     return BOXES if control is FANUC_A else frozenset()
-
-
-def _not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
-    if word.code in REFUSED:
-        return block.refusal(word.text, REFUSED[word.code])
-    if word.code in ("G98", "G99") and state.control is not FANUC_A:
-        return block.refusal(word.text, "this belongs to G-code system A; use G94 and G95 here")
-    if word.code in ("G90", "G91", "G95") and state.control is FANUC_A:
-        return block.refusal(
-            word.text,
-            "this belongs to the G-code systems B and C, other words of this program to A; use U, "
-            "W, G98, G99 alone, or G90, G91, G94, G95 alone",
-        )
-    why = {
-        "G": "this G is not read; write out the moves of a cycle as G0, G1, G2 and G3",
-        "M": "this M is not read; leave it out if it moves no axis and calls nothing",
-    }
-    return block.refusal(
-        word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
-    )

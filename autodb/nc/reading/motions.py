@@ -7,9 +7,13 @@ clock, as on a lathe whose tool is behind the work; programs for one in front of
 """
 
 from collections.abc import Mapping
-from math import atan2, cos, hypot, radians, sin, sqrt, tan
+from dataclasses import replace
+from math import atan2, cos, hypot, radians, sin, tan
 
+from autodb.errors import UnusableInput
+from autodb.nc.reading.arcs import CENTRES, RADIUS, arc_centre
 from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.codes import REFUSED
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
 from autodb.nc.reading.corners import CORNERS
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
@@ -21,15 +25,9 @@ from autodb.nc.reading.state import (
     speed_in_force,
     word_value,
 )
-from autodb.nc.reading.travels import PLANES, Circle, ProgramMove, Record, ToolPlace
+from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
-OFF_CIRCLE_MM = 0.01
-"""How far rounding may put the end of an arc off its circle. Chosen: ten steps of a thousandth."""
-OFF_CIRCLE_SHARE = 1e-3
-"""The same as a share of the radius, as LinuxCNC allows."""
 LETTERS = {"x": ("X", "U"), "y": ("Y", "V"), "z": ("Z", "W")}
-CENTRES = ("I", "J", "K")
-RADIUS = ("R", "CR")
 ROTARY = ("A", "B", "C")
 _FLAT = 1e-9
 _DECIMALS = 9
@@ -55,6 +53,27 @@ def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: Program
     for letter, word in without(values, *_NUMBERS).items():
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
         raise block.refusal(word.text, f"{why}; leave it out")
+
+
+def word_not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
+    """Return the error of a word that is not read, with its reason and remedy."""
+    if word.code in REFUSED:
+        return block.refusal(word.text, REFUSED[word.code])
+    if word.code in ("G98", "G99") and state.control is not FANUC_A:
+        return block.refusal(word.text, "this belongs to G-code system A; use G94 and G95 here")
+    if word.code in ("G90", "G91", "G95") and state.control is FANUC_A:
+        return block.refusal(
+            word.text,
+            "this belongs to the G-code systems B and C, other words of this program to A; use U, "
+            "W, G98, G99 alone, or G90, G91, G94, G95 alone",
+        )
+    why = {
+        "G": "this G is not read; write out the moves of a cycle as G0, G1, G2 and G3",
+        "M": "this M is not read; leave it out if it moves no axis and calls nothing",
+    }
+    return block.refusal(
+        word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
+    )
 
 
 def targets(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
@@ -188,7 +207,11 @@ def go_rapid(state: ProgramState, to: Places, block: ProgramBlock, record: Recor
     state.place.update(to)
     if None in start.values() or None in to.values() or start == to:
         return
-    record(ProgramMove(_place(start), _place(to), None, None, block.line, state.tool))
+    record(
+        ProgramMove(
+            _place(start), _place(to), None, None, block.line, state.tool, beside=state.beside
+        )
+    )
 
 
 def feed_straight(
@@ -201,7 +224,14 @@ def feed_straight(
     thread: bool = False,
     corner: tuple[str, float, str] | None = None,
 ) -> None:
-    """Go straight to a place at a feed, that in force where none is given."""
+    """Go straight to a place at a feed, that in force where none is given.
+
+    A way that nothing says the begin of, to a place that is stated, is none of a cut: not kept; nor
+    is one with the spindle stopped.
+    """
+    if _comes_from_outside(state, to, block) or _only_handles(state, block):
+        state.place.update(to)
+        return
     start, end = ends(state, to, block)
     if state.control is LINUXCNC and state.lathe and not state.diameter_said:
         counts = "diameters" if state.diameter else "radii"
@@ -210,7 +240,41 @@ def feed_straight(
     rate = _feed(state, block, start, end) if feed is None else feed
     speed = speed_in_force(state, block)
     if start != end:
-        record(ProgramMove(start, end, rate, speed, block.line, state.tool, None, thread, corner))
+        record(
+            ProgramMove(
+                start, end, rate, speed, block.line, state.tool, None, thread, corner, state.beside
+            )
+        )
+
+
+def _comes_from_outside(state: ProgramState, to: Places, block: ProgramBlock) -> bool:
+    """Return whether a straight move begins where the machine is after a tool change or at home.
+
+    So where it states the axes whose place is not known, or the height of a mill's tool is not.
+    """
+    unknown = [axis for axis in AXES if state.place[axis] is None]
+    if not unknown or state.control is LINUXCNC:
+        return False
+    above = not state.lathe and "z" in unknown
+    if not above and any(to[axis] is None for axis in unknown):
+        return False
+    names = " and ".join(axis.upper() for axis in unknown)
+    state.note(
+        f"line {block.line}: nothing says where {names} is before this move at a feed: taken "
+        "through air, its time is not counted"
+    )
+    return True
+
+
+def _only_handles(state: ProgramState, block: ProgramBlock) -> bool:
+    """Return whether a lathe moves at a feed a minute with its spindle stopped: it pulls a bar."""
+    handles = state.lathe and state.stopped is not None and state.feed_word == "G94"
+    if handles:
+        state.note(
+            f"line {block.line}: the spindle stands since line {state.stopped}: moves at a feed a "
+            "minute cut nothing and their time is not counted"
+        )
+    return handles
 
 
 def _feed(state: ProgramState, block: ProgramBlock, start: ToolPlace, end: ToolPlace) -> Feed:
@@ -259,105 +323,27 @@ def _place(places: Places) -> ToolPlace:
 def _arc(
     state: ProgramState, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
 ) -> None:
+    if state.control.system and not rest.keys() & {*CENTRES, *RADIUS}:
+        state.note("arcs without R, I, J and K are straight lines, as Fanuc's controls take them")
+        nothing_left(without(rest, "F"), block, state)
+        feed_straight(state, to, block, record)
+        return
     start, end = ends(state, to, block)
     state.place.update(to)
     left = state.motion == "G3"
     plane = state.plane
     if state.lathe and plane != "G18":
         raise block.refusal(plane, "this selects another plane than that of X and Z; use G18")
-    centre = _centre(state, (start, end), rest, block, left=left)
+    centre = arc_centre(state, (start, end), rest, block, left=left)
     turns = int(word_value(rest["TURN"])) if "TURN" in rest else 0
     if "P" in rest and not state.lathe:
         turns = max(int(word_value(rest["P"])) - 1, 0)
     nothing_left(without(rest, *CENTRES, *RADIUS, "TURN", "P", "F"), block, state)
     feed, speed = feed_in_force(state, block), speed_in_force(state, block)
     arc = ProgramMove(
-        start, end, feed, speed, block.line, state.tool, Circle(plane, centre, left, turns)
-    )
+        start, end, feed, speed, block.line, state.tool, Circle(plane, centre, left, turns),
+        beside=state.beside,
+    )  # fmt: skip
     if state.feed_word == "G93":
-        feed = FeedPerMinute(arc.length_mm * feed.mm / state.unit_mm)
-        arc = ProgramMove(start, end, feed, speed, block.line, state.tool, arc.circle)
+        arc = replace(arc, feed=FeedPerMinute(arc.length_mm * feed.mm / state.unit_mm))
     record(arc)
-
-
-def _centre(
-    state: ProgramState,
-    places: tuple[ToolPlace, ToolPlace],
-    rest: Mapping[str, Word],
-    block: ProgramBlock,
-    *,
-    left: bool,
-) -> tuple[float, float]:
-    """Return an arc's centre in its plane by R, or by the two of I, J and K in the plane."""
-    start, end = places
-    u, v, _ = PLANES[state.plane]
-    radius = next((rest[name] for name in RADIUS if name in rest), None)
-    names = [CENTRES[u], CENTRES[v]]
-    offsets = [rest[name] for name in names if name in rest]
-    if (radius is None) == (not offsets):
-        word = offsets[0].text if offsets else state.motion or ""
-        raise block.refusal(word, f"state an arc with either R, or {' and '.join(sorted(names))}")
-    if radius is not None:
-        size = state.unit_mm * word_value(radius)
-        found = centre_by_radius((start[u], start[v]), (end[u], end[v]), radius_mm=size, left=left)
-        return found or _no_radius(radius, (start, end), (u, v), block)
-    centre = tuple(_offset(state, rest.get(CENTRES[k]), AXES[k], start[k]) for k in (u, v))
-    if (start[u], start[v]) == centre:
-        raise block.refusal(
-            offsets[0].text, "the arc's centre is its start; use an I or K other than 0"
-        )
-    off_mm = abs(
-        hypot(end[u] - centre[0], end[v] - centre[1])
-        - hypot(start[u] - centre[0], start[v] - centre[1])
-    )
-    radius_mm = hypot(start[u] - centre[0], start[v] - centre[1])
-    if off_mm > max(OFF_CIRCLE_MM, OFF_CIRCLE_SHARE * radius_mm):
-        raise block.refusal(
-            offsets[0].text,
-            f"the arc's end is {off_mm:.3f} mm off its circle; correct it to within "
-            f"{OFF_CIRCLE_MM:g} mm",
-        )
-    return centre[0], centre[1]
-
-
-def _offset(state: ProgramState, word: Word | None, axis: str, start_mm: float) -> float:
-    """Return where a centre lies along an axis; I of a lathe counts a radius from the start."""
-    if word is None:
-        return start_mm
-    if word.step is False or (state.centre_absolute and word.step is None):
-        return state.factor(axis) * word_value(word) + state.shift[axis]
-    return start_mm + state.unit_mm * word_value(word)
-
-
-def centre_by_radius(
-    start: tuple[float, float], end: tuple[float, float], *, radius_mm: float, left: bool
-) -> tuple[float, float] | None:
-    """Return the centre of the arc of a radius R over a chord, or None where none reaches.
-
-    R > 0 takes the arc up to 180°, R < 0 the one above. With half chord l: the centre lies
-    √(R² − l²) off the middle of the chord, to the left of it for a short arc to the left. None
-    where start is end and where l exceeds |R| by more than OFF_CIRCLE_MM.
-    """
-    along_u, along_v = end[0] - start[0], end[1] - start[1]
-    half_mm = hypot(along_u, along_v) / 2
-    if half_mm == 0 or half_mm > abs(radius_mm) + OFF_CIRCLE_MM:
-        return None
-    off_mm = sqrt(max(radius_mm**2 - half_mm**2, 0.0))
-    share = off_mm / (2 * half_mm) * (1 if left == (radius_mm > 0) else -1)
-    return (start[0] + end[0]) / 2 - share * along_v, (start[1] + end[1]) / 2 + share * along_u
-
-
-def _no_radius(
-    word: Word, places: tuple[ToolPlace, ToolPlace], plane: tuple[int, int], block: ProgramBlock
-) -> tuple[float, float]:
-    (start, end), (u, v) = places, plane
-    if (start[u], start[v]) == (end[u], end[v]):
-        raise block.refusal(
-            word.text, "the arc ends where it begins; program a full circle with I and K"
-        )
-    half_mm = hypot(end[u] - start[u], end[v] - start[v]) / 2
-    raise block.refusal(
-        word.text,
-        "the radius is shorter than half the distance from start to end; use at least "
-        f"{half_mm:.3f} mm",
-    )

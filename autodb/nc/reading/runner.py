@@ -250,9 +250,14 @@ class Runner:
         self, block: ProgramBlock, codes: Mapping[str, Word], words: Mapping[str, Word]
     ) -> Iterator[ProgramBlock]:
         """RunLine what M98, M97 or G65 calls."""
-        if "P" not in words:
+        if "P" not in words and ("G65" in codes or "Q" not in words):
             raise block.refusal(block.words[0].text, "this calls nothing; state the number P")
-        number, times = words["P"].number or 0.0, words["L"].number if "L" in words else None
+        times = words["L"].number if "L" in words else None
+        if "P" not in words:  # M98 Q calls a block of the same program
+            for _ in range(round(times or 1)):
+                yield from self._local(f"N{words['Q'].number or 0:.0f}", block)
+            return
+        number = words["P"].number or 0.0
         own: dict[Key, float] = {}
         if "G65" in codes:
             own = {_MACRO[n]: w.number for n, w in words.items() if n in _MACRO and w.number}

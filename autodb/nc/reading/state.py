@@ -6,6 +6,7 @@ from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.controls import PLAIN, Control
 from autodb.nc.reading.paths import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
+from autodb.nc.reading.travels import Beside
 
 _FOOT_M = 12 * INCH_MM / 1000
 AXES = ("x", "y", "z")
@@ -18,10 +19,12 @@ class ProgramState:
 
     ``place``: mm by axis, x of a lathe as a radius, None where the program has not said it;
     ``shift``: what is added to programmed places; ``feed`` in mm/rev or mm/min as ``feed_word``
-    says, ``feed_said``: the program does, and ``diameter_said``; ``speed`` in rpm or, with
+    says, ``feed_said``: the program does, and ``diameter_said``,
+    ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
     the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
-    None as places do; ``cycle``: that in force, with what it has ``taken``.
+    None as places do; ``cycle``: that in force, with what it has ``taken``;
+    ``side``: that of compensation, ``side_mm``: how far, where the program says it.
     """
 
     lathe: bool
@@ -33,11 +36,13 @@ class ProgramState:
     motion: str | None = None
     plane: str = "G17"
     side: str | None = None
+    side_mm: float | None = None
     centre_absolute: bool = False
     to_start: bool = True
     feed_word: str = "G94"
     feed_said: bool = False
     diameter_said: bool = False
+    unit_said: bool = False
     feed: float | None = None
     surface: bool = False
     speed: float | None = None
@@ -59,6 +64,11 @@ class ProgramState:
         """Return mm for one programmed unit of an axis; of a lathe's X mm of radius."""
         counts = self.step_diameter if step and self.step_diameter is not None else self.diameter
         return self.unit_mm * (0.5 if axis == "x" and self.lathe and counts else 1.0)
+
+    @property
+    def beside(self) -> Beside | None:
+        """On which side of the contour a mill goes, and how far; None where it does not."""
+        return None if self.lathe or self.side is None else (self.side, self.side_mm)
 
     def known(self, axis: str) -> float:
         """Return where an axis is, mm; it is known."""

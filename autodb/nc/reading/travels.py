@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from math import atan2, hypot, tau
+from math import atan2, dist, hypot, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,10 @@ Array = NDArray[np.float64]
 
 PLANES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
 """Axes of each plane: the two in it, so that G3 turns from first to second, and the third."""
+
+
+Beside = tuple[str, float | None]
+"""A side, left or right, and a distance in mm or None."""
 
 
 class ToolPlace(NamedTuple):
@@ -35,12 +38,13 @@ class Circle:
     turns: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
     ``tool``: as the program calls it; ``corner``: kind, size in mm and plane of what stands
-    between it and the next move, until that is known.
+    between it and the next move, until that is known; ``beside``: on which side of it a mill goes,
+    and how far if the program says so, until its own path is known.
     """
 
     start: ToolPlace
@@ -52,8 +56,9 @@ class ProgramMove:
     circle: Circle | None = None
     thread: bool = False
     corner: tuple[str, float, str] | None = None
+    beside: Beside | None = None
 
-    @cached_property
+    @property
     def _round(self) -> tuple[float, float, float, float]:
         """Angle of the start, angle passed, radius at the start and at the end."""
         assert self.circle is not None
@@ -67,11 +72,11 @@ class ProgramMove:
         turned += tau * self.circle.turns * (1 if self.circle.left else -1)
         return begin, turned, hypot(s[u] - cu, s[v] - cv), hypot(e[u] - cu, e[v] - cv)
 
-    @cached_property
+    @property
     def length_mm(self) -> float:
         """Length of the way, mm."""
         if self.circle is None:
-            return float(np.linalg.norm(np.subtract(self.end, self.start)))
+            return dist(self.end, self.start)
         w = PLANES[self.circle.plane][2]
         _, turned, first, last = self._round
         return hypot(abs(turned) * (first + last) / 2, self.end[w] - self.start[w])

@@ -8,7 +8,9 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
+from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
@@ -68,7 +70,7 @@ class TurningProgram:
 
 
 def read_program(
-    path: Path, *, diameter: bool | None = None, inch: bool = False, block_skip: bool = False
+    path: Path, *, diameter: bool | None = None, inch: bool | None = False, block_skip: bool = False
 ) -> TurningProgram:
     """Return the moves of a program's file; see `turning_program`."""
     return turning_program(
@@ -91,27 +93,35 @@ def line_texts(text: str, *, source: str) -> dict[int, str]:
     return {line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split()) for line in lines}
 
 
+def _no_blade(_tool: str | None) -> None:
+    """Return that nothing is known of a tool's blade."""
+
+
 def turning_program(
     text: str,
     *,
     source: str,
     diameter: bool | None = None,
-    inch: bool = False,
+    inch: bool | None = False,
     block_skip: bool = False,
     control: str | None = None,
+    highest_rpm: float | None = None,
+    blade_of: BladeOf = _no_blade,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
     X counts diameters unless ``diameter`` is False, or None and the file one of LinuxCNC's own
-    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the
-    program says otherwise; ``block_skip`` leaves out the blocks that begin with /; ``control``: for
-    which it is written, else told by its words. A move is given once both ends are known: not the
-    first ones towards a place, nor those in machine coordinates. A rest or a move to where the tool
-    is gives none. Raises UnusableInput naming ``source``, and line and word of all not read.
+    (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the program says
+    otherwise, with a note where ``inch`` is None; ``block_skip`` leaves out the blocks that begin
+    with /; ``control``: for which it is written, else told by its words; ``highest_rpm``: of the
+    machine's spindle; ``blade_of``: what the blades of grooving tools are. A move is given once
+    both ends are known: not the first ones towards a place, nor those in machine coordinates. A
+    rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and line
+    and word of all not read.
     """
     done = carried_out(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
-        control=control,
+        control=control, highest_rpm=highest_rpm, blade_of=blade_of,
     )  # fmt: skip
     moves = tuple(_turned(travel) for travel in done.travels)
     return TurningProgram(source, moves, done.stops, done.notes)
@@ -123,27 +133,41 @@ def carried_out(
     source: str,
     lathe: bool,
     diameter: bool | None = None,
-    inch: bool = False,
+    inch: bool | None = False,
     block_skip: bool = False,
     control: str | None = None,
+    radius_of: RadiusOf | None = None,
+    highest_rpm: float | None = None,
+    blade_of: BladeOf = _no_blade,
 ) -> ReadProgram:
-    """Return a program carried out, on a lathe or a mill; see `turning_program`."""
+    """Return a program carried out, on a lathe or a mill; see `turning_program`.
+
+    ``radius_of``: of a mill's tools, whose centre then goes beside compensated contours.
+    """
     written = CONTROLS[control] if control else control_of(text, source=source)
     instructions = written.instructions(text, source=source)
     own = written is LINUXCNC and source.lower().endswith(".ngc")
     counts = not own if diameter is None else diameter
-    state = _begun(written, lathe=lathe, diameter=counts, inch=inch)
+    state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
+    state.highest_rpm = highest_rpm
     values = Values(of_control=_of_control(written, state))
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner)
+    interpreter = Interpreter(state, runner, blade_of)
     problems = interpreter.run()
+    moves = interpreter.moves
+    if radius_of is not None and not (instructions.problems or problems):
+        moves, problems = beside_contours(
+            moves, radius_of, round_corners=not written.system, source=source
+        )
     _refuse(source, [*instructions.problems, *problems])
-    if not any(travel.feed is not None for travel in interpreter.moves):
+    if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
+    if inch is None and not state.unit_said:
+        state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(
-        source, written.name, tuple(interpreter.moves), tuple(interpreter.stops),
+        source, written.name, tuple(moves), tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
 
@@ -223,7 +247,7 @@ def _refuse(source: str, problems: Sequence[UnusableInput]) -> None:
         return
     alike: dict[str, list[str]] = {}
     for one in said:
-        alike.setdefault(re.sub(r": line \d+: ", ": ", one, count=1), []).append(one)
+        alike.setdefault(re.sub(r"\bline \d+", "line", one), []).append(one)
     told = [some[0] + _also(some[1:]) for some in alike.values()]
     rest = [one.removeprefix(f"{source}: ") for one in told[1:MOST_SAID]]
     more = f" and {len(told) - MOST_SAID} more" if len(told) > MOST_SAID else ""

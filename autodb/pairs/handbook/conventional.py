@@ -10,6 +10,7 @@ exact at rakes of 0 and 15°; the lines' values are taken as independent, each w
 a source does not say - speed, rake where there are no lines, scatter - is any metal's.
 """
 
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ from autodb.pairs.prior import CardForces, any_metal, of_card
 
 Array = NDArray[np.float64]
 
+ALIKE = 0.75
+"""How alike names have to be for one to be asked about. Chosen: a letter or two off."""
 RAKE_DEG = 15.0
 """Lines in rake are kept at 0 and here. Chosen: the range of inserts and mills for titanium."""
 PLACES = (
@@ -78,6 +81,14 @@ def material_named(name: str, folder: Path | None = None) -> StatedMaterial:
     if folder is None:
         names += grouped_names()
     raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
+
+
+def alike_named(name: str) -> str:
+    """Return `` (did you mean …?)`` for the names that ship most like one, else nothing."""
+    names = [*(one for material in materials() for one in material.names), *grouped_names()]
+    by_bare = {bare_name(one): one for one in names}
+    close = get_close_matches(bare_name(name), by_bare, n=3, cutoff=ALIKE)
+    return f" (did you mean {', '.join(by_bare[one] for one in close)}?)" if close else ""
 
 
 def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterior:

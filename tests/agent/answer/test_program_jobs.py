@@ -186,7 +186,7 @@ REFUSED = {
     "rapid": ({}, "G0 X56 Z2\nG1 Z-3 F.2\nG0 X50\n", r"p\.nc: line 4: this rapid goes"),
     "air": ({}, "G0 X66 Z2\nG1 Z-30 F.2\n", r"p\.nc: the program cuts no stock; "),
     "axis": (
-        {"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"line 3: the tool's tip cuts on",
+        {"stock_diameter_mm": 40}, "G0 X0 Z2\nG1 Z-3 F.2\n", r"line 3: on the spindle's axis",
     ),
     "sha256": ({"sha256": "0" * 64}, "G0 X56 Z2\nG1 Z-30 F.2\n", r"p\.nc: is not the program of"),
 }  # fmt: skip

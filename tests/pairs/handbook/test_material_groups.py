@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from autodb.agent.learn.starting import of_material
 from autodb.cutting import shear
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
-from autodb.pairs.handbook.conventional import material_named, materials, posterior_of_material
+from autodb.pairs.handbook.conventional import (
+    alike_named,
+    material_named,
+    materials,
+    posterior_of_material,
+)
 from autodb.pairs.handbook.material_groups import (
     GroupedNames,
     MaterialGroups,
@@ -107,3 +113,12 @@ def test_a_name_stands_once_and_in_a_known_group() -> None:
         kept = GROUPS.model_dump() | {"named": (*GROUPS.named, wrong)}
         with pytest.raises(ValueError, match=r"named twice|unknown source or group"):
             MaterialGroups.model_validate(kept)
+
+
+def test_a_name_that_is_nearly_known_is_asked_about() -> None:
+    """Where none is alike, nothing is asked: a stranger's name is no slip."""
+    assert "Ti6Al4V" in alike_named("Ti6Al4").replace("-", "").replace(" ", "")
+    assert alike_named("unobtainium") == ""
+    said = of_material("42CrM04").said or ""
+    assert said.startswith("what any metal may have: no conventional values of '42CrM04'")
+    assert "did you mean 42CrMo4" in said

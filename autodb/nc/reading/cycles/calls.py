@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from math import cos, radians, sin
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.cycles import drilling, roughing, threading
+from autodb.nc.reading.cycles import drilling, recessing, roughing, threading
 from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
 from autodb.nc.reading.names import CALLS
 
@@ -39,6 +39,8 @@ def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
     texts = [one for one in word.arguments if isinstance(one, str)]
     if name in _DRILLS:
         drilling.sinumerik(m, name, numbers, block)
+    elif name == "CYCLE93":
+        recessing.cycle93(m, block, numbers)
     elif name == "CYCLE97":
         threading.cycle97(m, block, numbers)
     elif name == "CYCLE95" and texts:

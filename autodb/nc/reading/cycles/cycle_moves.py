@@ -1,7 +1,7 @@
 """What cycles have in common: moves to places in mm, and numbers that count thousandths."""
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
@@ -12,6 +12,18 @@ from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, word_value
 
 
+class Blade(NamedTuple):
+    """A blade that cuts grooves: its width, and where its programmed corner is from that towards
+    the chuck, mm."""
+
+    width_mm: float
+    corner_mm: float
+
+
+BladeOf = Callable[[str | None], Blade | None]
+"""What tells the blade of a tool, as the program calls it; None where nobody has stated it."""
+
+
 class Carrying(Protocol):
     """What carries out a program, as cycles see it."""
 
@@ -20,6 +32,7 @@ class Carrying(Protocol):
     runner: Runner
     modal_call: tuple[str, Word] | None
     in_contour: bool
+    blade_of: BladeOf
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block."""
@@ -73,3 +86,24 @@ def depth_of_cut(state: ProgramState, word: Word) -> float:
     """Return a depth D in mm: thousandths where it is a large number without a decimal point."""
     counted = "." not in word.written and word_value(word) >= _COUNTED
     return abs(thousandths(state, word) if counted else word_value(word) * state.unit_mm)
+
+
+def cycle_lengths(
+    state: ProgramState, values: Mapping[str, Word], letters: str
+) -> dict[str, float]:
+    """Return lengths in mm of a cycle's words, as they are written: X of a diameter too.
+
+    Where none has a decimal point and one is a large number, all count least increments, and so do
+    those without a point in a cycle's second block.
+    """
+    words = {n: values[n] for n in letters if n in values}
+    plain = {n: w for n, w in words.items() if "." not in w.written and word_value(w)}
+    if len(plain) == sum(bool(word_value(w)) for w in words.values()) and any(
+        abs(word_value(w)) >= _COUNTED for w in plain.values()
+    ):
+        state.taken["counted"] = 1.0
+    counted = plain if state.taken.get("counted") else {}
+    return {
+        n: thousandths(state, w) if n in counted else word_value(w) * state.unit_mm
+        for n, w in words.items()
+    }

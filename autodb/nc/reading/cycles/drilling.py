@@ -45,8 +45,10 @@ def drill_holes(m: Carrying, code: str, values: Mapping[str, Word], block: Progr
     """Drill a hole, or as many as L or K say in steps of G91."""
     state = m.state
     if state.cycle != code:
-        state.cycle, state.taken, state.motion = code, {}, None
-        state.taken["before"] = known_start(m, block)[_NAMES[PLANES[state.plane][2]]]
+        state.cycle, state.taken = code, {}
+        if state.control is LINUXCNC:
+            state.motion = None  # others go on as before the cycle once it is cancelled
+        state.taken["before"] = _height(m, block, _NAMES[PLANES[state.plane][2]])
     deep = _NAMES[PLANES[state.plane][2]]
     axes = {n: w for n, w in values.items() if n in ("X", "Y", "Z", "@", "^")}
     nothing_left(without(values, *axes, *_TAKEN), block, state)
@@ -63,6 +65,16 @@ def drill_holes(m: Carrying, code: str, values: Mapping[str, Word], block: Progr
         _hole(m, block, code, deep)
 
 
+def _height(m: Carrying, block: ProgramBlock, deep: str) -> float:
+    """Return where a cycle begins along the hole; raises UnusableInput where that is not known."""
+    if m.state.place[deep] is None and m.state.control is not LINUXCNC:
+        raise block.refusal(
+            block.words[0].text,
+            f"the cycle's start is not known in {deep.upper()}; state it in a G0 before",
+        )
+    return known_start(m, block)[deep] if m.state.place[deep] is None else m.state.known(deep)
+
+
 def _take_levels(
     m: Carrying,
     values: Mapping[str, Word],
@@ -72,7 +84,7 @@ def _take_levels(
 ) -> None:
     """Keep R, Z and Q of a cycle; in G91 R counts from where the tool is, and Z from R."""
     state, taken = m.state, m.state.taken
-    here = known_start(m, block)[deep]
+    here = _height(m, block, deep)
     unit, shift = state.unit_mm, state.shift[deep]
     if "R" in values:
         said = unit * word_value(values["R"])

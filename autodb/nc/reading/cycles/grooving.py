@@ -10,6 +10,7 @@ from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
+    cycle_lengths,
     feed_to,
     known_start,
     rapid_to,
@@ -26,7 +27,8 @@ def fanuc_grooves(m: Carrying, code: str, values: Mapping[str, Word], block: Pro
     state = m.state
     axes = {n: w for n, w in values.items() if n in "XZUW"}
     if not axes:
-        state.taken = {"back": word_value(values["R"]) * state.unit_mm} if "R" in values else {}
+        state.taken = {}
+        state.taken |= cycle_lengths(state, values, "R")
         return
     start = known_start(m, block)
     to = {axis: place or 0.0 for axis, place in targets(state, axes, block).items()}
@@ -35,7 +37,7 @@ def fanuc_grooves(m: Carrying, code: str, values: Mapping[str, Word], block: Pro
         "z": _step(m, values, "Q", "K", 1.0),
     }
     into, over = ("x", "z") if code == "G75" else ("z", "x")
-    back = state.taken.get("back", CLEAR_MM)
+    back = state.taken.get("R", CLEAR_MM)
     for place in _stations(start[over], to[over], steps[over], block):
         rapid_to(m, block, **{over: place})
         _peck(m, block, into, (start[into], to[into]), step=steps[into], back=back)

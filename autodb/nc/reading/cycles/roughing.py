@@ -16,11 +16,13 @@ from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
+    cycle_lengths,
     depth_of_cut,
     feed_to,
     known_start,
     rapid_to,
 )
+from autodb.nc.reading.motions import go_rapid
 from autodb.nc.reading.state import word_value
 from autodb.nc.reading.travels import ProgramMove
 
@@ -51,14 +53,15 @@ def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: Pr
         _first_block(m, code, values, block)
         return
     first, last = (f"N{word_value(values[letter]):.0f}" for letter in "PQ")
-    start = known_start(m, block)
     if code == "G70":
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
+        begun = dict(m.state.place)
         _follow(m, list(m.runner.contour(first, last, block)))
-        rapid_to(m, block, x=start["x"])
-        rapid_to(m, block, z=start["z"])
+        for axis in ("x", "z"):
+            go_rapid(m.state, {**m.state.place, axis: begun[axis]}, block, m.record)
     else:
+        known_start(m, block)
         moves = contour_of(m, m.runner.contour(first, last, block), block)
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
@@ -75,9 +78,10 @@ def _first_block(m: Carrying, code: str, values: Mapping[str, Word], block: Prog
             "this means inches or mm on some controls and a cycle on others; use G20 or G700 for "
             "inches, G21 or G710 for mm, or state the cycle's P and Q",
         )
-    state.taken = {n: word_value(w) * state.unit_mm for n, w in values.items() if n in "UWD"}
-    if "R" in values:
-        state.taken["R"] = word_value(values["R"]) * (1.0 if code == "G73" else state.unit_mm)
+    state.taken = {}
+    state.taken |= cycle_lengths(state, values, "UWD" if code == "G73" else "UWDR")
+    if code == "G73" and "R" in values:
+        state.taken["R"] = word_value(values["R"])
 
 
 def contour_of(
@@ -123,8 +127,9 @@ def _allowed(
 ) -> None:
     state, taken = m.state, m.state.taken
     start = {axis: state.known(axis) for axis in ("x", "z")}
-    over_x = word_value(values["U"]) * state.factor("x") if "U" in values else 0.0
-    over_z = word_value(values["W"]) * state.unit_mm if "W" in values else 0.0
+    over = cycle_lengths(state, values, "UW")
+    over_x = over.get("U", 0.0) * state.factor("x") / state.unit_mm
+    over_z = over.get("W", 0.0)
     if code == "G73":
         _pattern(m, values, block, moves, (over_z, over_x))
         return

@@ -1,0 +1,77 @@
+"""On which side of the axis, and of itself, a lathe's tool works.
+
+On gang-type lathes, and with a tool in front of the work on some, X is below 0 in the cut. Such a
+tool cuts the same, mirrored at the axis. A tool above it that goes past the axis cuts no more.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting.contour import SQUARE_SHARE, TOUCH_MM
+from autodb.cutting.working import Worked, tool_number
+from autodb.files.job import OTHERS, JobProgram
+from autodb.nc.reading import Arc, Move, Point, Rapid
+from autodb.nc.reading.cycles.cycle_moves import Blade
+
+
+def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]]:
+    """Return moves with those of tools that work below the axis mirrored, and a note of them."""
+    reach: dict[str | None, tuple[float, float]] = {}
+    for move in moves:
+        if not isinstance(move, Rapid):
+            low, high = reach.get(move.tool, (0.0, 0.0))
+            places = (move.start.x_mm, move.end.x_mm)
+            reach[move.tool] = (min(low, *places), max(high, *places))
+    below = {tool for tool, (low, high) in reach.items() if -low > high}
+    if not below:
+        return tuple(moves), ()
+    names = ", ".join(f"{tool}" for tool in below if tool)
+    note = f"X is below 0 where tools {names} cut: seen from above the axis"
+    return tuple(_reflected(move) if move.tool in below else move for move in moves), (note,)
+
+
+def _reflected(move: Move) -> Move:
+    start, end = _above(move.start), _above(move.end)
+    if isinstance(move, Arc):
+        return replace(move, start=start, end=end, centre=_above(move.centre), left=not move.left)
+    return replace(move, start=start, end=end)
+
+
+def _above(place: Point) -> Point:
+    return Point(-place.x_mm, place.z_mm)
+
+
+def blade_of_tool(name: str | None, asked: JobProgram) -> Blade | None:
+    """Return the blade of a tool that a program calls, where the job states one."""
+    tool = asked.tools.get(name or OTHERS, asked.tools.get(tool_number(name) or OTHERS))
+    tool = asked.tools.get(OTHERS) if tool is None else tool
+    if tool is None or tool.width_mm is None:
+        return None
+    return Blade(tool.width_mm, tool.width_mm if tool.corner == "away" else 0.0)
+
+
+def cut_sideways(found: Worked) -> tuple[str, ...]:
+    """Return a note where a blade cuts with its side away from the chuck."""
+    steps = found.steps
+    away = (steps.along_z > SQUARE_SHARE) & (steps.depth_mm > TOUCH_MM)
+    lines = [
+        line for line in np.unique(steps.line[away]).tolist() if found.kinds[line] == "grooving"
+    ]
+    if not lines:
+        return ()
+    some = ", ".join(f"{line}" for line in lines[:6]) + (" and more" if len(lines) > 6 else "")
+    return (f"a blade cuts away from the chuck in lines {some}: its z is that of a cut towards it",)
+
+
+def inward_deg(found: Worked, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return how far inwards of the axis towards the chuck the feed points at steps, °.
+
+    A blade has an edge on either side: away from the chuck it cuts as towards it.
+    """
+    along_z = found.steps.along_z[rows]
+    blade = [found.kinds[line] == "grooving" for line in found.steps.line[rows].tolist()]
+    towards = np.where(blade, -np.abs(along_z), along_z)
+    return np.asarray(np.degrees(np.arctan2(-found.steps.along_x[rows], -towards)))
