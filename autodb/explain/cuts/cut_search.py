@@ -149,7 +149,9 @@ def _as_can_be(result: FoundInCuts) -> FoundInCuts:
             return result
         for choice in barred:
             result.search.bar(choice)
-        found = _swapped(result.search, result.search.best(), result.founded)
+        predicted = partial(held_out_square, result.stack, result.own)
+        best = result.search.best()
+        found = _swapped(result.search, best, result.founded, predicted)
         result = replace(result, found=found)
 
 
@@ -220,7 +222,7 @@ def _search(
         candidates = (*kept.values(), *others)
         search = TableSearch(made(candidates), candidates, laws)
         best = search.best() if number == 0 else _longer(search, found)
-        now = _swapped(search, best, kept)
+        now = _swapped(search, best, kept, partial(held_out_square, stack, own))
         same = now.keys == found.keys and number > 0
         found = now
         if same or not now.choices:
@@ -229,12 +231,21 @@ def _search(
     return FoundInCuts(stack, own, search, found, frozenset(kept))
 
 
-def _swapped(search: TableSearch, best: FoundSet, held: Collection[str]) -> FoundSet:
-    """Return a set after every swap that raises its score, or itself where what a swap brought in
-    does not stand.
+def _swapped(
+    search: TableSearch,
+    best: FoundSet,
+    held: Collection[str],
+    predicted: Callable[[tuple[Choice, ...]], float],
+) -> FoundSet:
+    """Return a set after every swap that raises its score, or itself where it predicts cuts left
+    out better than what of the other stands.
+
+    ``predicted``: mean square of cuts left out of the fit.
     """
     swapped = search.cleared(settled_set(search, best, held=held))
-    return max(swapped, best, key=lambda found: found.score)
+    if set(swapped.keys) == set(best.keys):
+        return swapped
+    return min(swapped, best, key=lambda found: predicted(found.choices))
 
 
 def _is_of(candidate: Candidate, laws: tuple[Choice, ...]) -> bool:
