@@ -4,6 +4,8 @@ BIN    := $(VENV)/bin
 VERSIONS := $(VENV)/versions.txt
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+# processes that tests start read modules that were compiled before, also where a container says not to
+unexport PYTHONDONTWRITEBYTECODE
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 

@@ -21,9 +21,13 @@ ROOT = Path(__file__).parent.parent
 
 
 def pytest_collection_finish() -> None:
-    """Leave what was imported out of every later collection of garbage."""
+    """Leave what was imported out of every later collection of garbage, of which there are few.
+
+    As often as Python does by itself they take a twentieth of the time.
+    """
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 SHARED = Path(os.environ.get("AUTODB_SHARED", ROOT.parent / "shared"))
@@ -103,8 +107,20 @@ Cli = Callable[..., Ran]
 
 
 @pytest.fixture
-def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Cli:
+def taught(request: pytest.FixtureRequest) -> str:
+    """Return by what pairs are learnt, which holds before any other fixture learns one."""
+    if "one_law" not in request.fixturenames:
+        return ""
+    request.getfixturevalue("one_law")  # pytest sets what a mark uses up last
+    return " by one law"
+
+
+@pytest.fixture
+def cli(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, taught: str
+) -> Cli:
     """Return a function that runs a command in-process, in a fresh working folder."""
+    del taught
     from autodb.cli import run
 
     monkeypatch.chdir(tmp_path)
@@ -120,8 +136,7 @@ def cli(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     return call
 
 
-@pytest.fixture
-def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+def learn_by_one_law(patch: pytest.MonkeyPatch) -> None:
     """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
 
     For tests that ask what becomes of cuts and versions, not how well they are learnt: that laws
@@ -131,7 +146,13 @@ def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
     from autodb.pairs.updating import posterior_of_readings
 
     for room in (learning, states):
-        monkeypatch.setattr(room, "learn_averaging", posterior_of_readings)
+        patch.setattr(room, "learn_averaging", posterior_of_readings)
+
+
+@pytest.fixture
+def one_law(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the agent learn pairs by one law, in the test and in what is made for it."""
+    learn_by_one_law(monkeypatch)
 
 
 Once = Callable[..., Path]
@@ -145,7 +166,7 @@ def filled() -> dict[str, Path]:
 
 @pytest.fixture
 def once(
-    request: pytest.FixtureRequest,
+    taught: str,
     filled: dict[str, Path],
     tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
@@ -154,7 +175,6 @@ def once(
 
     The folder is the same each time, so that paths kept in a database hold; it is set back first.
     """
-    taught = " by one law" if "one_law" in request.fixturenames else ""
 
     def call(fill: Callable[[], None]) -> Path:
         name = f"{fill.__module__}.{fill.__qualname__}{taught}"

@@ -6,6 +6,7 @@ Biometrics 38:963), which counts what the columns X have taken up.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +106,7 @@ def _all_own(design: Array, values: Array, known: Array) -> float:
 def _optima(rows: "_Rows") -> list[tuple[float, "_Point"]]:
     """Return the points at which the rows are likeliest, each with its probability."""
     q = rows.shared.shape[1]
-    triangle_of_one = np.eye(q)[np.tril_indices(q)]
+    triangle_of_one = np.eye(q)[_lower(q)]
 
     def misfit(at: Array) -> tuple[float, Array]:
         point = rows.at(at)
@@ -119,9 +120,15 @@ def _optima(rows: "_Rows") -> list[tuple[float, "_Point"]]:
     return [(p, rows.at(at)) for p, at in optima(misfit, starts, numbers=numbers)]
 
 
+@cache
+def _lower(q: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return where a triangle (q, q) has numbers."""
+    return np.tril_indices(q)
+
+
 def _root(values: Array, q: int) -> Array:
     root = np.zeros((q, q))
-    root[np.tril_indices(q)] = values
+    root[_lower(q)] = values
     return root
 
 
@@ -181,7 +188,7 @@ class _Rows:
         trace = np.sum(1.0 / variance) - np.trace(lost, axis1=1, axis2=2).sum()
         trace -= np.trace(np.linalg.solve(fixed, solved[:, :p].T @ solved[:, :p]))
         by_own = 2.0 * at[0] * (trace - left @ left)
-        gradient = np.concatenate([[by_own], by_root[np.tril_indices(q)]])
+        gradient = np.concatenate([[by_own], by_root[_lower(q)]])
         return _Point(misfit, gradient, float(own), root, sensed @ root @ root.T)
 
     def _by_group(self, values: Array) -> Array:

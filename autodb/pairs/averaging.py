@@ -18,7 +18,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting import Gaussian, root_of
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import FAR, PairPosterior, Scatter, Shared
-from autodb.pairs.updating import met, posterior_of_readings
+from autodb.pairs.updating import AtKnownMaximum, met, posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -59,8 +59,8 @@ def _hills(
     """Return the hills found of laws near and FAR off in ``most`` steps, and their log odds."""
     first = [_found(law, observed, most) for law in laws]
     second = [
-        None if other is None else _found(law, observed, most, near=other)
-        for law, other in zip(laws, first[::-1], strict=True)
+        None if other is None else _found(law, observed, most, near=other, known=own)
+        for law, own, other in zip(laws, first, first[::-1], strict=True)
     ]
     hills, logs = [], []
     for law, odds, some in zip(laws, (1.0, FAR_ODDS), zip(first, second, strict=True), strict=True):
@@ -76,10 +76,12 @@ def _found(
     most: int,
     *,
     near: PairPosterior | None = None,
+    known: PairPosterior | None = None,
 ) -> PairPosterior | None:
+    """Return the hill that is climbed; None where none is, or the one that is ``known``."""
     try:
-        return posterior_of_readings(law, observed, near=near, most=most)
-    except UnusableInput:
+        return posterior_of_readings(law, observed, near=near, most=most, known=known)
+    except (UnusableInput, AtKnownMaximum):
         return None
 
 

@@ -45,9 +45,16 @@ TINY = 1e-12
 """Square of a part, N², below which there is none."""
 MOSTLY = np.sqrt(0.5)
 """Share of a force off the surface from which on its reading is one of the passive force."""
+REACHED = 1e-2
+"""Standard deviations within which a climb is at a maximum that is known. Chosen: rounds near one
+end at it."""
 ENOUGH = 1e-3
 """Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
 answer shows."""
+
+
+class AtKnownMaximum(Exception):  # noqa: N818 - where a climb is, not an error
+    """A climb that comes to a maximum that is known."""
 
 
 def posterior_of_readings(
@@ -56,20 +63,22 @@ def posterior_of_readings(
     *,
     near: PairPosterior | None = None,
     most: int | None = None,
+    known: PairPosterior | None = None,
 ) -> PairPosterior:
     """Return the posterior after readings.
 
     ``near``: one that is close to it, from which the maximum is searched for; it has no other
-    effect where there is one maximum.
+    effect where there is one maximum. ``known``: the posterior at a maximum that was found before.
 
-    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps.
+    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps, and
+    AtKnownMaximum where it comes to the one that is ``known``.
     """
     prior, model = met(posterior, observed)
     begun = (
         prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
     )
     try:
-        state, scatter = _Rounds(prior, model, most).settled(begun)
+        state, scatter = _Rounds(prior, model, most, known).settled(begun)
     except NotSettled as error:
         cuts = len(np.unique(observed.cut))
         raise UnusableInput(
@@ -154,10 +163,17 @@ class _Rounds:
     step is one least-squares problem, solved by QR: normal equations would know it to 1e-6 sd only.
     """
 
-    def __init__(self, prior: PairPosterior, model: Modelled, most: int | None) -> None:
+    def __init__(
+        self,
+        prior: PairPosterior,
+        model: Modelled,
+        most: int | None,
+        known: PairPosterior | None = None,
+    ) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
         self._most = most
+        self._known = None if known is None else self._place(known)
         self._rounds, self._steps, self._length = 0, 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
@@ -171,15 +187,21 @@ class _Rounds:
             weight = found.weight
             spread = np.linalg.norm(dtrtri(triangle)[0], axis=1)
             there = np.concatenate([z, 2.0 * np.log(found.share)])
-            return there, np.concatenate([spread, np.sqrt(2.0 / weight)])
+            size = np.concatenate([spread, np.sqrt(2.0 / weight)])
+            if self._known is not None and np.all(np.abs(there - self._known) < REACHED * size):
+                raise AtKnownMaximum
+            return there, size
 
-        off = begun.state.mean - self._prior.state.mean
-        z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
-        begin = np.concatenate([z, 2.0 * np.log(begun.scatter.share)])
-        place = stationary(moved, begin, enough=ENOUGH)
+        place = stationary(moved, self._place(begun), enough=ENOUGH)
         spread = self._root @ dtrtri(triangle)[0]
         state = Gaussian(self._mean(place[:-FORCE]), spread @ spread.T)
         return state, Scatter(np.exp(0.5 * place[-FORCE:]), weight)
+
+    def _place(self, posterior: PairPosterior) -> Array:
+        """Return z and the logarithms of scatter's variances of a posterior."""
+        off = posterior.state.mean - self._prior.state.mean
+        z = np.linalg.lstsq(self._root, off, rcond=1e-12)[0]
+        return np.concatenate([z, 2.0 * np.log(posterior.scatter.share)])
 
     def _mean(self, z: Array) -> Array:
         return np.asarray(self._prior.state.mean + self._root @ z)
@@ -193,14 +215,18 @@ class _Rounds:
         self._rounds += 1
         seen, design = self._model.steep(self._mean(z))
         noise = self._model.noise(seen, scatter)
-        for _ in range(STEPS):
+        for taken in range(STEPS):
             self._steps += 1
             if self._most is not None and self._steps > self._most:
                 raise NotSettled(f"not at rest after {self._most} steps")
             triangle, columns, step = self._step(z, seen, design, noise)
             promised = float(np.sum((triangle @ step) ** 2))
+            before = z
             z, seen = self._halved(z, seen, step, noise, promised=promised)
             if np.max(np.abs(step) / np.linalg.norm(dtrtri(triangle)[0], axis=1)) < CLOSE:
+                break
+            if z is before:  # no length led down, nor would it in all the other steps
+                self._steps += STEPS - 1 - taken
                 break
             seen, design = self._model.steep(self._mean(z))
         known = dtrtrs(triangle, columns.T, trans=1)[0]

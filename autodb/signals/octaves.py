@@ -19,6 +19,8 @@ HALF_BAND = np.array([3.0, 0.0, -25.0, 0.0, 150.0, 256.0, 150.0, 0.0, -25.0, 0.0
 """Half-band low-pass of 11 taps, flat at 0 to the sixth order: Lagrange interpolation of the middle
 from six neighbours, beside the middle itself."""
 HALF_BAND_REACH = 5
+FREQUENCIES = np.linspace(0.0, 0.5, 513)
+"""In cycles a sample of an octave, at which gains are tabulated."""
 ANALYTIC_REACH = 5
 TURNING = np.array([1.0, 0.0, -1.0], dtype=np.complex128)
 """Band-pass of a space vector, which has no negative frequencies of its own: the difference of its
@@ -100,19 +102,24 @@ class Gains:
 
 def octave_gains(taps: Samples, octaves: int) -> list[Gains]:
     """Return the gains of each octave's band-pass ``taps`` behind its half-band filters."""
-    frequency = np.linspace(0.0, 0.5, 513)
-    band = np.abs(response(taps, frequency)) ** 2
-    through = np.ones_like(frequency)
+    band = np.abs(response(taps, FREQUENCIES)) ** 2
     noise = np.zeros(2 * HALF_BAND_REACH + 1)  # autocovariance of white noise at lags 0, 1, …
     noise[0] = 1.0
     found = []
     for octave in range(octaves):
         left = _left(taps, noise, 0), _left(taps, noise, 1)
-        found.append(Gains(frequency, band * through, left[0].real, left[1]))
+        found.append(Gains(FREQUENCIES, band * _let_through(octave), left[0].real, left[1]))
         noise = _decimated(noise)
-        chain = frequency[:, None] / 2.0 ** np.arange(1, octave + 2)
-        through = np.prod([np.abs(response(HALF_BAND, f)) ** 2 for f in chain.T], axis=0)
     return found
+
+
+@cache
+def _let_through(octave: int) -> Array:
+    """Return the power gain of the half-band filters down to an octave, at its FREQUENCIES."""
+    if octave == 0:
+        return np.ones_like(FREQUENCIES)
+    last = np.abs(response(HALF_BAND, FREQUENCIES / 2.0**octave)) ** 2
+    return np.asarray(_let_through(octave - 1) * last)
 
 
 def _left(taps: Samples, noise: Array, ahead: int) -> complex:

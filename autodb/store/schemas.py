@@ -32,11 +32,11 @@ def make_in(connection: Connection) -> None:
         Column("version_num", String(32), nullable=False),
         PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
     )
-    models.Base.metadata.create_all(connection)
+    models.Base.metadata.create_all(connection, checkfirst=False)  # nothing is there: callers ask
     if connection.dialect.name == SQLITE:
-        rowsums.SUMS.create(connection)
+        rowsums.SUMS.create(connection, checkfirst=False)
     rowsums.lay(connection)
-    stamp.create(connection)
+    stamp.create(connection, checkfirst=False)
     connection.execute(stamp.insert().values(version_num=head()))
 
 

@@ -18,7 +18,7 @@ from numpy.testing import assert_allclose
 import autodb
 from autodb.library.given import taken
 from autodb.library.machine import ShopMachine
-from tests.conftest import ROOT, Cli
+from tests.conftest import ROOT, Cli, learn_by_one_law
 
 pytestmark = pytest.mark.usefixtures("one_law")
 
@@ -45,7 +45,9 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> ShopMachine:
     for name in ("standard-cuts.csv", "shop-week-1.csv"):
         made.import_(pd.read_csv(RECORDINGS / name), name=Path(name).stem)
     assert set(made.calibrate().to_pandas()["axis"]) == {"x", "z", "spindle"}
-    made.refresh()
+    with pytest.MonkeyPatch.context() as patch:
+        learn_by_one_law(patch)
+        made.refresh()
     return made
 
 

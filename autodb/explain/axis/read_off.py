@@ -309,11 +309,11 @@ def _non_negative(matrix: Array, right: Array, signed: NDArray[np.bool_]) -> tup
     """Return least-squares coefficients (k,), those ``signed`` not negative, and what is left."""
     size = np.sqrt(np.mean(matrix**2, axis=0))
     size = np.where(size > 0, size, 1.0)
-    free = -matrix[:, ~signed] / size[~signed]
-    whole = np.column_stack([matrix / size, free, right])
+    whole = np.column_stack([matrix / size, right])
     triangle = np.asarray(np.linalg.qr(whole, mode="r"), dtype=np.float64)
-    found, left = nnls(triangle[:, :-1], triangle[:, -1])
     count = matrix.shape[1]
+    columns = triangle[:, :count]  # those that may be negative stand there twice
+    found, left = nnls(np.column_stack([columns, -columns[:, ~signed]]), triangle[:, -1])
     found[:count][~signed] -= found[count:]
     return np.asarray(found[:count] / size, dtype=np.float64), float(left**2)
 

@@ -9,7 +9,6 @@ once of everything that the forces may hold, in chunks of cuts.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -20,7 +19,7 @@ from scipy import sparse
 from autodb.explain.cuts.candidates.laws import LawColumns, SpreadLaw
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.evidence import NOTHING, ExplainedShare, Given, Keys, Products
+from autodb.explain.engine.evidence import Given, Keys, Products
 from autodb.explain.engine.search import DETAIL, CandidateSearch, FoundSet
 
 Array = NDArray[np.float64]
@@ -92,13 +91,13 @@ class TableGiven(Given):
         after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
         return np.asarray(np.maximum(after - self.of.likelihood(self.rss) - cost, 0.0))
 
-    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> ExplainedShare:
-        found = super()._gain(at, mix)
-        if found is NOTHING:
-            return NOTHING
-        after = self.of.likelihood(max(self.rss - found.full, 0.0))
-        full = after - self.of.likelihood(self.rss)
-        return replace(found, full=full, evidence=max(0.0, full - found.cost))
+    def _counted(self, full: Array, evidence: Array) -> tuple[Array, Array]:
+        """Return by how much twice the log-likelihood rises where squares fall by ``full``, and
+        its evidence.
+        """
+        after = self.of.likelihoods(np.maximum(self.rss - full, 0.0))
+        rise = after - self.of.likelihood(self.rss)
+        return rise, np.maximum(rise - (full - evidence), 0.0)
 
 
 class TableSearch(CandidateSearch):

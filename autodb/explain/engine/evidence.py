@@ -12,7 +12,7 @@ a smooth curve of many columns pays only for the directions that it uses. Source
 Bayesian interpolation (evidence of a linear model).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Self
@@ -102,7 +102,7 @@ class Given:
         self._gains: dict[tuple[str, int], ExplainedShare] = {}
         self._basis = np.zeros((0, 0))
         if len(columns):
-            values, vectors = np.linalg.eigh(products.inner[np.ix_(columns, columns)])
+            values, vectors = np.linalg.eigh(products.inner[columns[:, None], columns])
             keep = values > SPANNED * 1e-2 * values[-1]
             self._basis = vectors[:, keep] / np.sqrt(values[keep])
         self._difference = self._along(0)
@@ -111,9 +111,8 @@ class Given:
         """Return columns, or one, along the columns projected out (q, p), worked out where asked:
         all of those of many sets would fill the memory.
         """
-        here = np.ix_(self.columns, np.atleast_1d(at))
-        found = self._basis.T @ self.of.inner[here]
-        return np.asarray(found[:, 0] if np.ndim(at) == 0 else found)
+        rows = self.columns if np.ndim(at) == 0 else self.columns[:, None]
+        return np.asarray(self._basis.T @ self.of.inner[rows, at])
 
     @property
     def explained(self) -> float:
@@ -157,43 +156,83 @@ class Given:
     ) -> ExplainedShare:
         """Return what the columns of ``key`` explain of what is left; nothing if not allowed."""
         if key not in self._gains:
-            self._gains[key] = self._gain(self.of.places[key])
+            self.work_out([key])
         gain = self._gains[key]
         if gain is NOTHING or allowed is None or allowed(gain.coefficients):
             return gain
         return NOTHING
 
+    def work_out(self, keys: Iterable[tuple[str, int]]) -> None:
+        """Work out what the columns of each of some keys explain: those of as many together."""
+        alike: dict[int, list[tuple[str, int]]] = {}
+        for key in keys:
+            if key not in self._gains:
+                alike.setdefault(len(self.of.places[key]), []).append(key)
+        for some in alike.values():
+            at = np.array([self.of.places[key] for key in some])
+            self._gains.update(zip(some, self._shares(at, *self._left(at)), strict=True))
+
     def gain_of(self, at: NDArray[np.intp]) -> ExplainedShare:
         """Return what columns at some places explain of what is left, free or all alike."""
-        norm = self.of.norm[at]
-        alike = self._gain(at, norm[:, None] / np.linalg.norm(norm))
-        return max(self._gain(at), alike, key=lambda gain: gain.evidence)
+        matrix, right = self._left(at[None])
+        mix = (self.of.norm[at] / np.linalg.norm(self.of.norm[at]))[:, None]
+        free = self._shares(at[None], matrix, right)
+        alike = self._shares(at[None, :1], mix.T @ matrix @ mix, right @ mix)
+        return max(*free, *alike, key=lambda gain: gain.evidence)
 
-    def _gain(self, at: NDArray[np.intp], mix: Array | None = None) -> ExplainedShare:
-        """Return what columns explain, or ``mix`` (p, k) of them, k alone for ``at`` of size k."""
-        held = self._along(at)
-        matrix = self.of.inner[np.ix_(at, at)] - held.T @ held
-        right = self.of.inner[at, 0] - held.T @ self._difference
-        if mix is not None:
-            matrix, right, at = mix.T @ matrix @ mix, mix.T @ right, at[: mix.shape[1]]
+    def _left(self, at: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return of k sets of p columns (k, p) what is left of their products with each other,
+        (k, p, p), and with the difference, (k, p).
+        """
+        held = np.moveaxis(self._along(at.ravel()).reshape(-1, *at.shape), 0, 2)
+        matrix = self.of.inner[at[:, :, None], at[:, None, :]] - held @ held.transpose(0, 2, 1)
+        return matrix, self.of.inner[at, 0] - held @ self._difference
+
+    def _shares(self, at: NDArray[np.intp], matrix: Array, right: Array) -> list[ExplainedShare]:
+        """Return what each of k sets of columns explains, of what is left of their products.
+
+        ``at`` (k, p): columns of their size.
+        """
         values, vectors = np.linalg.eigh(matrix)
         keep = values > SPANNED
-        if not keep.any():
-            return NOTHING
-        values, along = values[keep], vectors[:, keep].T @ right
-        scaled = vectors[:, keep] @ (along / values)
-        coefficients = scaled * self.of.norm[0] / self.of.norm[at]
-        squares = along**2 * self.of.norm[0] ** 2 / self.of.variance
-        full = float(np.sum(squares / values))
-        spread = np.sqrt(np.sum(vectors[:, keep] ** 2 / values, axis=1) * self.of.variance)
-        greatest, size = greatest_evidence(squares, values)
-        return ExplainedShare(full, greatest, coefficients, spread / self.of.norm[at], size)
+        kept = np.count_nonzero(keep, axis=1)
+        inverse = np.where(keep, 1.0 / np.where(keep, values, 1.0), 0.0)
+        along = (right[:, None, :] @ vectors)[:, 0]
+        scaled = (vectors @ (along * inverse)[:, :, None])[:, :, 0]
+        size, variance = self.of.norm[0], self.of.variance
+        squares = along**2 * inverse * (size**2 / variance)
+        spread = np.sqrt((vectors**2 @ inverse[:, :, None])[:, :, 0] * variance)
+        greatest, sizes = _greatest_evidence(squares, np.where(keep, values, 0.0), kept)
+        full, evidence = self._counted(squares.sum(axis=1), greatest)
+        coefficients, sd = scaled * size / self.of.norm[at], spread / self.of.norm[at]
+        return [
+            ExplainedShare(
+                float(full[k]), float(evidence[k]), coefficients[k], sd[k], float(sizes[k])
+            )
+            if some
+            else NOTHING
+            for k, some in enumerate(kept)
+        ]
+
+    def _counted(self, full: Array, evidence: Array) -> tuple[Array, Array]:
+        """Return by how much twice the log-likelihood rises where squares fall by ``full``, and
+        its evidence.
+        """
+        return full, evidence
 
 
-def greatest_evidence(squares: Array, values: Array) -> tuple[float, float]:
-    """Return the greatest of the evidence over τ, not below 0 (τ = 0), and its τ²."""
-    spread = SIZES[:, None] * values / values.mean()
-    fit = squares / values * spread / (1.0 + spread) - np.log1p(spread)
-    total = fit.sum(axis=1)
-    best = int(np.argmax(total))
-    return max(0.0, float(total[best])), float(SIZES[best] / values.mean())
+def _greatest_evidence(
+    squares: Array, values: Array, kept: NDArray[np.intp]
+) -> tuple[Array, Array]:
+    """Return the greatest of the evidence over τ, not below 0 (τ = 0), and its τ², both (k,).
+
+    ``squares`` (k, p): fall of the sum of squares along each direction; ``values`` (k, p), 0 where
+    there is none, of which ``kept`` (k,) are.
+    """
+    mean = values.sum(axis=1) / np.maximum(kept, 1)
+    mean[kept == 0] = 1.0
+    spread = SIZES[:, None, None] * (values / mean[:, None])
+    total = np.sum(squares * (spread / (1.0 + spread)) - np.log1p(spread), axis=2)
+    best = np.argmax(total, axis=0)
+    greatest = np.take_along_axis(total, best[None], axis=0)[0]
+    return np.maximum(greatest, 0.0), SIZES[best] / mean

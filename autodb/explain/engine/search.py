@@ -130,15 +130,19 @@ class CandidateSearch:
 
     def _best_of_all(self, given: Given, candidate: Candidate) -> Offer | None:
         best = self._best_single(given, candidate)
-        for number in self._curves[candidate.key]:
-            choice = Choice(candidate, number)
-            if choice.key in self._barred:
-                continue
+        given.work_out(self._of_curves(candidate))
+        for key in self._of_curves(candidate):
+            choice = Choice(candidate, key[1])
             gain = given.gain(choice.key, allowed=choice.shape.allowed)
             worth = gain.evidence - self.penalty(choice)
             if gain.full > 0 and (best is None or worth > best.worth):
                 best = Offer(choice, worth)
         return best
+
+    def _of_curves(self, candidate: Candidate) -> list[tuple[str, int]]:
+        """Return the keys of the shapes of several columns that are offered."""
+        keys = ((candidate.key, number) for number in self._curves[candidate.key])
+        return [key for key in keys if key not in self._barred]
 
     def _best_single(self, given: Given, candidate: Candidate) -> Offer | None:
         """Return the best allowed of the shapes of one column, all worked out at once."""
@@ -163,6 +167,8 @@ class CandidateSearch:
         open_ones = [
             s for s in candidates or self.candidates if s.key not in taken and s.term not in barred
         ]
+        anew = (s for s in open_ones if (given, s.key) not in self._best)
+        given.work_out(key for candidate in anew for key in self._of_curves(candidate))
         found = (self.best_shape(given, candidate) for candidate in open_ones)
         return [offer for offer in found if offer is not None]
 

@@ -24,6 +24,10 @@ SIDE = 2
 """Cuts on either side of it at least. Chosen."""
 CLEAR = 2.0
 """Standard deviations of the range by which a cut is on one side, or above what folds. Chosen."""
+TINY_A = 1e-12
+"""Range below which it is none, A."""
+SETTLED = 1e-12
+"""Relative change at which a fit ends."""
 STARTS = np.linspace(0.1, 0.9, 9)
 """Quantiles of the forces that are tried as the fold to start from."""
 
@@ -66,14 +70,41 @@ def _fit(sensed: MeasuredCuts, along: Array, start: float) -> tuple[float, float
     range_A = sensed.current if air is None else sensed.current + air
 
     def left(values: Array) -> Array:
-        at, ln_gain, magnetising = values
-        gain = np.exp(ln_gain)
-        if air is None:
-            return np.asarray(np.hypot(magnetising, (along - at) / gain) - range_A)
-        square = air**2 + along * (along - 2.0 * at) / gain**2
-        return np.asarray(np.sqrt(np.maximum(square, 0.0)) - range_A)
+        return np.asarray(_range_A(values, along, air) - range_A)
+
+    def slopes(values: Array) -> Array:
+        return _slopes(values, along, air)
 
     spread = max(float(np.ptp(range_A)), 1e-9)
     gain = max(float(np.max(np.abs(along - start))), 1e-9) / spread
-    found = least_squares(left, (start, np.log(gain), 0.1 * spread), x_scale=(gain, 1.0, spread))
+    found = least_squares(
+        left, (start, np.log(gain), 0.1 * spread), jac=slopes, method="lm",
+        x_scale=(gain, 1.0, spread), ftol=SETTLED, xtol=SETTLED, gtol=SETTLED,
+    )  # fmt: skip
     return float(found.x[0]), float(np.exp(found.x[1])), float(found.x[2]), found.fun
+
+
+def _range_A(values: Array, along: Array, air: Array | None) -> Array:
+    """Return the ranges (n,) of forces at F_0, ln k and the magnetising range."""
+    at, ln_gain, magnetising = values
+    gain = np.exp(ln_gain)
+    if air is None:
+        return np.asarray(np.hypot(magnetising, (along - at) / gain))
+    square = air**2 + along * (along - 2.0 * at) / gain**2
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+
+def _slopes(values: Array, along: Array, air: Array | None) -> Array:
+    """Return the derivatives (n, 3) of the ranges."""
+    at, ln_gain, magnetising = values
+    gain, by = np.exp(ln_gain), np.zeros((len(along), 3))
+    whole = np.maximum(_range_A(values, along, air), TINY_A)
+    if air is None:
+        off = (along - at) / gain
+        by[:, 0], by[:, 1] = -off / gain / whole, -(off**2) / whole
+        by[:, 2] = magnetising / whole
+        return by
+    seen = whole > TINY_A
+    by[:, 0] = seen * -along / gain**2 / whole
+    by[:, 1] = seen * -along * (along - 2.0 * at) / gain**2 / whole
+    return by

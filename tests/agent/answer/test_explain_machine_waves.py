@@ -243,6 +243,7 @@ def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) 
     assert ("its zero is taken from them" in ran.err) == (angle_deg is not None)
 
 
+@pytest.mark.campaign
 def test_stamps_rounded_to_a_millisecond_change_no_number(milled: Cli) -> None:
     """Two rows share a stamp; what is explained is a part of the recording."""
     waves = waves_N(_learnt(), ToolOf("mill-10", TOOL), "side-up", CUT, ANGLE).T

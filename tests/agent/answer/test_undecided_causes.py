@@ -10,6 +10,8 @@ from autodb.proofs.machines.lathe.process import STEEL
 from tests.agent.conftest import MACHINE
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 PAIR = ("--material", "steel bar", "--tool", "carbide insert")
 OLD_S = 1100.0
 JOB = """

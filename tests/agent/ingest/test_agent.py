@@ -17,6 +17,8 @@ from autodb.records.summary import summarise
 from autodb.store import models, open_store
 from tests.conftest import Cli, Ran
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 
 

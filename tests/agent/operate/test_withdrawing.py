@@ -18,6 +18,8 @@ from autodb.assets import kit
 from autodb.store import models, open_store
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 MACHINE = ("--machine", "lathe-1")
 RECORDINGS = kit("sample_jobs") / "stepped_shaft" / "recordings"
 STANDARD, MONDAY, TUESDAY = 1, 2, 3

@@ -15,6 +15,8 @@ from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from autodb.timing.verdict import even
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 Array = NDArray[np.float64]
 
 RATE_HZ, RPM = 1000.0, 2400.0

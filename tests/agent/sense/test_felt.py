@@ -19,6 +19,8 @@ from autodb.sensing.ranges.sensed_force import sense
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 URL = "sqlite:///autodb.sqlite3"
 COEFFICIENTS = {
     "line": [12.0, 200.0],

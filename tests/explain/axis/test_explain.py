@@ -59,7 +59,7 @@ def _missing(answer: ChannelAnswer) -> set[str]:
     return {cause.term for cause in answer.missing if cause.kind == "missing"}
 
 
-@pytest.mark.parametrize("seed", first(2, range(NULLS)))
+@pytest.mark.parametrize("seed", first(1, range(NULLS)))
 def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
     recording, simulation, _ = _pair(100 + seed, ())
     done = explain(recording, simulation)
@@ -219,7 +219,7 @@ def _named(tables: tuple[CutTable, CutTable]) -> set[str]:
     return {c.term for a in channels for c in a.missing if c.kind == "missing"}
 
 
-@pytest.mark.parametrize("seed", first(2, range(6)))
+@pytest.mark.parametrize("seed", first(1, range(6)))
 def test_cut_tables_with_nothing_missing(seed: int) -> None:
     assert _named(_cuts(200 + seed, 0.0, 0.0)) == set()
 

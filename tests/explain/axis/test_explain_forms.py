@@ -127,7 +127,7 @@ def _unknown(recording: Recording, simulation: Array, effect: Array) -> Cause:
     return cause
 
 
-@pytest.mark.parametrize("seed", first(2, range(20, 26)))
+@pytest.mark.parametrize("seed", first(1, range(20, 26)))
 @pytest.mark.parametrize("key", ["direction × y.position", "position × speed", "acceleration"])
 def test_noise_has_no_form(seed: int, key: str) -> None:
     assert short_form(_reading(seed, key, 0.0), 0) is None

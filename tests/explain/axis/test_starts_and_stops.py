@@ -39,7 +39,7 @@ def _named(case: StampCase, *, later_s: float) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("seed", first(2, SEEDS))
+@pytest.mark.parametrize("seed", first(1, SEEDS))
 def test_one_law_is_left_out_and_one_is_named_whenever_the_clock_began(seed: int) -> None:
     case, term = draw_stamped(seed), SEEDS[seed]
     assert case.axis.left_out == term

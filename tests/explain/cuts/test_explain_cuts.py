@@ -219,7 +219,7 @@ def test_an_edge_force_left_out_is_named_on_thin_chips() -> None:
     _assert_within(found, EDGE_N_MM["force.y"], rtol=0.1)
 
 
-@pytest.mark.parametrize("seed", first(2, range(8)))
+@pytest.mark.parametrize("seed", first(1, range(8)))
 def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
     count = (10, 14, 20, 30, 50, 90, 160, 300)[seed]
     table = _table(20 + seed, count)

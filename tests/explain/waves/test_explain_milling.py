@@ -114,7 +114,7 @@ def _named(looked: FoundInWaves) -> list[str]:
     return [c.candidate.term for c in choices if c.candidate.key != OWN_WAYS]
 
 
-@pytest.mark.parametrize("seed", [4105, 4108, 4201])
+@pytest.mark.parametrize("seed", first(1, [4105, 4108, 4201]))
 def test_a_simulations_law_is_read_off_its_waves(seed: int) -> None:
     """A slot on a tilting table, side milling without, and a mill whose angle was not recorded."""
     case = _case("", seed, 20.0)
@@ -154,7 +154,7 @@ KINDS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("kind", "seed"), first(2, KINDS))
+@pytest.mark.parametrize(("kind", "seed"), first(1, KINDS))
 def test_what_is_clear_is_named(kind: str, seed: int) -> None:
     """One effect of clarity 100; cases of development, which the search was written on."""
     case = _case(kind, seed, 100.0)

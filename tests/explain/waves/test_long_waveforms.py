@@ -7,8 +7,10 @@ import pytest
 
 from autodb.explain import Explained, explain
 from autodb.explain.waves import look
+from autodb.explain.waves.law import NOTHING
 from autodb.explain.waves.long_waveforms import rows_searched
-from autodb.explain.waves.simulation import waves_of
+from autodb.explain.waves.teeth import Teeth
+from autodb.explain.waves.waves import Waves, mill_of
 from autodb.explain.waves.world import SimulatedWaves
 from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
 from autodb.proofs.runs.explain.left_out import tables
@@ -22,9 +24,18 @@ MOST = 8000
 
 @cache
 def _world(seed: int) -> SimulatedWaves:
+    """Return a mill's waves of which no law was read: where rows are asks for its angle alone."""
     recording, simulation = tables(draw_planned_mill(seed))
     assert isinstance(recording, Recording)
-    waves = waves_of(recording, simulation.channels)
+    rows = np.ones(len(recording.t_s))
+    angle_rad = (
+        2.0 * np.pi * np.cumsum(recording["spindle.speed"]) / 60.0 / recording.timing.rate_hz
+    )
+    teeth = Teeth(mill_of(recording), angle_rad, rows, rows)
+    forces = np.array([simulation["force.x"]])
+    waves = Waves(
+        ("force.x",), recording.t_s, teeth, np.ones((1, 3, len(rows))), NOTHING, forces, 1.0
+    )
     return SimulatedWaves(waves, recording.timing, has_edge=True)
 
 

@@ -16,6 +16,8 @@ from autodb.reports.axis_course import plot_of_axis
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 WEEKS, STEP_A, SHARE = 3, 0.02, 0.05
 """Air current of z grows by a step a week; in the second the spindle's rise by a share."""
 

@@ -14,6 +14,8 @@ from autodb.sensing.ranges.recorded.raw import cut_stretch
 from autodb.store import models, open_store
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 RAW = "stepped_shaft/recordings/standard-cut-raw.parquet"
 
 
