@@ -28,6 +28,9 @@ TINY_A = 1e-12
 """Range below which it is none, A."""
 SETTLED = 1e-12
 """Relative change at which a fit ends."""
+MOST_LN = 40.0
+"""Of k, in its own unit, the logarithm is at most this, and no less than minus this: along a line
+that does not fold every large k is as good."""
 STARTS = np.linspace(0.1, 0.9, 9)
 """Quantiles of the forces that are tried as the fold to start from."""
 
@@ -81,13 +84,16 @@ def _fit(sensed: MeasuredCuts, along: Array, start: float) -> tuple[float, float
         left, (start, np.log(gain), 0.1 * spread), jac=slopes, method="lm",
         x_scale=(gain, 1.0, spread), ftol=SETTLED, xtol=SETTLED, gtol=SETTLED,
     )  # fmt: skip
-    return float(found.x[0]), float(np.exp(found.x[1])), float(found.x[2]), found.fun
+    return float(found.x[0]), _gain(found.x[1]), float(found.x[2]), found.fun
+
+
+def _gain(ln_gain: float) -> float:
+    return float(np.exp(np.clip(ln_gain, -MOST_LN, MOST_LN)))
 
 
 def _range_A(values: Array, along: Array, air: Array | None) -> Array:
     """Return the ranges (n,) of forces at F_0, ln k and the magnetising range."""
-    at, ln_gain, magnetising = values
-    gain = np.exp(ln_gain)
+    at, gain, magnetising = values[0], _gain(values[1]), values[2]
     if air is None:
         return np.asarray(np.hypot(magnetising, (along - at) / gain))
     square = air**2 + along * (along - 2.0 * at) / gain**2
@@ -96,15 +102,16 @@ def _range_A(values: Array, along: Array, air: Array | None) -> Array:
 
 def _slopes(values: Array, along: Array, air: Array | None) -> Array:
     """Return the derivatives (n, 3) of the ranges."""
-    at, ln_gain, magnetising = values
-    gain, by = np.exp(ln_gain), np.zeros((len(along), 3))
+    at, gain, magnetising = values[0], _gain(values[1]), values[2]
+    by = np.zeros((len(along), 3))
+    moves = abs(values[1]) < MOST_LN
     whole = np.maximum(_range_A(values, along, air), TINY_A)
     if air is None:
         off = (along - at) / gain
-        by[:, 0], by[:, 1] = -off / gain / whole, -(off**2) / whole
+        by[:, 0], by[:, 1] = -off / gain / whole, moves * -(off**2) / whole
         by[:, 2] = magnetising / whole
         return by
     seen = whole > TINY_A
     by[:, 0] = seen * -along / gain**2 / whole
-    by[:, 1] = seen * -along * (along - 2.0 * at) / gain**2 / whole
+    by[:, 1] = moves * seen * -along * (along - 2.0 * at) / gain**2 / whole
     return by
