@@ -85,7 +85,10 @@ def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Can
 
 
 def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Candidate | None:
-    """A ripple over position: cogging, or friction's ripple where it flips with the direction."""
+    """A ripple over position: cogging, or friction's ripple where it flips with the direction.
+
+    A simulation with cogging of its own is offered no further orders: a lag of these would be some.
+    """
     travel = float(np.ptp(s.position))
     speeds = np.abs(left.velocity)
     share, edges = np.histogram(speeds, bins=SPEED_BINS)
@@ -100,7 +103,8 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     if found is None:
         return None
     waves, tries = found
-    every = (waves,) if along else _all_waves(left, waves, tries, length)
+    simulated = "cogging" in s.own
+    every = (waves,) if along or simulated else _all_waves(left, waves, tries, length)
     return travel_ripple(s, number, every, tries, along=along)
 
 
