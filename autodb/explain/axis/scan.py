@@ -32,6 +32,9 @@ RIPPLES = (2, 4, 8, 12)
 """Ripples that one cogging is made of; `MOST_RIPPLES` are looked for."""
 MOST_RIPPLES = RIPPLES[-1]
 SPEED_BINS = 40
+BOTH_WAYS = 0.02
+"""Share of the rows in each direction, from which on what flips with it is told from what does not.
+Chosen."""
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
 """A load begins and ends this share of the recording from its ends; else it is a change."""
@@ -88,7 +91,10 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     """A ripple over position: cogging, or friction's ripple where it flips with the direction.
 
     A simulation with cogging of its own is offered no further orders: a lag of these would be some.
+    In one direction both are the same, and it is offered as cogging.
     """
+    if along and not _turns_back(left):
+        return None
     travel = float(np.ptp(s.position))
     speeds = np.abs(left.velocity)
     share, edges = np.histogram(speeds, bins=SPEED_BINS)
@@ -106,6 +112,12 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     simulated = "cogging" in s.own
     every = (waves,) if along or simulated else _all_waves(left, waves, tries, length)
     return travel_ripple(s, number, every, tries, along=along)
+
+
+def _turns_back(left: Left) -> bool:
+    """Whether the axis moves in both directions."""
+    back, forth = np.mean(left.sense < 0.0), np.mean(left.sense > 0.0)
+    return bool(min(back, forth) > BOTH_WAYS)
 
 
 def _all_waves(
