@@ -181,14 +181,12 @@ def _amplitude(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
 
 
 def _further_ripples(found: Read, reading: AxisReading) -> dict[str, IntervalValue]:
-    """Return amplitude and period of each ripple beside the first, numbered from 2 on; its cosine
-    and sine are called by how many of its waves the first's period holds.
-    """
+    """Return height and period of each ripple beside the first, called by its waves in that one."""
     orders = [name.removeprefix("cosine") for name in found if name.startswith("cosine ")]
     for number, order in enumerate(orders, 2):
         new = {
             f"amplitude_{number}": _height(found, order, reading),
-            f"period_{number}": _scaled(found["period"], 1.0 / float(order), reading.signals.unit),
+            f"period_{number}": _scaled(found["period"], 1.0 / float(order), found["period"].unit),
         }
         found = _instead(found, (f"cosine{order}", f"sine{order}"), new)
     return dict(found)
