@@ -4,68 +4,139 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
+from pyarrow import compute
 
 Array = NDArray[np.float64]
 
-MONTHS = 12
-_DAY_FIRST = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[ T]+")
-_SLASHES = re.compile(r"^(\d{1,2})/(\d{1,2})/(\d{4})[ T]+")
-_HOUR = re.compile(r"^(\d{1,2}):")
-_COLON_MS = re.compile(r"(\d:\d\d:\d\d):(\d{1,9})$")
-_HALF_DAY = re.compile(r"(\d{1,2})(:\d\d:\d\d\S*)\s*([AaPp])\.?[Mm]\.?$")
-_ONE_DIGIT_HOUR = re.compile(r"[T ](\d):")
+_NAMED_MONTHS = (
+    ("jan", "ene", "gen"),
+    ("feb", "fev", "fév"),
+    ("mar", "mär", "mrz"),
+    ("apr", "avr", "abr"),
+    ("may", "mai", "mag"),
+    ("jun", "giu", "juin"),
+    ("jul", "lug", "juil"),
+    ("aug", "aoû", "ago"),
+    ("sep", "set"),
+    ("oct", "okt", "ott"),
+    ("nov",),
+    ("dec", "dez", "déc", "dic"),
+)
+"""Beginnings of the months' names in five languages; the longer ones tell June from July."""
+_NUMBERED = r"^(\d{1,2})[./-](\d{1,2})[./-]"
+_BEYOND_MONTHS = r"(1[3-9]|[23]\d)[./-]"
+_YEARS = ((r"(\d{4})[ T]+", r"\3"), (r"(\d\d)[ T]+", r"20\3"))
+"""Years of four digits, and of two, with what follows; and how they are written in full."""
+_COMPACT = re.compile(r"\d{8}T\d{6}")
+_DURATION = r"^((\d+ days? +)?\d{1,9}:)?\d{1,9}:\d+\.?\d*$"
+_HALF_DAY = r"([0-9:.]+) *([AaPp])\.?[Mm]\.?$"
 
 
 def is_date(text: str) -> bool:
-    """Say whether a text is a moment as loggers write it."""
-    return ":" in text and any(c.isdigit() for c in text)
+    """Say whether a text is a moment as loggers write it.
+
+    >>> is_date("27.11.2026 10:00:00"), is_date("20261127T100000"), is_date("12.5")
+    (True, True, False)
+    """
+    return (":" in text and any(c.isdigit() for c in text)) or bool(_COMPACT.match(text))
 
 
 def seconds_of(texts: Sequence[str]) -> Array | None:
-    """Return moments as seconds since 1970, or since midnight where there is no date, (n,).
+    """Return moments as seconds since 1970, or since midnight or a start where there is no date.
 
-    NaN where a text is empty; without a zone as in UTC. None where a text is no moment.
+    Shape (n,); NaN where a text is empty; without a zone as in UTC. None where a text is no moment.
     """
+    written = compute.utf8_trim_whitespace(pa.array(texts, pa.string()))
+    given = compute.not_equal(written, "").to_numpy(zero_copy_only=False)
+    plain = compute.replace_substring(written.filter(pa.array(given)), ",", ".")
+    plain = _replaced(plain, r"(\d:\d\d:\d\d):(\d{1,9})$", r"\1.\2")
+    plain, later_s = _whole_days(plain)
+    for read in (_moments, _durations, _rewritten):
+        seconds = read(plain)
+        if seconds is not None:
+            found = np.full(len(written), np.nan)
+            found[given] = seconds + later_s
+            return found
+    return None
+
+
+def _replaced(texts: pa.Array, pattern: str, by: str) -> pa.Array:
+    return compute.replace_substring_regex(texts, pattern, by)
+
+
+def _any(texts: pa.Array, pattern: str) -> bool:
+    return bool(compute.any(compute.match_substring_regex(texts, pattern)).as_py())
+
+
+def _whole_days(texts: pa.Array) -> tuple[pa.Array, Array]:
+    """Return times before or after noon without saying so, and what is to be added to each, s."""
+    if not _any(texts, _HALF_DAY):
+        return texts, np.zeros(len(texts))
+    plain = _replaced(_replaced(texts, _HALF_DAY, r"\1"), r"(\d) *([AaPp])\.?[Mm]\.?$", r"\1")
+    plain = _replaced(plain, r"(^|[ T])12:", r"\100:")
+    after = compute.match_substring_regex(texts, r"[Pp]\.?[Mm]\.?$")
+    return plain, 43_200.0 * after.to_numpy(zero_copy_only=False)
+
+
+def _moments(texts: pa.Array) -> Array | None:
+    """Return dates as ISO 8601 has them as seconds since 1970, (n,)."""
     import pandas as pd
 
-    plain = _as_iso([text.strip().replace(",", ".") for text in texts])
-    written = pd.Series(plain, dtype="str")
-    given = (written != "").to_numpy()
     try:
-        moments = pd.to_datetime(written[given], format="ISO8601", utc=True)
+        moments = pd.to_datetime(texts.to_pandas(), format="ISO8601", utc=True)
     except ValueError:
         return None
-    found = np.full(len(plain), np.nan)
     since = moments - pd.Timestamp("1970-01-01", tz="UTC")
-    found[given] = (since / pd.Timedelta(1, "s")).to_numpy(dtype=np.float64)
-    return found
+    return np.asarray(since / pd.Timedelta(1, "s"), dtype=np.float64)
 
 
-def _as_iso(texts: Sequence[str]) -> list[str]:
-    """Return moments of other ways of writing in that of ISO 8601.
+def _durations(texts: pa.Array) -> Array | None:
+    """Return times of day, and durations beyond one, in s, (n,).
 
-    Hours before or after noon are of 24, a colon before a fraction is a point. Between slashes the
-    month comes first, unless it would be a thirteenth.
+    One colon stands between minutes and seconds where seconds have a fraction, else between hours
+    and minutes.
     """
-    slashes = [found for text in texts if (found := _SLASHES.match(text))]
-    day_first = any(int(found[1]) > MONTHS for found in slashes)
-
-    def from_slashes(found: re.Match[str]) -> str:
-        month, day = (found[2], found[1]) if day_first else (found[1], found[2])
-        return f"{found[3]}-{int(month):02}-{int(day):02}T"
-
-    made = []
-    for text in texts:
-        one = _HALF_DAY.sub(_of_whole_day, _COLON_MS.sub(r"\1.\2", text))
-        one = _DAY_FIRST.sub(lambda m: f"{m[3]}-{int(m[2]):02}-{int(m[1]):02}T", one)
-        one = _SLASHES.sub(from_slashes, one)
-        one = _HOUR.sub(lambda m: f"1970-01-01T{int(m[1]):02}:", one)
-        made.append(_ONE_DIGIT_HOUR.sub(lambda m: f"T0{m[1]}:", one))
-    return made
+    if not compute.all(compute.match_substring_regex(texts, _DURATION)).as_py():
+        return None
+    parts = compute.split_pattern(_replaced(texts, r"^(\d+) days? +", r"\1:"), ":")
+    counts = set(compute.unique(compute.list_value_length(parts)).to_pylist())
+    if len(counts) != 1:
+        return None
+    (count,) = counts
+    seconds = (86_400.0, 3600.0, 60.0, 1.0)[-count:]
+    if count == 2 and not _any(texts, r"\."):
+        seconds = (3600.0, 60.0)
+    cells = [compute.list_element(parts, k).cast(pa.float64()) for k in range(count)]
+    found = [size * cell.to_numpy() for size, cell in zip(seconds, cells, strict=True)]
+    return np.asarray(sum(found), dtype=np.float64)
 
 
-def _of_whole_day(found: re.Match[str]) -> str:
-    """Return a time before or after noon as one of 24 hours."""
-    hour = int(found[1]) % 12 + (12 if found[3] in "Pp" else 0)
-    return f"{hour:02}{found[2]}"
+def _rewritten(texts: pa.Array) -> Array | None:
+    """Return dates of other ways of writing as seconds since 1970, (n,).
+
+    Between slashes the month comes first, between points and dashes the day, unless that would be
+    a thirteenth month.
+    """
+    month_first = not _any(texts, r"^\d{1,2}[.-]")
+    if _any(texts, rf"^{_BEYOND_MONTHS}" if month_first else rf"^\d{{1,2}}[./-]{_BEYOND_MONTHS}"):
+        month_first = not month_first
+    for year, full in _YEARS:
+        order = rf"{full}-\1-\2T" if month_first else rf"{full}-\2-\1T"
+        texts = _replaced(texts, _NUMBERED + year, order)
+    if _any(texts, r"^[^T]*\pL{3}"):
+        texts = _with_numbered_months(texts)
+    texts = _replaced(texts, r"-(\d)-", r"-0\1-")
+    return _moments(_replaced(_replaced(texts, r"-(\d)T", r"-0\1T"), r"[T ](\d):", r"T0\1:"))
+
+
+def _with_numbered_months(texts: pa.Array) -> pa.Array:
+    """Return dates whose months have names in the order of ISO 8601."""
+    for number, names in reversed([*enumerate(_NAMED_MONTHS, start=1)]):
+        month = rf"(?i:(?:{'|'.join(names)})\pL*)"
+        for year, full in _YEARS:
+            by = rf"{full.replace('3', '2')}-{number}-\1T"
+            texts = _replaced(texts, rf"^(\d{{1,2}})[-. ]+{month}[-. ]+{year}", by)
+            texts = _replaced(texts, rf"^{month}[-. ]+(\d{{1,2}})[-. ]+{year}", by)
+    return texts

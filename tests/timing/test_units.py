@@ -68,6 +68,17 @@ def test_a_map_at_creep_is_not_doubted() -> None:
         (["13:59:50:123", "13:59:50:623"], 0.5),
         (["5/1/2026 11:59:59.5 AM", "5/1/2026 12:00:00.5 PM"], 1.0),
         (["5/1/2026 11:59:59 pm", "5/2/2026 12:00:01 am"], 2.0),
+        (["29.03.26 10:00:00,5", "29.03.26 10:00:01,5"], 1.0),
+        (["29-03-2026 10:00:00", "29-03-2026 10:00:00.25"], 0.25),
+        (["31-May-2026 23:59:59", "01-Jun-2026 00:00:01"], 2.0),
+        (["30. Juin 2026 23:59:59", "1. Juillet 2026 00:00:01"], 2.0),
+        (["Dez 31, 2025 23:59:59.5", "Jan 1, 2026 00:00:00"], 0.5),
+        (["2026/03/29 10:00:00.5", "2026/03/29 10:00:00.75"], 0.25),
+        (["20260329T100000.5", "20260329T100001.5"], 1.0),
+        (["23:59:59.5", "24:00:00.5"], 1.0),
+        (["0 days 23:59:59", "1 days 00:00:01"], 2.0),
+        (["59:59.25", "60:00.75"], 1.5),
+        (["10:00", "10:01"], 60.0),
     ],
 )
 def test_dates_are_read_as_loggers_write_them(texts: list[str], seconds: float) -> None:
@@ -78,7 +89,8 @@ def test_dates_are_read_as_loggers_write_them(texts: list[str], seconds: float) 
 
 
 def test_what_is_no_date_is_none() -> None:
-    assert seconds_of(["noon"]) is None
+    for text in ("noon", "12.5", ":", "inf:00:00", "29 Foo 2026 10:00:00", "10:00:00:00:00"):
+        assert seconds_of([text]) is None
     assert not is_date("12.5")
     found = seconds_of(["10:00:00", ""])
     assert found is not None

@@ -12,7 +12,9 @@ from autodb.records.proposed.names import NameSays, is_time, said_by
 
 Row = tuple[str, str, str, str]
 """Column, channel, unit and reason."""
-STEPS_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+STEPS_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "day": 86_400.0}
+DAYS = (20_000.0, 80_000.0)
+"""Numbers that spreadsheets give to the days of 1954 to 2119: a stamp among them may be in days."""
 SLOWEST_HZ, FASTEST_HZ = 2.0, 2e5
 """Rates of drive recorders and sensors lie between these. Chosen."""
 MANY_STEPS = 100
@@ -107,7 +109,7 @@ def _time(
         return np.arange(len(next(iter(numbers.values()), ())), dtype=np.float64)
     (name,) = choice
     step = float(np.median(np.diff(numbers[name])))
-    unit = units.get(name) or _unit_of_steps(step)
+    unit = units.get(name) or _unit_of_steps(step, float(numbers[name][0]))
     counted = step == 1.0 and not named
     if counted:
         return numbers[name]
@@ -136,9 +138,10 @@ def steps_evenly(values: Array) -> bool:
     return float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5)) >= EVEN
 
 
-def _unit_of_steps(step: float) -> str:
-    """Return the unit in which a step makes a rate that recorders have."""
-    able = (u for u, s in STEPS_S.items() if SLOWEST_HZ <= 1.0 / (step * s) <= FASTEST_HZ)
+def _unit_of_steps(step: float, first: float) -> str:
+    """Return the unit in which a step makes a rate that recorders have; ``first``: a stamp."""
+    units = [unit for unit in STEPS_S if unit != "day" or DAYS[0] <= first <= DAYS[1]]
+    able = (u for u in units if SLOWEST_HZ <= 1.0 / (step * STEPS_S[u]) <= FASTEST_HZ)
     return next(able, "s")
 
 
