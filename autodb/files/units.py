@@ -20,16 +20,17 @@ def _registry() -> "UnitRegistry[float]":
 
 _OWN: dict[str, dict[str, float]] = {
     "rpm": {
-        **dict.fromkeys(("1/min", "min^-1", "rev/min", "r/min", "U/min"), 1.0),
+        **dict.fromkeys(("1/min", "min^-1", "min-1", "rev/min", "r/min", "U/min", "RPM"), 1.0),
+        **dict.fromkeys(("tr/min", "giri/min"), 1.0),
         **dict.fromkeys(("1/s", "s^-1", "Hz", "rev/s", "r/s", "U/s", "rps"), 60.0),
     },
     "mm": {
-        **dict.fromkeys(("mm/rev", "mm/U", "mm/tooth", "mm/r"), 1.0),
+        **dict.fromkeys(("mm/rev", "mm/U", "mm/tooth", "mm/r", "mm/tr", "mm/giro", "mm/z"), 1.0),
         **dict.fromkeys(("in/rev", "ipr", "in/tooth"), 25.4),
     },
     "deg": dict.fromkeys(("rev", "U"), 360.0),
     "N/mm²": {"N/mm2": 1.0, "daN/mm2": 10.0, "kN/mm2": 1000.0},
-    "N·m": dict.fromkeys(("Nm", "N m"), 1.0),
+    "N·m": dict.fromkeys(("Nm", "N m", "N-m", "N.m"), 1.0),
     "1": {"1": 1.0, "-": 1.0, "": 1.0},
 }
 """Names of the shop that a library of units reads otherwise, or not at all, by our unit."""

@@ -38,7 +38,7 @@ def chains(columns: Mapping[str, Array], said: Mapping[str, NameSays], t_s: Arra
     slopes = {
         (place, rate): link
         for place, rate in _pairs(moving, said)
-        if (link := slope_of(columns[rate], columns[place], t_s)) is not None
+        if (link := _link(columns, said, t_s, place, rate)) is not None
     }
     found: list[Chain] = []
     taken: set[str] = set()
@@ -78,6 +78,13 @@ def nameless(columns: Mapping[str, Array], t_s: Array) -> tuple[Chain, str] | No
             if share - smooth >= OF_FRICTION:
                 best = share, Chain(place), effort
     return None if best is None else best[1:]
+
+
+def _link(
+    columns: Mapping[str, Array], said: Mapping[str, NameSays], t_s: Array, place: str, rate: str
+) -> SlopeOf | None:
+    named = bool(said[place].quantity and said[rate].quantity)
+    return slope_of(columns[rate], columns[place], t_s, varying=not named)
 
 
 def _moves(values: Array) -> bool:

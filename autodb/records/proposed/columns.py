@@ -10,10 +10,11 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import is_channel
 from autodb.files.side import Operation
 from autodb.readers import ColumnSet
+from autodb.records.proposed.cut_names import has_unit_of, of_a_cut
 from autodb.records.proposed.cuts import ChannelProposal, with_told_units
 from autodb.records.proposed.motion import FEWEST, Array
 from autodb.records.proposed.moves import proposed_moves, rises, steps_evenly
-from autodb.records.proposed.names import is_time, of_a_cut, said_by
+from autodb.records.proposed.names import is_time, said_by
 from autodb.timing.dates import is_date
 
 MOST_ROWS = 40_000
@@ -124,7 +125,8 @@ def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Chan
     taken: set[str] = set()
     for name in base.columns:
         channel = of_a_cut(name) or ("t" if is_time(name) else "") or _current_of_cut(name)
-        if not channel or channel in taken:
+        unit = base.units.get(name, "")
+        if not channel or channel in taken or (unit and not has_unit_of(channel, unit)):
             continue
         why = "its name"
         if channel == "cut":
@@ -135,7 +137,7 @@ def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Chan
         if channel == "t" and not rises(numbers.get(name, np.zeros(2))):
             continue
         taken.add(channel)
-        yield ChannelProposal(name, channel, base.units.get(name, ""), why)
+        yield ChannelProposal(name, channel, unit, why)
     if "cut" not in taken:
         yield ChannelProposal("*", "cut", "", "rows are counted: no column numbers them")
 

@@ -47,8 +47,12 @@ def mean_over(values: Array, span: int) -> Array:
     return np.asarray((sums[2 * span :] - sums[: -2 * span]) / (2 * span), np.float64)
 
 
-def slope_of(rate: Array, place: Array, t_s: Array) -> SlopeOf | None:
-    """Return how ``rate`` (n,) is the slope of ``place`` (n,) over time; None where it is not."""
+def slope_of(rate: Array, place: Array, t_s: Array, *, varying: bool = False) -> SlopeOf | None:
+    """Return how ``rate`` (n,) is the slope of ``place`` (n,) over time; None where it is not.
+
+    ``varying``: of what changes of them, upwards with each other: any column that hardly changes is
+    like the slope of any other that rises.
+    """
     best: SlopeOf | None = None
     if len(t_s) < FEWEST:
         return None
@@ -60,10 +64,18 @@ def slope_of(rate: Array, place: Array, t_s: Array) -> SlopeOf | None:
         power = float(along @ along)
         if not power > 0 or not float(mean @ mean) > 0:
             continue
+        if varying and not _vary_alike(along, mean):
+            continue
         correlation = float(along @ mean) / np.sqrt(power * float(mean @ mean))
         if best is None or abs(correlation) > abs(best.correlation):
             best = SlopeOf(float(correlation), float(mean @ along) / power)
     return best if best is not None and abs(best.correlation) >= AGREES else None
+
+
+def _vary_alike(one: Array, other: Array) -> bool:
+    one, other = one - one.mean(), other - other.mean()
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return size > 0 and float(one @ other) >= AGREES * size
 
 
 def share_followed(

@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from autodb.files.channels import is_channel, place_channel
+from autodb.records.convert import LARGEST
 from autodb.records.proposed.chains import Chain, chains, nameless
+from autodb.records.proposed.cut_names import has_unit_of
 from autodb.records.proposed.motion import FOLLOWS, Array, share_followed
 from autodb.records.proposed.names import NameSays, is_time, said_by
+from autodb.records.proposed.one_motor import of_one_motor
 
 Row = tuple[str, str, str, str]
 """Column, channel, unit and reason."""
@@ -40,8 +43,9 @@ class ProposedMoves:
         return {channel for _, channel, _, _ in self.found}
 
     def add(self, column: str, channel: str, unit: str, because: str) -> None:
-        """Propose a column where its channel is none yet."""
-        if is_channel(channel) and channel not in self.channels:
+        """Propose a column where its channel is none yet and has units of its kind."""
+        fits = is_channel(channel) and (not unit or channel == "t" or has_unit_of(channel, unit))
+        if fits and channel not in self.channels:
             self.found.append((column, channel, unit, because))
 
 
@@ -51,8 +55,13 @@ def proposed_moves(
     """Return what columns (n,) of moves may be; ``dates``: columns of moments as text."""
     made = ProposedMoves()
     t_s = _time(made, numbers, dates, units)
-    others = {name: values for name, values in numbers.items() if name not in _columns(made)}
-    said = {name: said_by(name) for name in others}
+    others = {
+        name: values
+        for name, values in numbers.items()
+        if name not in _columns(made) and not np.any(np.abs(values) > LARGEST)
+    }
+    said = {name: said_by(name, others) for name in others}
+    units = {n: units.get(n) or said[n].unit for n in others}
     found = chains(others, said, t_s)
     if not found:
         free = {
@@ -68,19 +77,25 @@ def proposed_moves(
     }
     _add_efforts(made, others, said, units, velocities=moving, t_s=t_s)
     _add_named(made, others, said, units)
-    _add_step(made, found)
+    if made.channels <= {"t"}:
+        for row in of_one_motor(said, units):
+            made.add(*row)
+    _add_step(made, found, said)
     made.missing = tuple(_lacking(made.channels))
     return made
 
 
-def _add_step(made: ProposedMoves, found: Sequence[Chain]) -> None:
+def _add_step(made: ProposedMoves, found: Sequence[Chain], said: Mapping[str, NameSays]) -> None:
     """Propose the time of a row where velocities and positions tell it, in mm/s and mm."""
-    steps = [1.0 / abs(chain.links[chain.velocity][1].factor) for chain in found if chain.velocity]
+    named = [
+        c for c in found if c.velocity and said[c.place].quantity and said[c.velocity].quantity
+    ]
+    steps = [1.0 / abs(chain.links[chain.velocity][1].factor) for chain in named]
     if "t" in made.channels or not steps:
         return
     step_s = float(np.median(steps))
     alike = max(abs(step / step_s - 1.0) for step in steps) < NEAR
-    if alike:
+    if alike and SLOWEST_HZ <= 1.0 / step_s <= FASTEST_HZ:
         why = "velocities are the slopes of positions if a row takes this long"
         made.found.insert(0, ("*", "t", f"{step_s:.3g}", why))
 
@@ -104,7 +119,7 @@ def _time(
         (name for name in rising if steps_evenly(numbers[name])),
         key=lambda name: float(np.median(np.diff(numbers[name]))) == 1.0,
     )
-    choice = (named or even)[:1]
+    choice = (named or even or _first_rising(numbers))[:1]
     if not choice or dates:
         return np.arange(len(next(iter(numbers.values()), ())), dtype=np.float64)
     (name,) = choice
@@ -116,8 +131,17 @@ def _time(
     between = _mean_step(numbers[name])
     rate = f"{1.0 / (between * STEPS_S.get(unit, 1.0)):.4g} Hz"
     why = "its name, and it rises" if named else "it rises by even steps"
+    why = why if named or even else "the first column rises on every row"
     made.add(name, "t", "" if unit == "s" else unit, f"{why}: {rate}")
     return numbers[name] * STEPS_S.get(unit, 1.0)
+
+
+def _first_rising(numbers: Mapping[str, Array]) -> list[str]:
+    """Return the first column where it is without a name and rises on each of many rows."""
+    first = next(iter(numbers), "")
+    values = numbers.get(first, np.zeros(0))
+    nameless = said_by(first) == NameSays() and len(numbers) > 1
+    return [first] if nameless and len(values) >= MANY_STEPS and np.all(np.diff(values) > 0) else []
 
 
 def _mean_step(values: Array) -> float:

@@ -1,9 +1,9 @@
 """What names of columns say, in the words of five languages: a quantity, an axis, a unit."""
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
-from autodb.files.channels import is_channel
 from autodb.readers.text.cells import unit_within
 
 _TOKENS = re.compile(r"[A-ZÄÖÜ]?[a-zäöüßáéíóúàèìòùâêçñ]+|[A-ZÄÖÜ]+(?![a-zäöü])|\d+")
@@ -19,27 +19,27 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "acceleration": ("acceleration", "acc", "accel", "beschleunigung", "accélération"),
     "current": ("current", "strom", "courant", "corrente", "corriente", "iq", "amps"),
     "torque": ("torque", "moment", "drehmoment", "couple", "coppia", "par"),
-    "force": ("force", "kraft", "forza", "fuerza"),
+    "force": ("force", "kraft", "forza", "fuerza", "thrust"),
     "power": ("power", "leistung", "puissance", "potenza", "potencia"),
     "temperature": ("temperature", "temp", "temperatur", "température", "temperatura"),
     "angle": ("angle", "winkel", "angolo", "ángulo"),
 }
-_TIME = ("t", "time", "zeit", "temps", "tempo", "tiempo", "timestamp", "zeitstempel", "when", "ts")
-_CUTS: dict[str, tuple[str, ...]] = {
-    "cut": ("cut", "nr", "no", "run", "schnitt", "versuch", "coupe", "essai", "prova", "ensayo"),
-    "operation": ("operation", "bearbeitung", "opération", "lavorazione", "operación", "cycle"),
-    "work.material": ("material", "werkstoff", "matériau", "matière", "materiale", "stoff"),
-    "tool": ("tool", "werkzeug", "outil", "utensile", "herramienta"),
-    "work.diameter": ("diameter", "durchmesser", "diamètre", "diametro", "diámetro", "od"),
-    "spindle.speed": ("drehzahl", "rpm", "n", "spindlespeed", "giri", "revoluciones"),
-    "cutting.speed": ("vc", "schnittgeschwindigkeit", "cuttingspeed", "vcm"),
-    "cutting.feed": ("feed", "vorschub", "avance", "avanzamento", "fpr", "f", "fz", "feedrate"),
-    "cutting.depth": ("depth", "tiefe", "schnitttiefe", "ap", "doc", "profondeur", "profondità"),
-    "cutting.width": ("width", "ae", "breite", "eingriffsbreite", "largeur", "larghezza"),
-    "tool.flank_wear": ("vb", "wear", "verschleiß", "usure", "usura", "desgaste"),
+_UNIT_WORDS: dict[str, dict[str, str]] = {
+    "position": {"mm": "mm", "um": "um", "m": "m", "deg": "deg", "rad": "rad"},
+    "velocity": {"rpm": "rpm", "rps": "rps", "hz": "Hz", "rad": ""},
+    "current": {"a": "A", "ma": "mA"},
+    "torque": {"nm": "N*m", "mnm": "mN*m", "ncm": "cN*m"},
+    "force": {"n": "N", "kn": "kN", "gf": "gram_force", "kgf": "kgf", "lbf": "lbf"},
+    "power": {"w": "W", "kw": "kW", "mw": "mW"},
+    "temperature": {"c": "degC", "degc": "degC", "k": "K"},
+    "angle": {"deg": "deg", "rad": "rad"},
 }
-_FORCES = {"fx": "force.x", "fy": "force.y", "fz": "force.z"}
-_COMPONENTS = {"fc": "force.y", "ff": "force.z", "fp": "force.x"}
+"""Last words of names that are units, by quantity; empty: a unit that is not all of it."""
+COUNTS = frozenset(("raw", "counts", "adc", "lsb", "pct", "percent", "ratio", "prozent", "duty"))
+"""Words of numbers that are in no unit of their quantity."""
+_TIME = ("t", "time", "zeit", "temps", "tempo", "tiempo", "timestamp", "zeitstempel", "when", "ts")
+FORCES_BY_AXIS = {"fx": "force.x", "fy": "force.y", "fz": "force.z"}
+COMPONENTS = {"fc": "force.y", "ff": "force.z", "fp": "force.x"}
 """Cutting, feed and passive force of turning (ISO 3002-4) in machine axes."""
 _SYMBOLS = ("v", "a", "u", "w", "b", "c")
 """Names that are an axis as well as a quantity: a velocity, an acceleration, a voltage."""
@@ -72,11 +72,15 @@ def name_words(name: str) -> list[str]:
     return [token.casefold() for token in _TOKENS.findall(_WITHOUT.sub(" ", name))]
 
 
-def said_by(name: str) -> NameSays:
-    """Return what the name of a column of moves says.
+def said_by(name: str, beside: Collection[str] = ()) -> NameSays:
+    """Return what the name of a column of moves says, ``beside`` those of other columns.
+
+    A letter behind a low line is a unit, unless another column has the letter of another axis.
 
     >>> said_by("X1_ActualVelocity").quantity, said_by("Strom Z [mA]").axis
     ('velocity', 'z')
+    >>> said_by("current_a"), said_by("A_current").axis
+    (NameSays(quantity='current', axis='', unit='A', commanded=False, foreign=False), 'a')
     """
     words = name_words(name)
     joined = "".join(words)
@@ -86,16 +90,26 @@ def said_by(name: str) -> NameSays:
     if not quantity and words[:1] == ["i"]:
         quantity = "current"
     numbered = words[:1] == ["s"] and words[1:2] and words[1].isdigit()
+    unit = unit_within(name)
+    known = _UNIT_WORDS.get(quantity, {})
+    if "_" in name and words[-1] in known and words[0] != "i" and not _of_axes(name, beside):
+        unit, words = unit or _UNIT_WORDS[quantity][words[-1]], words[:-1]
     axis = "spindle" if _any_of(words, SPINDLE) or numbered else ""
     axis = axis or next((word for word in words if word in AXES), "")
-    if joined in _FORCES or joined in _COMPONENTS:
-        quantity, axis = "force", (_FORCES | _COMPONENTS)[joined][-1]
+    if joined in FORCES_BY_AXIS or joined in COMPONENTS:
+        quantity, axis = "force", (FORCES_BY_AXIS | COMPONENTS)[joined][-1]
     if not axis and len(joined) == 2 and joined[0] in "iv" and joined[1] in AXES:
         quantity, axis = {"i": "current", "v": "velocity"}[joined[0]], joined[1]
     commanded = bool(set(COMMANDED) & set(words)) or any(w.startswith("soll") for w in words)
-    unit = unit_within(name)
-    foreign = not unit and _BRACKETS.search(name) is not None
+    foreign = not unit and (_BRACKETS.search(name) is not None or not COUNTS.isdisjoint(words))
     return NameSays(quantity, axis, unit, commanded, foreign)
+
+
+def _of_axes(name: str, beside: Collection[str]) -> bool:
+    """Say whether another name differs by the letter of an axis at its end alone."""
+    stem, letter = name[:-1], name[-1]
+    return any(stem + other in beside for axis in AXES for other in (axis, axis.upper())
+               if other.casefold() != letter.casefold())  # fmt: skip
 
 
 def _any_of(words: list[str], known: tuple[str, ...]) -> bool:
@@ -113,21 +127,3 @@ def is_time(name: str) -> bool:
     """
     words = name_words(name) or [name.casefold()]
     return words in (["t"], ["ts"]) or words[0] in _TIME[1:-1] or words[-1] in _TIME[1:7]
-
-
-def of_a_cut(name: str) -> str:
-    """Return the column of a cut table that a name stands for; empty where it is none.
-
-    >>> of_a_cut("Vorschub"), of_a_cut("a_p"), of_a_cut("Fc [kN]"), of_a_cut("remarks")
-    ('cutting.feed', 'cutting.depth', 'force.y', '')
-    >>> of_a_cut("Fz"), of_a_cut("fz")
-    ('force.z', 'cutting.feed')
-    """
-    if is_channel(name):
-        return name
-    words = name_words(name)
-    joined = "".join(words)
-    if joined in _COMPONENTS or (joined in _FORCES and name.lstrip()[0] == "F"):
-        return (_COMPONENTS | _FORCES)[joined]
-    found = (c for c, known in _CUTS.items() if joined in known or words[:1] == [known[0]])
-    return next(found, "")
