@@ -24,6 +24,7 @@ from autodb.readers._base import (
 )
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers._sliced import block_rows
+from autodb.readers.text.beside import lines_of_table
 from autodb.readers.text.cells import UNKNOWN, is_number
 from autodb.readers.text.layout import column_names, stated_units
 from autodb.readers.text.rows import TablePlace, find_table, stated_table
@@ -38,12 +39,14 @@ LOOKED_AT = 200
 class _Sheet:
     """A sheet with a table: its columns and the first row, from 0.
 
-    ``commas``: whether a text such as `1,5` is a number.
+    ``ends``: the row behind its last one where remarks may stand below it. ``commas``: whether a
+    text such as `1,5` is a number.
     """
 
     name: str
     columns: list[str]
     first: int
+    ends: int | None
     commas: bool
     layout: str
     units: dict[str, str] = field(default_factory=dict)
@@ -81,29 +84,32 @@ def _sheet(name: str, rows: list[list[str]], stated: TextSection) -> _Sheet | No
     def number(cell: str) -> bool:
         return is_number(cell) or (commas and is_number(cell, ","))
 
-    place = stated_table(kept, find_table(kept, number), number, stated)
+    ends = lines_of_table(kept, max(map(len, kept), default=0)) if len(kept) < LOOKED_AT else None
+    place = stated_table(kept, find_table(kept[:ends], number), number, stated)
     if place is None:
         return None
     named = [] if place.header is None else kept[place.header]
     names = list(stated.names) if stated.names is not None else named
     names = [*names[: place.width], *[""] * (place.width - len(names))]
     units = [] if place.units is None else kept[place.units]
-    columns = column_names(names)
+    columns = column_names(names, times=False)
     return _Sheet(
         name,
         list(columns),
         place.first,
+        ends,
         commas,
-        _words(name, place),
+        _words(name, place, ends if ends is not None and any(map(any, kept[ends:])) else None),
         {columns[k]: unit for k, unit in stated_units(names, units).items()},
     )
 
 
-def _words(name: str, place: TablePlace) -> str:
+def _words(name: str, place: TablePlace, ends: int | None) -> str:
     said = [f"sheet '{name}'"]
     said += ["columns are called by their place"] if place.header is None else []
     said += [f"row {place.header + 1} names the columns"] if place.header else []
     said += [f"row {place.units + 1} has units"] if place.units is not None else []
+    said += [f"remarks from row {ends + 1} on left out"] if ends is not None else []
     return ", ".join(said)
 
 
@@ -116,7 +122,11 @@ def _base(calamine: Any, path: Path, sheet: _Sheet, *, several: bool) -> ColumnS
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         book = calamine.CalamineWorkbook.from_path(str(path))
         cells = book.get_sheet_by_name(sheet.name).to_python(skip_empty_area=False)
-        rows = [row for row in cells[sheet.first :] if any(cell not in ("", None) for cell in row)]
+        rows = [
+            row
+            for row in cells[sheet.first : sheet.ends]
+            if any(cell not in ("", None) for cell in row)
+        ]
         if not rows:
             raise UnusableInput(f"{path}: no rows of data in sheet '{sheet.name}'")
         place = {name: k for k, name in enumerate(sheet.columns)}

@@ -186,7 +186,8 @@ class RecordingSource:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
                 f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}; "
-                'name the column in the side file: [channels] "t" = "NAME OF THE COLUMN"'
+                'name the column in the side file: [channels] "t" = "NAME OF THE COLUMN", or the '
+                'step of even rows: "t" = {row_in = "*", step_s = SECONDS}'
             )
         return found
 

@@ -16,6 +16,8 @@ _POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|infinity)"
 _COMMA = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?")
 _GROUPS = re.compile(r"[+-]?\d{1,3}(?:([.,'’\u00a0\u202f ])\d{3})(?:\1\d{3})*(?:([.,])\d+)?")
 _IN_BRACKETS = re.compile(r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+_QUOTED = re.compile(r'(?m)(?:^|(?<=[,;\t|]))"(?:[^"]|""){1,200}"(?=[,;\t|]|\r?$)')
+"""A cell between quotes; a longer one is a quote that was left open. Chosen."""
 SPACE = " "
 """As a separator: one or several spaces or tabs."""
 
@@ -29,6 +31,15 @@ def split(line: str, separator: str) -> list[str]:
         return [cell.strip() for cell in next(csv.reader([text], delimiter=separator), [])]
     except csv.Error:
         return [cell.strip() for cell in line.split(separator)]
+
+
+def on_one_line(text: str) -> str:
+    r"""Return a text in which cells between quotes go over one line each.
+
+    >>> on_one_line('1,"2\n",3\n4,"5",6" pipe\n')
+    '1,"2",3\n4,"5",6" pipe\n'
+    """
+    return _QUOTED.sub(lambda found: f'"{" ".join(found[0][1:-1].splitlines())}"', text)
 
 
 def is_number(cell: str, decimal: str = ".", thousands: str = "") -> bool:

@@ -1,5 +1,6 @@
 """The layout of a text table, detected from its first lines; what the side file states holds."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -8,15 +9,21 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.files.text import TextSection
 from autodb.readers.text import source
-from autodb.readers.text.cells import SPACE, is_number, split, thousands_marks
+from autodb.readers.text.beside import (
+    labels_before,
+    lines_of_table,
+    stated_step_s,
+    table_above_remarks,
+)
+from autodb.readers.text.cells import SPACE, is_number, on_one_line, split, thousands_marks
 from autodb.readers.text.known import by_preset
 from autodb.readers.text.layout import TextLayout, column_names, stated_units
 from autodb.readers.text.presets import NO_ROWS
 from autodb.readers.text.rows import (
+    AHEAD,
     ALIKE,
     TablePlace,
     are_units,
-    find_table,
     is_row,
     numeric_columns,
     stated_table,
@@ -31,6 +38,7 @@ FEWEST_LINES = 60
 FITTING = 0.25
 """Share of cells that are numbers or empty below which a text is no table. Chosen: a table of cuts
 has some columns of text."""
+_TREES = re.compile(r"\s*([{\[]\s*[\"{\[]|<\?xml|<!DOCTYPE|<html)", re.IGNORECASE)
 PLAIN_LINES = 20
 """Lines by which a plain table is known. Chosen."""
 
@@ -44,20 +52,37 @@ def detected(path: Path, stated: TextSection) -> TextLayout:
     encoding, mark = source.encoding_of(beginning)
     encoding = stated.encoding or encoding
     text = source.decoded(path, beginning[mark:], encoding)
+    _refuse_trees(path, text)
     if "\x00" in text:
         raise UnusableInput(f"{path}: not text, there are zeros in it; save it as UTF-8")
-    lines = [line.rstrip("\r") for line in text.split("\n")]
+    lines = lines_of(text)
+    if '"' in text and not is_plain(lines) and is_plain(lines_of(on_one_line(text))):
+        lines = lines_of(on_one_line(text))
+    whole = len(beginning) < source.SAMPLE_BYTES
     found = None
     if stated.model_dump(exclude={"encoding"}, exclude_none=True):
-        found = _best(lines, stated)
+        found = _best(lines, stated, whole=whole)
         if found is None:
             raise UnusableInput(f"{path}: no table as [csv] in the side file states; leave it out")
     elif not is_plain(lines):
         said = _said_separator(lines)
         found = by_preset(lines) or _best(
-            ["", *lines[1:]] if said else lines, TextSection(separator=said)
+            ["", *lines[1:]] if said else lines, TextSection(separator=said), whole=whole
         )
     return replace(found or _plain(path, lines), encoding=encoding)
+
+
+def _refuse_trees(path: Path, text: str) -> None:
+    """Raise UnusableInput for JSON and XML, in which numbers may stand below each other too."""
+    found = _TREES.match(text)
+    if found:
+        kind = "JSON" if found[1][0] in "{[" else "XML"
+        raise UnusableInput(f"{path}: {kind}, not a table; export it as CSV, a column a channel")
+
+
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text without what ends them."""
+    return [line.rstrip("\r") for line in text.split("\n")]
 
 
 def _said_separator(lines: Sequence[str]) -> str | None:
@@ -70,7 +95,9 @@ def is_plain(lines: Sequence[str]) -> bool:
     """Say whether lines are a header and rows with commas between cells and points in numbers."""
     header = split(lines[0], ",")
     rows = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
-    if len(header) < 2 or any(map(is_number, header)) or any(m in lines[0] for m in ";\t|"):
+    if len(header) < 2 or any(map(is_number, header)):
+        return False
+    if any(mark in line for mark in ";\t|" for line in lines[: PLAIN_LINES + 1]):
         return False
     if any(line.lstrip().startswith(COMMENTS) for line in lines[: PLAIN_LINES + 1]):
         return False
@@ -89,7 +116,10 @@ def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
     names = split(lines[0], ",")
     if not any(names):
         raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
-    if len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:]):
+    below = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
+    alike = sum(len(row) == len(names) for row in below)
+    alone = len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:])
+    if alone or alike < 0.5 * len(below):
         raise UnusableInput(
             f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
             "the side file where one begins and what separates its columns"
@@ -108,15 +138,22 @@ class _Attempt:
     place: TablePlace
 
 
-def _best(lines: Sequence[str], stated: TextSection) -> TextLayout | None:
-    """Return the layout that makes the most cells numbers; None where none makes a table."""
+def _best(lines: Sequence[str], stated: TextSection, *, whole: bool) -> TextLayout | None:
+    """Return the layout that makes the most cells numbers; None where none makes a table.
+
+    ``whole``: whether these are all lines of the file.
+    """
     comment = stated.comment or _comment(lines)
     kept = ["" if _is_no_row(line, comment) else line for line in lines]
     attempts = list(_attempts(kept, stated))
     best = max(attempts, key=lambda one: one.place.fit, default=None)
     if best is None or best.place.fit < FITTING:
         return None
-    return _layout(lines, best, comment, stated)
+    found = _layout(lines, best, comment, stated)
+    place = best.place
+    ends = lines_of_table(best.rows, place.width, place.first) if whole else len(best.rows)
+    remarks = any(any(row) for row in best.rows[ends:]) and len(best.rows) == len(lines)
+    return replace(found, ends=ends) if remarks else found
 
 
 def _attempts(lines: Sequence[str], stated: TextSection) -> Iterator[_Attempt]:
@@ -125,7 +162,7 @@ def _attempts(lines: Sequence[str], stated: TextSection) -> Iterator[_Attempt]:
         rows = _split(lines, separator)
         for decimal, thousands in _marks(rows, stated):
             number = partial(is_number, decimal=decimal, thousands=thousands)
-            place = stated_table(rows, find_table(rows, number), number, stated)
+            place = stated_table(rows, table_above_remarks(rows, number), number, stated)
             if place is not None and (place.width > 1 or said):
                 yield _Attempt(separator, decimal, thousands, rows, place)
 
@@ -171,12 +208,17 @@ def _is_no_row(line: str, comment: str) -> bool:
 
 def _layout(lines: Sequence[str], best: _Attempt, comment: str, stated: TextSection) -> TextLayout:
     place, rows = best.place, best.rows
+    number = partial(is_number, decimal=best.decimal, thousands=best.thousands)
     header, names = place.header, [] if place.header is None else rows[place.header]
+    labels: list[str] = []
     if header is None and comment and stated.header_line is None:
         header, names = _commented_names(lines, best, comment)
+    if header is None and stated.names is None:
+        labels = labels_before(rows[place.first : place.first + AHEAD], place.width, number)
     if stated.names is not None:
         names = list(stated.names)
-    names = [*names[: place.width], *[""] * (place.width - len(names))]
+    names = [*(names or labels)[: place.width]]
+    names += [""] * (place.width - len(names))
     units = [] if place.units is None else rows[place.units]
     later = any(_is_no_row(line, comment) for line in lines[place.first : len(rows)] if line)
     return TextLayout(
@@ -190,7 +232,23 @@ def _layout(lines: Sequence[str], best: _Attempt, comment: str, stated: TextSect
         comment=(comment or NO_ROWS[0]) if later else "",
         short_rows=bool(stated.short_rows),
         units=stated_units(names, units),
+        steps_s=_steps(lines, best, number, labelled=any(labels)),
+        labelled=any(labels),
     )
+
+
+def _steps(
+    lines: Sequence[str], best: _Attempt, number: partial[bool], *, labelled: bool
+) -> dict[int, float]:
+    """Return the step of time of each column of numbers, where lines above state one.
+
+    None of those with a name before each number is a time.
+    """
+    place = best.place
+    rows = [row for row in best.rows[place.first :] if len(row) == place.width]
+    numeric = numeric_columns(rows, place.width, number)
+    step_s = stated_step_s(lines[: place.first], rows, [] if labelled else numeric)
+    return {} if step_s is None else dict.fromkeys(numeric, step_s)
 
 
 def _commented_names(

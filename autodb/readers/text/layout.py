@@ -24,7 +24,8 @@ class TextLayout:
     Lines are counted from 0: ``first`` is that of the first row, ``header`` and ``units_line`` are
     None where there is no such line. ``names``: of all columns of the file; ``units`` and
     ``steps_s`` (of columns without stamps) by place. ``times``: the places of columns of time,
-    each of which those behind it belong to.
+    each of which those behind it belong to. ``ends``: the line behind the last row, where remarks
+    stand below it; ``labelled``: names stand before the numbers of each row.
     """
 
     names: tuple[str, ...]
@@ -41,6 +42,8 @@ class TextLayout:
     times: tuple[int, ...] = ()
     steps_s: dict[int, float] = field(default_factory=dict)
     title: str = ""
+    ends: int | None = None
+    labelled: bool = False
 
     def __str__(self) -> str:
         """Return what differs from a plain table; empty where nothing does."""
@@ -51,27 +54,29 @@ class TextLayout:
         parts += [f"'{self.thousands}' between thousands"] if self.thousands else []
         parts += [self.encoding] if self.encoding != "utf-8" else []
         if self.header is None:
-            parts.append(
-                f"line {self.first + 1} is the first row, columns are called by their place"
-            )
+            called = "what stands before them" if self.labelled else "their place"
+            parts.append(f"line {self.first + 1} is the first row, columns are called by {called}")
         elif self.header:
             parts.append(f"line {self.header + 1} names the columns")
         parts += [f"line {self.units_line + 1} has units"] if self.units_line is not None else []
         parts += [f"lines from '{self.comment}' on left out"] if self.comment else []
+        parts += [f"rows are {s:g} s apart" for s in dict.fromkeys(self.steps_s.values())]
+        parts += [f"remarks from line {self.ends + 1} on left out"] if self.ends is not None else []
         return ", ".join(parts)
 
 
-def column_names(names: Sequence[str]) -> tuple[str, ...]:
+def column_names(names: Sequence[str], *, times: bool = True) -> tuple[str, ...]:
     """Return names of columns: one without a name is called by its place, others alike are counted.
 
-    Of a channel's own name none is counted: which of two is meant, no one can know. Nor is the
-    first name, which others that are alike share where each time base has its stamps.
+    Of a channel's own name none is counted: which of two is meant, no one can know. With ``times``
+    nor is the first name, which others that are alike share where each time base has its stamps.
     """
-    found, times = [], Counter[str]()
+    found, counts = [], Counter[str]()
     for place, name in enumerate(names, start=1):
-        times[name] += 1
-        again = times[name] > 1 and not is_channel(name) and name != names[0]
-        found.append(f"{name} ({times[name]})" if name and again else name or f"column {place}")
+        counts[name] += 1
+        shared = is_channel(name) or (times and name == names[0])
+        again = counts[name] > 1 and not shared
+        found.append(f"{name} ({counts[name]})" if name and again else name or f"column {place}")
     return tuple(found)
 
 

@@ -12,7 +12,7 @@ from pyarrow import csv
 
 from autodb.errors import UnusableInput
 from autodb.readers._base import not_a_number
-from autodb.readers.text.cells import SPACE, UNKNOWN, is_number
+from autodb.readers.text.cells import SPACE, UNKNOWN, is_number, on_one_line
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.presets import NO_ROWS
 
@@ -41,10 +41,12 @@ class TextPiece:
         piece = replace(self, text=tidied(self.text, self.layout))
         try:
             return piece.read(numbers, labels)
-        except (pa.ArrowException, UnicodeDecodeError) as error:
-            bare = _without(piece.text, REMARK)
-            if len(bare) < len(piece.text):  # remarks that begin below what was looked at
-                return replace(piece, text=bare).parse(numbers, labels)
+        except (pa.ArrowException, UnicodeDecodeError, UnusableInput) as error:
+            for text in (_on_one_line(piece.text), _without(piece.text, REMARK)):
+                if text != piece.text:  # remarks may begin below what was looked at
+                    return replace(piece, text=text).parse(numbers, labels)
+            if isinstance(error, UnusableInput):
+                raise
             reason = (str(error).splitlines() or [""])[0]
             raise UnusableInput(piece.fault(numbers, reason)) from None
 
@@ -121,6 +123,13 @@ def tidied(text: bytes, layout: TextLayout) -> bytes:
     if layout.short_rows:
         text = _filled(text, layout.separator.encode(), len(layout.names))
     return text
+
+
+def _on_one_line(text: bytes) -> bytes:
+    """Return lines with the cells between quotes on one line each."""
+    if b'"' not in text:
+        return text
+    return on_one_line(text.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape")
 
 
 def _without(text: bytes, mark: bytes) -> bytes:

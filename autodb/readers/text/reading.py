@@ -23,8 +23,8 @@ TIME = "t"
 class _Part:
     """The columns of one time base, by place.
 
-    ``step_s``: of rows without stamps. ``clocks``: places of stamps, all of them the same; none
-    where the file has one part.
+    ``step_s``: of rows without stamps. ``clocks``: places of stamps, all of them the same, or of
+    columns that tell where such rows end; none where the file has one part.
     """
 
     places: tuple[int, ...]
@@ -42,11 +42,11 @@ def open_file(path: Path, stated: TextSection) -> tuple[ColumnSet, ...]:
 def _parts(path: Path, layout: TextLayout) -> list[_Part]:
     every = range(len(layout.names))
     if layout.steps_s:
-        steps = dict.fromkeys(layout.steps_s.values())
-        return [
-            _Part(tuple(k for k in layout.steps_s if layout.steps_s[k] == step), step)
-            for step in steps
-        ]
+        steps = [*dict.fromkeys(layout.steps_s.values())]
+        if not layout.short_rows:
+            return [_Part(tuple(every), steps[0])]
+        alike = [tuple(k for k, s in layout.steps_s.items() if s == step) for step in steps]
+        return [_Part(places, step, places) for places, step in zip(alike, steps, strict=True)]
     times = layout.times or tuple(k for k in every if layout.names[k] == layout.names[0])
     if len(times) < 2:
         return [_Part(tuple(every))]
@@ -59,7 +59,9 @@ def _parts(path: Path, layout: TextLayout) -> list[_Part]:
 def _joined(path: Path, layout: TextLayout, spans: list[tuple[int, ...]]) -> list[_Part]:
     """Return spans of columns as parts, those with the same times in the first piece as one."""
     firsts = [span[0] for span in spans]
-    piece = TextPiece(path, next(whole_lines(path, layout.encoding, layout.first), b""), layout, 0)
+    piece = TextPiece(
+        path, next(whole_lines(path, layout.encoding, layout.first, layout.ends), b""), layout, 0
+    )
     table = piece.parse(firsts, ())
     alike: dict[bytes, list[tuple[int, ...]]] = {}
     for span in spans:
@@ -80,7 +82,7 @@ def _base(path: Path, layout: TextLayout, part: _Part, *, several: bool) -> Colu
 
     def blocks(numbers: Sequence[str], labels: Sequence[str]) -> Iterator[Columns]:
         rows = lines = 0
-        for text in whole_lines(path, layout.encoding, layout.first):
+        for text in whole_lines(path, layout.encoding, layout.first, layout.ends):
             wanted = [name for name in numbers if name in names]
             piece = TextPiece(path, text, layout, lines)
             columns, kept, there = _columns(piece, part, names, wanted, labels)
@@ -111,7 +113,7 @@ def _columns(
 
     Where a file has several parts, rows end where the part's stamps end.
     """
-    clocks = part.places if part.step_s is not None else part.clocks
+    clocks = part.clocks
     table = piece.parse([*(names[n] for n in numbers), *clocks], [names[n] for n in labels])
     columns: Columns = {name: _numbers(table, names[name]) for name in numbers}
     columns |= {name: _labels(table, names[name]) for name in labels}

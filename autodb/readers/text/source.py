@@ -92,11 +92,17 @@ def not_text(path: Path, encoding: str, error: Exception) -> UnusableInput:
     )
 
 
-def whole_lines(path: Path, encoding: str, skip: int) -> Iterator[bytes]:
+def whole_lines(path: Path, encoding: str, skip: int, ends: int | None = None) -> Iterator[bytes]:
     """Yield the lines of a file but the first ``skip``, in UTF-8, in pieces that end with a line.
+
+    ``ends``: the line of a small file that what is below the table begins with.
 
     Raises UnusableInput for a line without an end, and bytes that are no text.
     """
+    if ends is not None:
+        text = b"".join(whole_lines(path, encoding, skip)).split(b"\n")
+        yield b"\n".join(text[: ends - skip]) + b"\n"
+        return
     rest = b""
     for block in _in_utf8(path, encoding):
         if skip:

@@ -1,4 +1,4 @@
-"""Columns that say a quantity and no axis, times without a name, and what only looks like a slope."""
+"""Columns with a quantity and no axis, times without a name, and what only looks like a slope."""
 
 from pathlib import Path
 

@@ -1,0 +1,118 @@
+"""What stands beside the numbers of a table: labels, a period, remarks below, quotes over lines."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.errors import UnusableInput
+from autodb.readers import ColumnSet, open_bases
+from tests.helpers.files import write_workbook
+
+
+def _only(path: Path, text: str) -> ColumnSet:
+    path.write_text(text, "utf-8")
+    (base,) = open_bases(path)
+    return base
+
+
+def test_names_stand_before_the_numbers_of_each_row(tmp_path: Path) -> None:
+    """As halscope of LinuxCNC writes: its period above, decimal commas, a pin twice."""
+    rows = [f"pid.z.out +{k},250 axis.z.pos -0,{k}5 pid.z.out +{k},250 " for k in range(40)]
+    base = _only(tmp_path / "a.log", "\n".join(["Sampling period is 500000 nSec ", "", *rows, ""]))
+    assert base.columns == (
+        *("t", "column 1", "pid.z.out", "column 3", "axis.z.pos", "column 5", "pid.z.out (2)"),
+    )
+    read = base.read(["t", "pid.z.out", "axis.z.pos", "pid.z.out (2)"], ["column 1"])
+    assert_allclose(read["t"], 0.0005 * np.arange(40), rtol=1e-12)
+    assert_allclose(read["pid.z.out"], np.arange(40) + 0.25)
+    assert_allclose(read["axis.z.pos"], [-float(f"0.{k}5") for k in range(40)])
+    assert set(read["column 1"]) == {"pid.z.out"}
+    assert "called by what stands before them, rows are 0.0005 s apart" in base.layout
+
+
+@pytest.mark.parametrize(
+    ("line", "step_s"),
+    [
+        ("Sample rate: 2 kHz", 0.0005),
+        ("Sampling interval = 0,5 ms", 0.0005),
+        ("sample_time 2 s", 2.0),
+        ("Sampling frequency (Hz) 400", None),
+        ("Sample rate: 0 Hz", None),
+        ("Sample rate: 3 furlongs", None),
+    ],
+)
+def test_a_rate_above_a_table_without_a_time(
+    tmp_path: Path, line: str, step_s: float | None
+) -> None:
+    rows = [f"{(-1) ** k};{k % 3},5" for k in range(30)]
+    base = _only(tmp_path / "a.txt", "\n".join([line, "", "Kraft;Strom", *rows]))
+    if step_s is None:
+        assert base.columns == ("Kraft", "Strom")
+    else:
+        assert base.columns == ("t", "Kraft", "Strom")
+        assert_allclose(base.read(["t"])["t"], step_s * np.arange(30), rtol=1e-12)
+
+
+def test_a_rate_beside_a_time_is_left(tmp_path: Path) -> None:
+    rows = [f"{k / 4};{k % 3},5".replace(".", ",") for k in range(30)]
+    base = _only(tmp_path / "a.txt", "\n".join(["Sample rate: 4 Hz", "", "Zeit;Strom", *rows]))
+    assert base.columns == ("Zeit", "Strom")
+
+
+TABLE = ["Nr;Kraft", "1;2,5", "2;2,75", "3;3,0", "4;3,25"]
+
+
+def test_remarks_below_a_table_are_left_out_and_said(tmp_path: Path) -> None:
+    base = _only(tmp_path / "a.csv", "\n".join([*TABLE, "", "gemessen nachts", "von Hand;", ""]))
+    assert_allclose(base.read(["Kraft"])["Kraft"], [2.5, 2.75, 3.0, 3.25])
+    assert base.layout.endswith("remarks from line 6 on left out")
+
+
+@pytest.mark.parametrize("last", ["5", "5;x", "Mittel;2,9"])
+def test_a_row_that_is_cut_off_or_wrong_is_no_remark(tmp_path: Path, last: str) -> None:
+    base = _only(tmp_path / "a.csv", "\n".join([*TABLE, last]))
+    with pytest.raises(UnusableInput, match=r"row 5|row 6"):
+        base.read(["Nr", "Kraft"])
+
+
+def test_remarks_below_the_table_of_a_sheet(tmp_path: Path) -> None:
+    rows: list[list[object]] = [["Versuch mit C45"], [], ["Fc [N]", "Nr", "Fc [N]"]]
+    rows += [[900 + k, k, 700 + k] for k in range(8)]
+    rows += [[], ["Werkzeug neu"], ["Kühlung aus"]]
+    path = write_workbook(tmp_path / "a.xlsx", {"Kräfte": rows})
+    (base,) = open_bases(path)
+    assert base.columns == ("Fc [N]", "Nr", "Fc [N] (2)")
+    assert_allclose(base.read(["Fc [N] (2)"])["Fc [N] (2)"], 700.0 + np.arange(8))
+    assert "remarks from row 12 on left out" in base.layout
+
+
+def test_cells_between_quotes_may_go_over_lines(tmp_path: Path) -> None:
+    rows = "".join(f'{k},"+{k}.5E+00\n","a ""b""\r\nc",{2 * k}\n' for k in range(50))
+    base = _only(tmp_path / "a.csv", f"k,volts,said,twice\n{rows}")
+    read = base.read(["k", "volts", "twice"], ["said"])
+    assert_allclose(read["volts"], np.arange(50) + 0.5)
+    assert_allclose(read["twice"], 2.0 * np.arange(50))
+    assert set(read["said"]) == {'a "b" c'}
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ('{"calibration": [\n 1.5,\n 2.5,\n 3.5\n]}', "JSON"),
+        ('[{"t": 0.5},\n{"t": 1.0}]', "JSON"),
+        ('<?xml version="1.0"?>\n<trace>1,2</trace>', "XML"),
+    ],
+)
+def test_json_and_xml_are_said_to_be_no_table(
+    refused: Callable[..., str], text: str, kind: str
+) -> None:
+    Path("a.log").write_text(text)
+    assert f"a.log: {kind}, not a table; export it as CSV" in refused("look", "a.log")
+
+
+def test_lines_of_words_are_no_table(refused: Callable[..., str]) -> None:
+    Path("a.txt").write_text("==7== tool, at work\n==7== one\n==7== two, three, four\n==7== five")
+    assert "no table in it" in refused("look", "a.txt")
