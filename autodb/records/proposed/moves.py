@@ -132,7 +132,8 @@ def _time(
     rate = f"{1.0 / (between * STEPS_S.get(unit, 1.0)):.4g} Hz"
     why = "its name, and it rises" if named else "it rises by even steps"
     why = why if named or even else "the first column rises on every row"
-    made.add(name, "t", "" if unit == "s" else unit, f"{why}: {rate}")
+    said = "" if unit == "s" and not units.get(name) else unit
+    made.add(name, "t", said, f"{why}: {rate}")
     return numbers[name] * STEPS_S.get(unit, 1.0)
 
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from autodb.readers.text.cells import unit_within
+from autodb.readers.text.cells import name_and_unit, unit_within
 
 _TOKENS = re.compile(r"[A-ZÄÖÜ]?[a-zäöüßáéíóúàèìòùâêçñ]+|[A-ZÄÖÜ]+(?![a-zäöü])|\d+")
 AXES = ("x", "y", "z", "a", "b", "c", "u", "v", "w")
@@ -96,6 +96,8 @@ def said_by(name: str, beside: Collection[str] = ()) -> NameSays:
         unit, words = unit or _UNIT_WORDS[quantity][words[-1]], words[:-1]
     axis = "spindle" if _any_of(words, SPINDLE) or numbered else ""
     axis = axis or next((word for word in words if word in AXES), "")
+    if name_and_unit(name.strip())[0] == "F":
+        quantity = "force"
     if joined in FORCES_BY_AXIS or joined in COMPONENTS:
         quantity, axis = "force", (FORCES_BY_AXIS | COMPONENTS)[joined][-1]
     if not axis and len(joined) == 2 and joined[0] in "iv" and joined[1] in AXES:

@@ -32,6 +32,7 @@ def test_a_letter_behind_a_low_line_is_a_unit_unless_there_are_axes() -> None:
     assert said_by("current_a", ("current_x", "current_a")).axis == "a"
     assert said_by("Strom A").axis == said_by("A_current").axis == "a"
     assert said_by("thrust_raw").foreign
+    assert (said_by("F [kN]").quantity, said_by("f").quantity) == ("force", "")
 
 
 def test_a_motor_that_turns_is_a_spindle(cli: Cli, tmp_path: Path) -> None:
@@ -49,7 +50,7 @@ def test_a_motor_that_turns_is_a_spindle(cli: Cli, tmp_path: Path) -> None:
         },
     )
     assert _channels(path) == {
-        "t": ("time [s]", ""),
+        "t": ("time [s]", "s"),
         "force.z": ("thrust (gf)", "gf"),
         "spindle.speed": ("speed measured [RPM]", "RPM"),
         "spindle.current": ("motor current [mA]", "mA"),
@@ -116,3 +117,12 @@ def test_a_unit_of_another_kind_is_no_channel(tmp_path: Path) -> None:
     rows = [f"{n},{100 * n},{0.5 * n},{800 * n}" for n in range(1, 6)]
     path.write_text("\n".join(["No,Feed (mm/min),ap (mm),n (rpm)", *rows]))
     assert set(_channels(path)) == {"cut", "cutting.depth", "spindle.speed"}
+
+
+def test_seconds_that_a_name_states_are_believed(cli: Cli, tmp_path: Path) -> None:
+    """Of a test of many loads a row takes six seconds."""
+    load = np.linspace(1.0, 9.0, 80) + 0.1 * RNG.normal(size=80)
+    path = write(tmp_path / "a.csv", {"Time (s)": 6.0 * np.arange(80), "Current (A)": load})
+    assert cli("look", path, "--write").code == 0
+    done = cli("import", path)
+    assert done.code == 0, done.err
