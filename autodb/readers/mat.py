@@ -1,6 +1,7 @@
 """MATLAB v5: vectors and the columns of matrices are channels, those of structs by `struct.field`.
 
-Scalars and the rest are ignored. An array of structs has a time base for each; v7.3 is HDF5.
+Scalars and the rest are ignored. An array of structs, or of cells with arrays, has a time base for
+each; v7.3 is HDF5.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from autodb.errors import UnusableInput
 from autodb.files.text import TextSection
 from autodb.readers import hdf5
 from autodb.readers._base import Columns, ColumnSet, as_label, as_number
@@ -61,7 +63,12 @@ def _variables(path: Path, wanted: list[str] | None = None) -> dict[str, _Named]
     """Return the columns of each variable of a file; ``wanted``: of these alone."""
     from scipy.io import loadmat, whosmat
 
-    kinds = {name: kind for name, _, kind in whosmat(path)}
+    try:
+        kinds = {name: kind for name, _, kind in whosmat(path)}
+    except TypeError:
+        raise UnusableInput(
+            f"{path}: holds an object that only MATLAB reads; save its numbers as arrays or structs"
+        ) from None
     held = [name for name, kind in kinds.items() if kind in _NUMBERS or kind in _HOLDING]
     wanted = held if wanted is None else [name for name in wanted if name in held]
     found: dict[str, _Named] = {}
@@ -76,10 +83,13 @@ def _take(found: _Named, within: str, name: str, value: Any) -> None:
     if isinstance(value, Mapping):
         for field, inner in value.items():
             _take(found, within, f"{name}.{field}", inner)
-    elif _are_structs(value) and not within:
+    elif _are_all(value, Mapping) and not within:
         for place, struct in enumerate(value[:MOST_STRUCTS], start=1):
             for field, inner in struct.items():
                 _take(found, f"{name}({place})", str(field), inner)
+    elif _are_all(value, np.ndarray) and not within:
+        for place, cell in enumerate(value[:MOST_STRUCTS], start=1):
+            _take(found, f"{name}{{{place}}}", name, cell)
     elif isinstance(value, np.ndarray) and value.dtype.kind in _KINDS:
         rows, beside = max(value.shape, default=0), min(value.shape, default=0)
         if value.ndim == 1 and rows > 1:
@@ -90,9 +100,10 @@ def _take(found: _Named, within: str, name: str, value: Any) -> None:
                 found[within, f"{name} {place}"] = column
 
 
-def _are_structs(value: Any) -> bool:
+def _are_all(value: Any, kind: type) -> bool:
+    """Say whether a value is an array of structs, or of cells that hold arrays."""
     listed = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
-    return listed and len(value) > 0 and all(isinstance(one, Mapping) for one in value)
+    return listed and len(value) > 0 and all(isinstance(one, kind) for one in value)
 
 
 def _base(path: Path, within: str, variables: dict[str, str], label: str) -> ColumnSet:

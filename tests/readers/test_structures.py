@@ -88,6 +88,19 @@ def test_structs_of_matlab(tmp_path: Path) -> None:
     assert_allclose(_number(bases["cuts(2)"], "F"), X[:25])
 
 
+def test_cells_of_matlab_that_hold_arrays(tmp_path: Path) -> None:
+    """One of other lengths is a time base of its own; cells of texts are none."""
+    cells = np.empty(3, dtype=object)
+    for k in range(3):
+        cells[k] = np.column_stack([np.arange(20 + k), np.arange(20 + k) / 4.0])
+    path = tmp_path / "a.mat"
+    savemat(path, {"runs": cells, "names": np.array(["a", "bc"], dtype=object)})
+    bases = {base.name: base for base in open_bases(path)}
+    assert list(bases) == ["runs{1}", "runs{2}", "runs{3}"]
+    assert bases["runs{2}"].columns == ("runs 1", "runs 2")
+    np.testing.assert_array_equal(bases["runs{3}"].read(["runs 2"])["runs 2"], np.arange(22) / 4.0)
+
+
 def test_structs_and_lists_of_parquet(tmp_path: Path) -> None:
     path = tmp_path / "a.parquet"
     pairs = pa.array([[a, b] for a, b in zip(T, X, strict=True)], pa.list_(pa.float64(), 2))

@@ -116,3 +116,17 @@ def test_json_and_xml_are_said_to_be_no_table(
 def test_lines_of_words_are_no_table(refused: Callable[..., str]) -> None:
     Path("a.txt").write_text("==7== tool, at work\n==7== one\n==7== two, three, four\n==7== five")
     assert "no table in it" in refused("look", "a.txt")
+
+
+def test_a_column_without_a_name_keeps_its_first_number(tmp_path: Path) -> None:
+    base = _only(tmp_path / "a.csv", "".join(f"{k}.25\n" for k in range(9)))
+    assert base.columns == ("column 1",)
+    assert_allclose(base.read(["column 1"])["column 1"], np.arange(9) + 0.25)
+
+
+def test_a_log_in_which_some_lines_look_like_rows_is_no_table(refused: Callable[..., str]) -> None:
+    said = [
+        f"2026-11-26T10:00:{k % 60:02}Z|mode|auto {k}|load|{'x' * (k % 9)}" for k in range(3000)
+    ]
+    Path("a.txt").write_text("\n".join([*said[:2900], *(f"{k}  {k + 1}  2" for k in range(9))] * 2))
+    assert "no table in it" in refused("look", "a.txt")

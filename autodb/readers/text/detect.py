@@ -39,6 +39,9 @@ FITTING = 0.25
 """Share of cells that are numbers or empty below which a text is no table. Chosen: a table of cuts
 has some columns of text."""
 _TREES = re.compile(r"\s*([{\[]\s*[\"{\[]|<\?xml|<!DOCTYPE|<html)", re.IGNORECASE)
+MOSTLY = 0.5
+"""Rows of the beginning of a long file over the lines above them, below which it is no table: lines
+of a log that look like rows once. Chosen."""
 PLAIN_LINES = 20
 """Lines by which a plain table is known. Chosen."""
 
@@ -95,11 +98,11 @@ def is_plain(lines: Sequence[str]) -> bool:
     """Say whether lines are a header and rows with commas between cells and points in numbers."""
     header = split(lines[0], ",")
     rows = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
-    if len(header) < 2 or any(map(is_number, header)):
-        return False
-    if any(mark in line for mark in ";\t|" for line in lines[: PLAIN_LINES + 1]):
-        return False
-    if any(line.lstrip().startswith(COMMENTS) for line in lines[: PLAIN_LINES + 1]):
+    if (
+        len(header) < 2
+        or any(map(is_number, header))
+        or any(map(_is_odd, lines[: PLAIN_LINES + 1]))
+    ):
         return False
     alike = [row for row in rows if len(row) == len(header)]
     if len(alike) < ALIKE * len(rows) or not alike:
@@ -110,6 +113,11 @@ def is_plain(lines: Sequence[str]) -> bool:
     if of_numbers:
         return is_row(alike[0], len(header), of_numbers, is_number)
     return not are_units(alike[0])
+
+
+def _is_odd(line: str) -> bool:
+    """Say whether a line is a remark, or has what may separate cells in place of commas."""
+    return line.lstrip().startswith(COMMENTS) or any(mark in line for mark in ";\t|")
 
 
 def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
@@ -124,6 +132,8 @@ def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
             f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
             "the side file where one begins and what separates its columns"
         )
+    if all(map(is_number, names)):
+        return TextLayout(column_names([""] * len(names)), first=0, header=None)
     return TextLayout(column_names(names), units=stated_units(names, ()))
 
 
@@ -149,8 +159,10 @@ def _best(lines: Sequence[str], stated: TextSection, *, whole: bool) -> TextLayo
     best = max(attempts, key=lambda one: one.place.fit, default=None)
     if best is None or best.place.fit < FITTING:
         return None
-    found = _layout(lines, best, comment, stated)
     place = best.place
+    if not whole and len(best.rows) - place.first < MOSTLY * place.first:
+        return None
+    found = _layout(lines, best, comment, stated)
     ends = lines_of_table(best.rows, place.width, place.first) if whole else len(best.rows)
     remarks = any(any(row) for row in best.rows[ends:]) and len(best.rows) == len(lines)
     return replace(found, ends=ends) if remarks else found
