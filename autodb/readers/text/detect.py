@@ -126,8 +126,9 @@ def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
         raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
     below = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
     alike = sum(len(row) == len(names) for row in below)
+    ragged = alike < 0.5 * len(below) and len(set(map(len, below))) > 1
     alone = len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:])
-    if alone or alike < 0.5 * len(below):
+    if alone or ragged:
         raise UnusableInput(
             f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
             "the side file where one begins and what separates its columns"
