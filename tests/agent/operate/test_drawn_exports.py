@@ -22,7 +22,7 @@ WORDS = st.text("abcÄöüß=-+'\",;#|µ°² 019", min_size=1, max_size=9).filte
 )
 CUTS = st.lists(
     st.tuples(
-        st.floats(0.01, 1.9), st.floats(0.01, 9.0), st.one_of(st.none(), st.floats(-9e3, 9e3))
+        st.floats(0.01, 1.9), st.floats(0.01, 9.0), st.one_of(st.none(), st.floats(-40.0, 120.0))
     ),
     min_size=3,
     max_size=7,
@@ -43,9 +43,18 @@ def test_cuts_are_the_same_after_an_export(cli: Cli) -> None:
             left.unlink(missing_ok=True)
         shutil.rmtree("out", ignore_errors=True)
         names = [f'"{name.replace(chr(34), 2 * chr(34))}"' for name in (material, tool)]
-        lines = ["cut,operation,work.material,tool,cutting.feed,cutting.depth,force.z"]
-        for number, (feed, depth, force) in enumerate(cuts, start=1):
-            cells = [number, "turn", *names, feed, depth, "" if force is None else repr(force)]
+        lines = [
+            "cut,operation,work.material,tool,cutting.feed,cutting.depth,lubricant.temperature"
+        ]
+        for number, (feed, depth, warm_degC) in enumerate(cuts, start=1):
+            cells = [
+                number,
+                "turn",
+                *names,
+                feed,
+                depth,
+                "" if warm_degC is None else repr(warm_degC),
+            ]
             lines.append(",".join(map(str, cells)))
         Path("a.csv").write_text("\n".join([*lines, ""]), "utf-8")
         assert cli("init").code == 0
@@ -69,5 +78,5 @@ def _compare_stored(
         rows = connection.execute("SELECT conditions, measured FROM cut ORDER BY number").fetchall()
     assert (kept, used) == ([(material,)], [(tool,)])
     stored = [{**json.loads(conditions), **json.loads(measured)} for conditions, measured in rows]
-    for place, name in enumerate(("cutting.feed", "cutting.depth", "force.z")):
+    for place, name in enumerate(("cutting.feed", "cutting.depth", "lubricant.temperature")):
         assert [cut.get(name) for cut in stored] == [cut[place] for cut in cuts]
