@@ -27,6 +27,8 @@ _OWN: dict[str, dict[str, float]] = {
         **dict.fromkeys(("mm/rev", "mm/U", "mm/tooth", "mm/r"), 1.0),
         **dict.fromkeys(("in/rev", "ipr", "in/tooth"), 25.4),
     },
+    "mm/rev": {"in/rev": 25.4},
+    "mm/tooth": {"in/tooth": 25.4},
     "deg": dict.fromkeys(("rev", "U"), 360.0),
     "N/mm²": {"N/mm2": 1.0, "daN/mm2": 10.0, "kN/mm2": 1000.0},
     "N·m": dict.fromkeys(("Nm", "N m"), 1.0),
@@ -35,8 +37,14 @@ _OWN: dict[str, dict[str, float]] = {
 """Names of the shop that a library of units reads otherwise, or not at all, by our unit."""
 
 
+_PLAIN = {"·": "*", "²": "**2", "³": "**3", "°C": "degC", "°": "deg"}
+"""What the library of units reads in place of what we write, one after another."""
+
+
 def _plain(unit: str) -> str:
-    return unit.replace("·", "*").replace("²", "**2").replace("°C", "degC").replace("°", "deg")
+    for sign, plain in _PLAIN.items():
+        unit = unit.replace(sign, plain)
+    return unit
 
 
 @cache

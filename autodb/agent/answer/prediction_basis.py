@@ -35,10 +35,11 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
+from autodb.wording import Worded, amount, listed, localized, msgid, say, shop_amount
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""
-RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
+RANGES = ((DEPTH, msgid("depth"), "mm"), (FEED, msgid("feed"), "mm"))
 
 
 class AskedCut(Protocol):
@@ -228,7 +229,13 @@ class PredictionBasis:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
             start = self.known.behind.started_from
-            yield f"{self.machine} has no parameters of {name}{hint}; predicted from {start}"
+            yield say(
+                "{machine} has no parameters of {pair}{hint}; predicted from {start}",
+                machine=self.machine,
+                pair=name,
+                hint=hint,
+                start=Worded(start or "", "en"),  # kept as it was said
+            )
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
@@ -274,9 +281,12 @@ def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say which cuts are predicted in another process state than the usual one."""
     for number, cut in enumerate(cuts, start=1):
         if cut.state is not None:
-            yield (
-                f"cut {number} '{cut.name}': in the state '{cut.state}', which its speed or the "
-                "wear of its edge implies"
+            yield say(
+                "cut {number} '{name}': in the state '{state}', which its speed or the wear of its "
+                "edge implies",
+                number=number,
+                name=cut.name,
+                state=cut.state,
             )
 
 
@@ -284,10 +294,11 @@ def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts go to a diameter that is not stated: what they take is that of their start."""
     for number, cut in enumerate(cuts, start=1):
         if cut.operation in PROFILED and cut.end_diameter_mm is None:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield (
-                f"cut {number}{name}: its torque and power are those at its start, "
-                f"{cut.diameter_mm:g} mm; state end_diameter_mm for their mean and end"
+            yield say(
+                "{cut}: its torque and power are those at its start, {diameter}; state "
+                "end_diameter_mm for their mean and end",
+                cut=_cut_words(number, cut.name),
+                diameter=amount(cut.diameter_mm or 0.0, "mm"),
             )
 
 
@@ -295,10 +306,11 @@ def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts have an older edge than any that a pair without wear was learnt from."""
     for number, cut in enumerate(cuts, start=1):
         if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield (
-                f"cut {number}{name}: no edge had cut for more than {longest_s:g} s; its intervals "
-                "leave room for the wear of an older one"
+            yield say(
+                "{cut}: no edge had cut for more than {longest}; its intervals leave room for the "
+                "wear of an older one",
+                cut=_cut_words(number, cut.name),
+                longest=amount(longest_s, "s"),
             )
 
 
@@ -307,10 +319,11 @@ def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
     said = [one.words for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
     if said:
-        listed = ", ".join(dict.fromkeys(said))
-        yield (
-            f"assumed for {known.tool.name}, because it is not stated: {listed}; state it in a "
-            "tool file to narrow the intervals"
+        yield say(
+            "assumed for {tool}, because it is not stated: {numbers}; state it in a tool file to "
+            "narrow the intervals",
+            tool=known.tool.name,
+            numbers=listed(dict.fromkeys(said)),
         )
 
 
@@ -318,9 +331,10 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:
-            yield (
-                f"operation '{operation}' was never cut; its forces come from the law alone, "
-                "with wider intervals"
+            yield say(
+                "operation '{operation}' was never cut; its forces come from the law alone, with "
+                "wider intervals",
+                operation=operation,
             )
     for number, asked in enumerate(cuts, start=1):
         stated = asked.ranges(tool.diameter_mm)
@@ -330,7 +344,21 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
             (least, most), (low, high) = stated[channel], made.ranges[channel]
             if not (low * 0.999 <= least and most <= high * 1.001):
                 value = most if most > high * 1.001 else least
-                which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
-                yield (
-                    f"{which}{what} {value:.4g} {unit} was never cut ({low:g} to {high:g} {unit})"
+                said = say(
+                    "{what} {value} was never cut ({low} to {high})",
+                    what=say(what),
+                    value=amount(value, unit, ".4g"),
+                    low=localized(f"{shop_amount(low, unit)[0]:g}"),
+                    high=amount(high, unit),
                 )
+                if asked.name or len(cuts) > 1:
+                    name = _cut_words(number, asked.name)
+                    said = say("{cut}: {said}", cut=name, said=said)
+                yield said
+
+
+def _cut_words(number: int, name: str) -> str:
+    """Return which cut it is, by its number and its name."""
+    if not name:
+        return say("cut {number}", number=number)
+    return say("cut {number} '{name}'", number=number, name=name)

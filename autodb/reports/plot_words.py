@@ -1,0 +1,50 @@
+"""What the library of plots writes itself, in the reader's language: marks, months and buttons."""
+
+from functools import cache
+from typing import Any
+
+from autodb.wording import presentation, say
+from autodb.wording.amounts import NARROW, decimal_mark
+
+
+def locale_config() -> dict[str, Any]:
+    """Return what a plot is told of the reader's language; nothing in English, which it writes."""
+    language = presentation().language
+    if language == "en":
+        return {}
+    words = {"dictionary": _buttons(), "format": _marks(language)}
+    return {"locale": language, "locales": {language: words}}
+
+
+def _buttons() -> dict[str, str]:
+    """Return the titles of a plot's buttons by those that the library has in English."""
+    return {
+        "Download plot as a PNG": say("Download plot as a PNG"),
+        "Download plot": say("Download plot"),
+        "Zoom": say("Zoom"),
+        "Pan": say("Pan"),
+        "Zoom in": say("Zoom in"),
+        "Zoom out": say("Zoom out"),
+        "Autoscale": say("Autoscale"),
+        "Reset axes": say("Reset axes"),
+    }
+
+
+@cache
+def _marks(language: str) -> dict[str, Any]:
+    """Return marks and names of days and months (Unicode CLDR), as D3 takes them."""
+    from babel.dates import get_day_names, get_month_names
+
+    months, days = range(1, 13), (6, *range(6))
+    return {
+        "decimal": decimal_mark(language),
+        "thousands": NARROW,
+        "grouping": [3],
+        "dateTime": "%d.%m.%Y %H:%M:%S",
+        "date": "%d.%m.%Y",
+        "time": "%H:%M:%S",
+        "months": [get_month_names("wide", locale=language)[one] for one in months],
+        "shortMonths": [get_month_names("abbreviated", locale=language)[one] for one in months],
+        "days": [get_day_names("wide", locale=language)[one] for one in days],
+        "shortDays": [get_day_names("abbreviated", locale=language)[one] for one in days],
+    }
