@@ -42,7 +42,8 @@ SAID_OF = {
     "not entered": msgid("limits not entered: {limits}"),
 }
 QUANTITIES_LIMITED = (
-    msgid("force"), msgid("torque"), msgid("power"), msgid("speed"), msgid("feed"), msgid("travel"),
+    msgid("force"), msgid("feed"), msgid("travel"), msgid("spindle torque"), msgid("spindle power"),
+    msgid("spindle speed"),
 )  # fmt: skip
 """What limits are of."""
 
@@ -102,7 +103,9 @@ class LimitStanding:
     @property
     def what(self) -> str:
         """Whose it is and what."""
-        return say("{axis} {quantity}", axis=axis_words(self.axis), quantity=say(self.quantity))
+        if self.axis == SPINDLE:
+            return say(f"{SPINDLE} {self.quantity}")
+        return say("{axis} {quantity}", axis=self.axis, quantity=say(self.quantity))
 
 
 @dataclass(frozen=True)
