@@ -8,6 +8,7 @@ from markupsafe import Markup
 from autodb.agent.answer.shown.axis_courses import AxisCourse, CoursePoint
 from autodb.files.channels import axis_words
 from autodb.reports import figures
+from autodb.reports.plot_words import date_ticks
 from autodb.wording import listed, say
 
 PANEL_PX, BELOW_PX, BETWEEN_PX = 110, 80, 36
@@ -40,7 +41,7 @@ def plot_of_axis(course: AxisCourse) -> Markup | None:
         tone = figures.colour(TONES[mark.kind])
         line = {"color": tone, "width": 1.5, "dash": "dot" if mark.kind == "mismatch" else "solid"}
         made.add_vline(x=mark.at, line=line, row="all", col=1, exclude_empty_subplots=False)
-    made.update_xaxes(type="date", hoverformat=say("%Y-%m-%d %H:%M"))
+    made.update_xaxes(type="date", **date_ticks())
     label = say(
         "{axis}: {quantities} over time",
         axis=axis_words(course.axis),

@@ -6,6 +6,8 @@ from typing import Any
 from autodb.wording import presentation, say
 from autodb.wording.amounts import NARROW, decimal_mark
 
+DAY_MS = 86_400_000
+
 
 def locale_config() -> dict[str, Any]:
     """Return what a plot is told of the reader's language; nothing in English, which it writes."""
@@ -14,6 +16,18 @@ def locale_config() -> dict[str, Any]:
         return {}
     words = {"dictionary": _buttons(), "format": _marks(language)}
     return {"locale": language, "locales": {language: words}}
+
+
+def date_ticks() -> dict[str, Any]:
+    """Return how an axis of time writes its times; in English its ticks as the library does."""
+    if presentation().language == "en":
+        return {"hoverformat": "%Y-%m-%d %H:%M"}
+    ticks = (
+        {"dtickrange": [None, DAY_MS], "value": "%H:%M:%S\n%d.%m.%Y"},
+        {"dtickrange": [DAY_MS, "M1"], "value": "%d.%m.\n%Y"},
+        {"dtickrange": ["M1", None], "value": "%m.%Y"},
+    )
+    return {"hoverformat": "%d.%m.%Y %H:%M", "tickformatstops": ticks}
 
 
 def _buttons() -> dict[str, str]:

@@ -6,6 +6,7 @@ said no more is gone.
 """
 
 from collections.abc import Iterator
+from io import SEEK_END, BytesIO
 from pathlib import Path
 
 from babel.messages.catalog import Catalog
@@ -13,6 +14,7 @@ from babel.messages.extract import extract_from_file
 from babel.messages.pofile import read_po, write_po
 
 import autodb
+from autodb.cutting.shear import PARAMETERS
 from autodb.files.job import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
 from autodb.wording.catalogues import LANGUAGES
@@ -23,6 +25,17 @@ IN_TEMPLATES = {"_": None, "_n": (1, 2)}
 METHODS = (("*.py", "python", IN_CODE), ("*.j2", "jinja2", IN_TEMPLATES))
 OURS = "from autodb.wording"
 WIDTH = 100
+HEADER = """\
+# Sentences of the pages; brought up to date by python -m autodb.cli.develop.catalogues
+msgid ""
+msgstr ""
+"Language: {language}\\n"
+"Plural-Forms: {plurals}\\n"
+"MIME-Version: 1.0\\n"
+"Content-Type: text/plain; charset=utf-8\\n"
+"Content-Transfer-Encoding: 8bit\\n"
+
+"""
 
 
 def said_messages() -> Catalog:
@@ -52,6 +65,8 @@ def _vocabulary() -> Iterator[tuple[str, str]]:
         for parameter in term.parameters:
             plain = parameter.name.rstrip("0123456789").rstrip("_").replace("_", " ")
             yield plain, "autodb/terms/vocabulary.py"
+    for number in PARAMETERS:
+        yield number.meaning, "autodb/cutting/shear.py"
     for name in sorted(TAKEN):
         yield name.replace("_", " "), "autodb/terms/vocabulary.py"
 
@@ -71,11 +86,21 @@ def update() -> None:
     """Write each catalogue anew, with what is said now."""
     for language in LANGUAGES:
         if language != "en":
-            known = read_catalogue(language)
-            known.update(said_messages(), no_fuzzy_matching=True)
-            known.obsolete.clear()
-            with catalogue_path(language).open("wb") as place:
-                write_po(place, known, width=WIDTH, include_lineno=False, sort_by_file=True)
+            catalogue_path(language).write_bytes(updated(language))
+
+
+def updated(language: str) -> bytes:
+    """Return the catalogue of a language as it is with what is said now."""
+    known = read_catalogue(language)
+    known.update(said_messages(), no_fuzzy_matching=True)
+    known.obsolete.clear()
+    for message in known:
+        message.flags.clear()  # a per cent sign is none of a format here
+    head = HEADER.format(language=language, plurals=known.plural_forms)
+    made = BytesIO(head.encode())
+    made.seek(0, SEEK_END)
+    write_po(made, known, width=WIDTH, omit_header=True, include_lineno=False, sort_by_file=True)
+    return made.getvalue()
 
 
 if __name__ == "__main__":

@@ -39,6 +39,10 @@ class Typed:
         own = shop_units(self.system).get(unit)
         return value if own is None else float(f"{value / own.factor:.{DIGITS}g}")
 
+    def length(self, name: str, text: str) -> float:
+        """Return what was typed of a length, mm; raises UnusableInput."""
+        return self.number(name, text, "mm")
+
     def cut(self, row: Mapping[str, str]) -> JobCut:
         """Return the cut that a row of a form states; raises UnusableInput naming the key."""
         return as_cut(row, lambda key, text: self.number(key, text, _UNITS.get(key, "1")))

@@ -25,7 +25,7 @@ from autodb.files.job import Job
 from autodb.files.shop_units import SI, shop_units
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
-from autodb.wording import Presentation, language_of, presentation, presented
+from autodb.wording import ENGLISH, Presentation, language_of, presentation, presented
 
 Tell = Callable[[str], None]
 PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"
@@ -47,7 +47,8 @@ class Import:
 
     def do(self, store: Store, tell: Tell) -> bytes:
         """Return what came in, as JSON."""
-        return TypeAdapter(Imported).dump_json(take_in_sent(store, self.sent, tell))
+        with presented(ENGLISH):  # the database is
+            return TypeAdapter(Imported).dump_json(take_in_sent(store, self.sent, tell))
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ class ProgramToPredict:
         assert self.job.program is not None
         program = self.job.program.model_copy(update={"file": str(self.path)})
         job = self.job.model_copy(update={"program": program})
-        answer = answer_job(store, self.machine, job)
+        with presented(ENGLISH):  # programs get the same answer
+            answer = answer_job(store, self.machine, job)
         return TypeAdapter(JobAnswer).dump_json(replace(answer, job=self.job))
 
 
