@@ -9,9 +9,9 @@ from autodb.wording import ShopUnit, presentation
 SI, INCH = "si", "inch"
 _INCH = {
     "N": "lbf", "N·m": "ft·lbf", "W": "hp", "mm": "in", "µm": "in", "mm/rev": "in/rev",
-    "mm/tooth": "in/tooth", "mm/min": "in/min", "mm/s": "in/s", "m/min": "ft/min",
-    "N/mm": "lbf/in", "N/mm²": "ksi", "N/mm^2": "ksi", "cm³": "in³", "cm³/min": "in³/min", "N/A": "lbf/A",
-    "N·m/A": "ft·lbf/A",
+    "mm/tooth": "in/tooth", "mm/min": "in/min", "mm/s": "in/s", "mm/s²": "in/s²", "m/min": "ft/min",
+    "N/mm": "lbf/in", "N/mm²": "ksi", "N/mm^2": "ksi", "cm³": "in³", "cm³/min": "in³/min",
+    "N/A": "lbf/A", "N·m/A": "ft·lbf/A",
 }  # fmt: skip
 """Units of the shop by ours; turns, angles, times, currents, energies and temperatures stay."""
 SYSTEMS = {SI: "mm, N", INCH: "inch, lbf"}

@@ -7,7 +7,6 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.agent.learn.precision_history import LearningCurve
-from autodb.files.channels import axis_words
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
 from autodb.wording import say
@@ -157,7 +156,7 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
         )
     label = say(
         "{axis}: {quantity} from a reference against that from the current",
-        axis=axis_words(plot.axis),
+        axis=plot.axis,
         quantity=what,
     )
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)

@@ -15,14 +15,17 @@ _VOID = ("meta", "link", "input", "br", "hr", "img", "progress")
 
 
 class Marked(NullTranslations):
-    """A language whose sentences are the English ones, what is not filled in between marks."""
+    """A language whose sentences are the English ones, what is not filled in between marks.
+
+    Quotation marks stay outside: what stands between two is filled in, or is to be typed.
+    """
 
     def gettext(self, message: str) -> str:
         """Return a sentence marked."""
         if message.startswith("%Y"):
             return message
         return "".join(
-            (f"{OPEN}{text}{CLOSE}" if re.search(r"\w", text) else text)
+            re.sub(r"[^']*\w[^']*", rf"{OPEN}\g<0>{CLOSE}", text)
             + ("" if name is None else f"{{{name}}}")
             for text, name, _, _ in Formatter().parse(message)
         )

@@ -29,7 +29,7 @@ from autodb.web.pages.cuts import form_of_cuts, prediction_spans, read_cuts, sta
 from autodb.web.pages.reading import read_state
 from autodb.web.pages.typed import Typed, typed_as, written, written_cut
 from autodb.web.service import Reads, service_of
-from autodb.wording import localized, say, shop_amount
+from autodb.wording import localized, msgid, say, shop_amount
 
 UNITS = {"N/mm^2": "N/mm²"}
 """How units of coefficients are printed."""
@@ -133,8 +133,8 @@ def _largest(
             basis,
             cut,
             what,
-            share=_per_cent("share", kept.typed.number("share", kept.share), 1.0, 100.0),
-            sure=_per_cent("sure", kept.typed.number("sure", kept.sure), 50.0, 99.9),
+            share=_per_cent(msgid("share"), kept.typed.number("share", kept.share), 1.0, 100.0),
+            sure=_per_cent(msgid("sure"), kept.typed.number("sure", kept.sure), 50.0, 99.9),
         )
     except UnusableInput as error:
         return None, error
@@ -147,7 +147,7 @@ def _per_cent(name: str, value: float, low: float, high: float) -> float:
         raise UnusableInput(
             say(
                 "{name}: {value} % is not from {low} to {high}; type another",
-                name=name,
+                name=say(name),
                 value=localized(f"{value:g}"),
                 low=f"{low:g}",
                 high=localized(f"{high:g}"),
