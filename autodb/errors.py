@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
-from autodb.wording import language_of, say
+from autodb.wording import language_of, phrase
 
 
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
@@ -46,6 +46,6 @@ def near(name: str, known: Iterable[str]) -> str:
     names = list(known)
     close = get_close_matches(name, names, n=3, cutoff=0.5)
     if close:
-        return say(" (did you mean {names}?)", names=", ".join(close))
+        return phrase(" (did you mean {names}?)", names=", ".join(close))
     more = ", …" if len(names) > 12 else ""
-    return say(" (there are: {names})", names=f"{', '.join(names[:12])}{more}")
+    return phrase(" (there are: {names})", names=f"{', '.join(names[:12])}{more}")

@@ -3,7 +3,7 @@
 import re
 from math import inf
 
-from autodb.wording import say
+from autodb.wording import phrase
 
 LINEAR_AXES = ("x", "y", "z", "u", "v", "w")
 ROTARY_AXES = ("a", "b", "c")
@@ -63,7 +63,7 @@ TEXT_COLUMNS = ("operation", "work.material", LOT, "tool", JOB, JOB_CUT)
 
 def axis_words(axis: str) -> str:
     """Return what an axis is called: linear and rotary ones by their letters."""
-    return say("spindle") if axis == "spindle" else axis
+    return phrase("spindle") if axis == "spindle" else axis
 
 
 def unit_of(name: str) -> str | None:

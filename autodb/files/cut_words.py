@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from autodb.files.job import Job, JobCut
-from autodb.wording import amount, listed, msgid, say, shop_amount
+from autodb.wording import amount_words, listed, msgid, phrase, shop_amount
 
 
 @dataclass(frozen=True)
@@ -37,22 +37,24 @@ FIELDS = (
 
 def shown_fields() -> list[tuple[str, str, str]]:
     """Return the numbers of a cut as a form shows them: key, what it is called, its unit."""
-    return [(one.key, say(one.called), shop_amount(1.0, one.unit)[1]) for one in FIELDS]
+    return [(one.key, phrase(one.called), shop_amount(1.0, one.unit)[1]) for one in FIELDS]
 
 
 def cut_in_words(cut: JobCut) -> str:
     """Return a cut in one line."""
     stated = ((one, getattr(cut, one.key)) for one in FIELDS)
     said = [
-        say(one.said, value=amount(value, one.unit)) for one, value in stated if value is not None
+        phrase(one.said, value=amount_words(value, one.unit))
+        for one, value in stated
+        if value is not None
     ]
-    return listed([say(cut.operation), *said])
+    return listed([phrase(cut.operation), *said])
 
 
 def job_in_words(job: Job) -> Iterator[str]:
     """Yield what a job asks for, a line a cut, or one of its program."""
     for number, cut in enumerate(job.cut, start=1):
-        name = cut.name or say("cut {number}", number=number)
-        yield say("{name}: {cut}", name=name, cut=cut_in_words(cut))
+        name = cut.name or phrase("cut {number}", number=number)
+        yield phrase("{name}: {cut}", name=name, cut=cut_in_words(cut))
     if job.program is not None:
-        yield say("program {file}", file=job.program.file)
+        yield phrase("program {file}", file=job.program.file)

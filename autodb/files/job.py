@@ -15,7 +15,7 @@ from autodb.files.channels import largest_of
 from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
-from autodb.wording import listed, localized, say
+from autodb.wording import listed, localized, phrase
 
 Operation = Literal[
     "turn", "face", "taper", "contour", "bore", "groove", "thread",
@@ -80,7 +80,7 @@ LEAST = 1e-6
 def _is_something(value: float) -> float:
     if value < LEAST:
         raise ValueError(
-            say(
+            phrase(
                 "{value} is below any machine; use at least {least}",
                 value=localized(f"{value:g}"), least=localized(f"{LEAST:g}"),
             )
@@ -139,19 +139,19 @@ class JobCut(Section):
         lacking = [name for name in keys.needs if name not in given]
         if lacking:
             raise ValueError(
-                say(
+                phrase(
                     "operation '{operation}' needs {keys}",
                     operation=self.operation,
-                    keys=listed(lacking, say(" and ")),
+                    keys=listed(lacking, phrase(" and ")),
                 )
             )
         unknown = [name for name in given if name not in keys.known]
         if unknown:
             raise ValueError(
-                say(
+                phrase(
                     "operation '{operation}' has no {keys}; it takes {others}",
                     operation=self.operation,
-                    keys=listed(unknown, say(" or ")),
+                    keys=listed(unknown, phrase(" or ")),
                     others=", ".join((*keys.needs, *keys.may)),
                 )
             )
@@ -164,7 +164,7 @@ class JobCut(Section):
             limit = MOST_PITCH_MM if (self.operation, key) == ("thread", "feed_mm_rev") else most
             if value is not None and value > limit:
                 raise ValueError(
-                    say(
+                    phrase(
                         "{key} {value} is beyond what a tool of operation '{operation}' cuts; "
                         "use at most {most}",
                         key=key,
@@ -178,7 +178,7 @@ class JobCut(Section):
     @model_validator(mode="after")
     def _one_speed(self) -> "JobCut":
         if (self.speed_rpm is None) == (self.speed_m_min is None):
-            raise ValueError(say("give either speed_rpm or speed_m_min, and only one of them"))
+            raise ValueError(phrase("give either speed_rpm or speed_m_min, and only one of them"))
         return self
 
     @model_validator(mode="after")

@@ -19,7 +19,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
 from autodb.sensing.ranges.inspection import RoundBar, between_centres, held_in_a_chuck
-from autodb.wording import listed, localized, msgid, say, shop_amount
+from autodb.wording import listed, localized, msgid, phrase, shop_amount
 
 RADIAL = ("turn", "taper", "contour", "bore", "thread")
 """Turning in which force x is off the surface."""
@@ -102,9 +102,9 @@ def bending_in_words(cuts: Sequence[PredictedCut], bending: Sequence[CutBending]
             (msgid("tool {amount}"), one.tool_mm),
             (msgid("error of the part {amount}"), one.error_mm),
         )
-        said = [say(what, amount=_micrometres(its)) for what, its in parts if its is not None]
+        said = [phrase(what, amount=_micrometres(its)) for what, its in parts if its is not None]
         if said:
-            yield say(
+            yield phrase(
                 "cut {number} '{name}' bends: {parts}",
                 number=number,
                 name=cut.name,
@@ -116,4 +116,4 @@ def _micrometres(one: Interval) -> str:
     ends = (shop_amount(1000.0 * end, "µm")[0] for end in (one.value, one.low, one.high))
     value, low, high = (localized(f"{end:.3g}") for end in ends)
     unit = shop_amount(1.0, "µm")[1]
-    return say("{value} {unit} ({low} to {high})", value=value, unit=unit, low=low, high=high)
+    return phrase("{value} {unit} ({low} to {high})", value=value, unit=unit, low=low, high=high)

@@ -22,7 +22,7 @@ from autodb.files.machine import AxisLimits
 from autodb.forward.distribution import chance_beyond
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
-from autodb.wording import amount, listed, localized, msgid, say
+from autodb.wording import amount_words, listed, localized, msgid, phrase
 
 WORTH_SAYING = 0.001
 """Probability from which a limit is spoken of. Chosen."""
@@ -61,11 +61,11 @@ class Exceeding:
     @property
     def statement(self) -> str:
         """The line for the planner, without the cut."""
-        axis, limit = axis_words(self.axis), amount(self.limit, self.unit, ".6g")
+        axis, limit = axis_words(self.axis), amount_words(self.limit, self.unit, ".6g")
         if self.unit in ("rpm", "mm/min"):
-            return say("faster than {axis}'s {limit}", axis=axis, limit=limit)
+            return phrase("faster than {axis}'s {limit}", axis=axis, limit=limit)
         chance = probability_words(self.probability)
-        return say(
+        return phrase(
             "{chance} chance to exceed {axis}'s {limit}", chance=chance, axis=axis, limit=limit
         )
 
@@ -92,11 +92,11 @@ class LimitStanding:
         what = self.what
         if self.limit is None or self.probability is None:
             return what
-        limit = amount(self.limit, self.unit, ".6g")
+        limit = amount_words(self.limit, self.unit, ".6g")
         if self.standing == "within" and self.probability < WORTH_SAYING:
-            return say("{what} {limit}", what=what, limit=limit)
+            return phrase("{what} {limit}", what=what, limit=limit)
         chance = probability_words(self.probability)
-        return say(
+        return phrase(
             "{what} {limit} ({chance} chance to exceed it)", what=what, limit=limit, chance=chance
         )
 
@@ -104,8 +104,8 @@ class LimitStanding:
     def what(self) -> str:
         """Whose it is and what."""
         if self.axis == SPINDLE:
-            return say(f"{SPINDLE} {self.quantity}")
-        return say("{axis} {quantity}", axis=self.axis, quantity=say(self.quantity))
+            return phrase(f"{SPINDLE} {self.quantity}")
+        return phrase("{axis} {quantity}", axis=self.axis, quantity=phrase(self.quantity))
 
 
 @dataclass(frozen=True)
@@ -245,7 +245,7 @@ def _speeds_rpm(cut: PredictedCut) -> tuple[float, ...]:
 def probability_words(probability: float) -> str:
     """Return a probability in words."""
     if probability > 0.999:
-        return say("over {share} %", share=localized("99.9"))
+        return phrase("over {share} %", share=localized("99.9"))
     form = ".2g" if probability < 0.995 else ".1f"
     return f"{localized(f'{100.0 * probability:{form}}')} %"
 
@@ -255,4 +255,4 @@ def standings_in_words(standings: Sequence[LimitStanding]) -> Iterator[str]:
     for standing in ("exceeded", "within", "not entered"):
         some = [one.words for one in standings if one.standing == standing]
         if some:
-            yield say(SAID_OF[standing], limits=listed(some))
+            yield phrase(SAID_OF[standing], limits=listed(some))

@@ -18,7 +18,7 @@ from autodb.fitting import posterior_after
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import OWN, PairPosterior
-from autodb.wording import listed, msgid, say
+from autodb.wording import listed, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -42,19 +42,19 @@ class UndeterminedNumbers:
         """One sentence in shop words."""
         meaning = {p.name: p.meaning for p in PARAMETERS}
         if len(self.names) > 1:
-            names = listed(self.names, say(" and "))
-            said = say("{numbers} not separable from these cuts", numbers=names)
+            names = listed(self.names, phrase(" and "))
+            said = phrase("{numbers} not separable from these cuts", numbers=names)
         else:
             name = self.names[0]
-            said = say(
+            said = phrase(
                 "{number} ({meaning}) not determined by these cuts",
                 number=name,
-                meaning=say(meaning[name]),
+                meaning=phrase(meaning[name]),
             )
         if not self.helps:
-            return say("{said}; nothing that was tried determines it better", said=said)
-        helps = listed(map(say, self.helps), say(" or "))
-        return say("{said}; add {what}", said=said, what=helps)
+            return phrase("{said}; nothing that was tried determines it better", said=said)
+        helps = listed(map(phrase, self.helps), phrase(" or "))
+        return phrase("{said}; add {what}", said=said, what=helps)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.reports import figures
-from autodb.wording import say
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -37,15 +37,15 @@ class PredictedMade:
 
 def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
     """Return the plot of predicted against made, of a page's id; ``words`` say what it shows."""
-    scale = figures.scale_of(one.unit)
+    scale = figures.plot_scale(one.unit)
     made = figures.figure(
-        [figures.bracketed(say("{quantity} predicted", quantity=one.title), one.unit)],
-        x_title=figures.bracketed(say("{quantity} measured", quantity=one.title), one.unit),
+        [figures.bracketed(phrase("{quantity} predicted", quantity=one.title), one.unit)],
+        x_title=figures.bracketed(phrase("{quantity} measured", quantity=one.title), one.unit),
     )
     sensed = np.isfinite(one.made)
     for rows, tone, called in (
-        (sensed & one.held, "corrected", say("inside")),
-        (sensed & ~one.held, "warn", say("outside")),
+        (sensed & one.held, "corrected", phrase("inside")),
+        (sensed & ~one.held, "warn", phrase("outside")),
     ):
         if np.any(rows):
             made.add_trace(_intervals(one, rows, tone, called))
@@ -55,7 +55,7 @@ def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
         dash = {"dash": "dash", "width": 1}
         made.add_trace(
             figures.line_trace(
-                ends, ends, tone="muted", name=say("exactly as predicted"), line=dash
+                ends, ends, tone="muted", name=phrase("exactly as predicted"), line=dash
             )
         )
     return figures.as_html(made, name, height_px=PLOT_PX, label=f"{one.title}: {words}")
@@ -64,7 +64,7 @@ def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
 def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scatter:
     kept = np.flatnonzero(rows)
     kept = kept[figures.thinned(one.made[kept])]
-    predicted, scale = one.predicted[kept], figures.scale_of(one.unit)
+    predicted, scale = one.predicted[kept], figures.plot_scale(one.unit)
     return figures.points(
         scale * one.made[kept],
         scale * predicted,
@@ -86,10 +86,10 @@ def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scat
 
 def _hover(one: PredictedMade, row: np.intp) -> str:
     reach = figures.span(float(one.low[row]), float(one.high[row]), one.unit)
-    made = figures.number(figures.scale_of(one.unit) * float(one.made[row]))
+    made = figures.number(figures.plot_scale(one.unit) * float(one.made[row]))
     sd = figures.quantity(2.0 * float(one.made_sd[row]), one.unit)
     lines = (
-        say("predicted {reach}", reach=reach),
-        say("measured {value} ± {sd}", value=made, sd=sd),
+        phrase("predicted {reach}", reach=reach),
+        phrase("measured {value} ± {sd}", value=made, sd=sd),
     )
     return "<br>".join((figures.plain_text(one.label[row]), *lines))

@@ -15,7 +15,7 @@ from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amp
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.terms.vocabulary import term_called
-from autodb.wording import localized, say
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -65,9 +65,9 @@ def field_plots(found: EffortField, axis: str, unit: str) -> list[tuple[str, Mar
     return [
         (name, _map(found, (values, top), (key, name, unit), speed_unit))
         for key, name, values, top in (
-            ("measured", say("Measured"), found.measured, largest),
-            ("modelled", say("Modelled"), found.modelled, largest),
-            ("residual", say("Residual"), found.left, left),
+            ("measured", phrase("Measured"), found.measured, largest),
+            ("modelled", phrase("Modelled"), found.modelled, largest),
+            ("residual", phrase("Residual"), found.left, left),
         )
     ]
 
@@ -78,8 +78,8 @@ def _map(
     """Return the map of values up to a largest, called by a page's id, a name and their unit."""
     (values, top), (key, name, unit) = shown, called
     place_unit, title = speed_unit.removesuffix("/s"), figures.bracketed(name, unit)
-    made = figures.figure([title], x_title=figures.bracketed(say("Place"), place_unit))
-    scale, place, speed = (figures.scale_of(one) for one in (unit, place_unit, speed_unit))
+    made = figures.figure([title], x_title=figures.bracketed(phrase("Place"), place_unit))
+    scale, place, speed = (figures.plot_scale(one) for one in (unit, place_unit, speed_unit))
     tones = [
         [0.0, figures.colour("corrected")],
         [0.5, figures.colour("card")],
@@ -92,7 +92,7 @@ def _map(
             z=scale * values, zmin=-scale * top, zmax=scale * top, colorscale=tones,
             hoverongaps=False,
             colorbar={"thickness": 10, "outlinewidth": 0, "tickformat": ".3g"},
-            hovertemplate=say(
+            hovertemplate=phrase(
                 "place {x}, velocity {y}: {z}", x="%{x}", y="%{y}", z="%{z:.3g}"
             )
             + "<extra></extra>",
@@ -101,17 +101,17 @@ def _map(
     made.update_xaxes(type="category")
     made.update_yaxes(
         type="category",
-        title={"text": figures.bracketed(say("Velocity"), speed_unit), "font": {"size": 13}},
+        title={"text": figures.bracketed(phrase("Velocity"), speed_unit), "font": {"size": 13}},
         automargin=True,
     )
-    label = say("{quantity} over place and velocity", quantity=title)
+    label = phrase("{quantity} over place and velocity", quantity=title)
     return figures.as_html(made, key, height_px=MAP_PX, label=label)
 
 
 def term_row(term: IdentifiedTerm) -> tuple[str, str, str]:
     """Return name, value with its 95 % half width, and the sentence of a term's parameter."""
     sure = figures.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
-    return f"{term.key} {term.parameter}", sure, say(term_called(term.term, term.form).statement)
+    return f"{term.key} {term.parameter}", sure, phrase(term_called(term.term, term.form).statement)
 
 
 def _errors(errors: DriveErrors | None, unit: str) -> list[tuple[str, list[str]]]:

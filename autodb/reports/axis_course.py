@@ -9,7 +9,7 @@ from autodb.agent.answer.shown.axis_courses import AxisCourse, CoursePoint
 from autodb.files.channels import axis_words
 from autodb.reports import figures
 from autodb.reports.plot_words import date_ticks
-from autodb.wording import listed, say
+from autodb.wording import listed, phrase
 
 PANEL_PX, BELOW_PX, BETWEEN_PX = 110, 80, 36
 TONES = {"calibration": "simulation", "mismatch": "warn"}
@@ -17,13 +17,13 @@ TONES = {"calibration": "simulation", "mismatch": "warn"}
 
 def plot_of_axis(course: AxisCourse) -> Markup | None:
     """Return the plot of an axis; None where nothing is known of it."""
-    above = say("Force {axis} above expectation", axis=course.component.upper())
+    above = phrase("Force {axis} above expectation", axis=course.component.upper())
     panels = [
         (title, unit, points)
         for title, unit, points in (
-            (say("Gain of calibration"), course.gain_unit, course.gain),
-            (say("Current in air"), "A", course.air),
-            (say("Dry friction"), course.friction_unit, course.friction),
+            (phrase("Gain of calibration"), course.gain_unit, course.gain),
+            (phrase("Current in air"), "A", course.air),
+            (phrase("Dry friction"), course.friction_unit, course.friction),
             (above, "%", course.residual),
         )
         if points
@@ -35,14 +35,14 @@ def plot_of_axis(course: AxisCourse) -> Markup | None:
     shares = [1.0] * len(panels)
     made = figures.figure(titles, x_title="", shares=shares, gap=BETWEEN_PX / height)
     for row, (_, unit, some) in enumerate(panels, start=1):
-        made.add_trace(_trace(some, figures.scale_of(unit)), row=row, col=1)
+        made.add_trace(_trace(some, figures.plot_scale(unit)), row=row, col=1)
         made.update_yaxes(zeroline=False, rangemode="normal", row=row, col=1)
     for mark in course.marks:
         tone = figures.colour(TONES[mark.kind])
         line = {"color": tone, "width": 1.5, "dash": "dot" if mark.kind == "mismatch" else "solid"}
         made.add_vline(x=mark.at, line=line, row="all", col=1, exclude_empty_subplots=False)
     made.update_xaxes(type="date", **date_ticks())
-    label = say(
+    label = phrase(
         "{axis}: {quantities} over time",
         axis=axis_words(course.axis),
         quantities=listed(titles),

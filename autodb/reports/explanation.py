@@ -31,7 +31,7 @@ from autodb.reports.explanation_plots import (
     traces_over_time,
 )
 from autodb.terms.vocabulary import effect_called, vocabulary
-from autodb.wording import Worded, language_of, listed, msgid, say
+from autodb.wording import Worded, language_of, listed, msgid, phrase
 
 KIND_WORDS = {
     "missing": (msgid("{causes} is missing"), msgid("{causes} are missing")),
@@ -104,7 +104,7 @@ def explanation_fragment(explained: Explained) -> str:
 
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
-    return say(effect_called(term).title)
+    return phrase(effect_called(term).title)
 
 
 def move_words(cause: Cause, called: Callable[[str], str]) -> str:
@@ -129,15 +129,15 @@ def candidate_words(name: str) -> str:
         term, rest = UNKNOWN, said.removeprefix(UNKNOWN).strip()
     rest = re.sub(r"\bways\b", "components", rest)
     words = term_words(term)
-    return say("{candidate} ({what})", candidate=words, what=rest) if rest else words
+    return phrase("{candidate} ({what})", candidate=words, what=rest) if rest else words
 
 
 def parameter_words(name: str) -> str:
     """Return a parameter's name as a reader would say it."""
     said, _, number = name.rpartition("_")
     if said and number.isdecimal():
-        return say("{parameter} {number}", parameter=parameter_words(said), number=number)
-    return say(name.replace("_", " "))
+        return phrase("{parameter} {number}", parameter=parameter_words(said), number=number)
+    return phrase(name.replace("_", " "))
 
 
 def headline(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
@@ -147,21 +147,21 @@ def headline(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
     """
     if not answer.missing:
         return (
-            say("A mismatch without a cause found")
+            phrase("A mismatch without a cause found")
             if answer.mismatch
-            else say("No mismatch beyond noise")
+            else phrase("No mismatch beyond noise")
         )
     first, (share, *_) = answer.missing[0], shares_of(answer, trace)
-    which = say("The largest cause") if len(answer.missing) > 1 else say("The cause")
+    which = phrase("The largest cause") if len(answer.missing) > 1 else phrase("The cause")
     if first.confidence < SURE:
         sure = certainty_words(first.confidence)
-        which = say("{which} ({certainty})", which=which, certainty=sure)
-    is_so = say(KIND_WORDS[first.kind][0], causes=_cause_words(first))
-    said = say("{which}: {cause} ({size})", which=which, cause=is_so, size=_size_words(first))
+        which = phrase("{which} ({certainty})", which=which, certainty=sure)
+    is_so = phrase(KIND_WORDS[first.kind][0], causes=_cause_words(first))
+    said = phrase("{which}: {cause} ({size})", which=which, cause=is_so, size=_size_words(first))
     if share is None:
-        return say("{said}.", said=said)
+        return phrase("{said}.", said=said)
     taken = share_words(share)
-    return say("{said}; it takes away {share} of the squared error.", said=said, share=taken)
+    return phrase("{said}; it takes away {share} of the squared error.", said=said, share=taken)
 
 
 def shares_of(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[float | None]:
@@ -183,7 +183,9 @@ def smaller_words(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> s
         return ""
     by_kind = listed(filter(None, (_sure_of_kind(others, kind) for kind in KIND_WORDS)), "; ")
     least = f"{100.0 * SURE:.0f}"
-    return say("With less effect, at least {least} % sure: {causes}.", least=least, causes=by_kind)
+    return phrase(
+        "With less effect, at least {least} % sure: {causes}.", least=least, causes=by_kind
+    )
 
 
 def _sure_of_kind(causes: Sequence[tuple[Cause, float | None]], kind: str) -> str:
@@ -193,10 +195,10 @@ def _sure_of_kind(causes: Sequence[tuple[Cause, float | None]], kind: str) -> st
         if cause.kind == kind:
             sizes = [_size_words(cause), *([] if share is None else [share_words(share)])]
             of = listed(sizes)
-            names.append(say("{cause} ({size})", cause=_cause_words(cause), size=of))
+            names.append(phrase("{cause} ({size})", cause=_cause_words(cause), size=of))
     if not names:
         return ""
-    return say(KIND_WORDS[kind][len(names) > 1], causes=_listed(names, say(" and ")))
+    return phrase(KIND_WORDS[kind][len(names) > 1], causes=_listed(names, phrase(" and ")))
 
 
 def _listed(names: Sequence[str], word: str) -> str:
@@ -217,8 +219,8 @@ def share_words(share: float) -> str:
     ('87 %', 'less than 1 %', 'over 99 %')
     """
     if share < 0.01:
-        return say("less than 1 %")
-    return say("over 99 %") if share > 0.99 else f"{100.0 * share:.0f} %"
+        return phrase("less than 1 %")
+    return phrase("over 99 %") if share > 0.99 else f"{100.0 * share:.0f} %"
 
 
 def open_words(answer: ChannelAnswer, called: Callable[[str], str] | None = None) -> str:
@@ -239,35 +241,35 @@ def open_sentences(
     said = []
     if unsure:
         names = [
-            say(
+            phrase(
                 "{cause} ({certainty})",
                 cause=_named(c, name),
                 certainty=certainty_words(c.confidence),
             )
             for c in unsure
         ]
-        said.append(say("It is not sure of {causes}.", causes=_listed(names, say(" and "))))
+        said.append(phrase("It is not sure of {causes}.", causes=_listed(names, phrase(" and "))))
     several = [c for c in answer.missing if c.alternatives]
     for cause in several:
-        others = _listed([name(one) for one in cause.alternatives], say(" or "))
+        others = _listed([name(one) for one in cause.alternatives], phrase(" or "))
         plain = _named(cause, name)
         first = plain if called else Worded(plain[:1].upper() + plain[1:], language_of(plain))
         may_be = (
-            say("{cause} may be {others}.", cause=first, others=others)
+            phrase("{cause} may be {others}.", cause=first, others=others)
             if cause.term == UNKNOWN
-            else say("{cause} may also be {others}.", cause=first, others=others)
+            else phrase("{cause} may also be {others}.", cause=first, others=others)
         )
         said.append(may_be)
     moves = [_ended(move_words(c, name)) for c in several if c.to_tell_apart]
-    said += [say("To find out: {move}", move=move) for move in dict.fromkeys(moves)]
+    said += [phrase("To find out: {move}", move=move) for move in dict.fromkeys(moves)]
     if len(moves) < len(several):
         said.append(
-            say("No simple move or cut is known that separates the others.")
+            phrase("No simple move or cut is known that separates the others.")
             if moves
-            else say("No simple move or cut is known that separates them.")
+            else phrase("No simple move or cut is known that separates them.")
         )
     if answer.unexplained:
-        said.append(say("Still unexplained: {what}", what=_ended(answer.unexplained)))
+        said.append(phrase("Still unexplained: {what}", what=_ended(answer.unexplained)))
     return said
 
 
@@ -275,8 +277,8 @@ def _named(cause: Cause, name: Callable[[str], str]) -> str:
     """Return a cause, and over what where it has no name."""
     if not cause.variables or cause.term != UNKNOWN:
         return name(cause.term)
-    over = _listed(cause.variables, say(" and "))
-    return say("{cause} over {variables}", cause=name(cause.term), variables=over)
+    over = _listed(cause.variables, phrase(" and "))
+    return phrase("{cause} over {variables}", cause=name(cause.term), variables=over)
 
 
 def _ended(text: str) -> Worded:
@@ -287,7 +289,7 @@ def _ended(text: str) -> Worded:
 def _cause_words(cause: Cause) -> str:
     """Return a cause in shop words; of own terms of which one is off, all of them."""
     if cause.term == UNKNOWN and cause.kind == "mistuned":
-        return listed((term_words(name) for name in cause.alternatives), say(" or "))
+        return listed((term_words(name) for name in cause.alternatives), phrase(" or "))
     return term_words(cause.term)
 
 
@@ -303,8 +305,8 @@ def certainty_words(probability: float) -> str:
     """Return a probability in words with per cent."""
     words = next(words for least, words in CERTAINTY if probability >= least)
     if probability > 0.99:
-        return say("{words}, over 99 %", words=say(words))
-    return say("{words}, {percent} %", words=say(words), percent=f"{100.0 * probability:.0f}")
+        return phrase("{words}, over 99 %", words=phrase(words))
+    return phrase("{words}, {percent} %", words=phrase(words), percent=f"{100.0 * probability:.0f}")
 
 
 def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
@@ -313,12 +315,12 @@ def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
     lines = []
     for low, high in answer.where.intervals:
         place = (
-            say("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
+            phrase("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
             if in_cuts
-            else say("From {low} to {high} s", low=_second(low), high=_second(high))
+            else phrase("From {low} to {high} s", low=_second(low), high=_second(high))
         )
         if not _is_confined(answer):
-            place = say("{place}: one of the causes; the others act all along", place=place)
+            place = phrase("{place}: one of the causes; the others act all along", place=place)
         lines.append(place)
     return lines + [regime_words(regime) for regime in answer.where.regime]
 
@@ -331,28 +333,28 @@ def _is_confined(answer: ChannelAnswer) -> bool:
 def stretch_words(answer: ChannelAnswer) -> str:
     """Return what a shaded stretch is."""
     if _is_confined(answer):
-        return say("where the mismatch sits")
-    return say("where one of the causes acts")
+        return phrase("where the mismatch sits")
+    return phrase("where one of the causes acts")
 
 
 def regime_words(regime: Regime) -> str:
     """Return a regime as a line: its signal, its range, what it holds of the squared error."""
     share = f"{100.0 * regime.share:.0f}"
-    holds = say("{share} % of the mismatch", share=share)
+    holds = phrase("{share} % of the mismatch", share=share)
     if regime.rows is not None:
         rows = f"{100.0 * regime.rows:.0f}"
-        holds = say(
+        holds = phrase(
             "{share} % of the squared error in {rows} % of the rows", share=share, rows=rows
         )
-    unit = unit_of(regime.signal) or ""
+    unit, where = unit_of(regime.signal) or "", ""
     if regime.signal.endswith(".direction"):
-        where = say("forwards") if regime.high > 0.0 else say("backwards")
+        where = phrase("forwards") if regime.high > 0.0 else phrase("backwards")
     elif regime.low == regime.high:
         where = figures.quantity(regime.low, unit)
     else:
         where = figures.span(regime.low, regime.high, unit)
     signal = channel_words(regime.signal)
-    return say("{signal} {where}: {holds}", signal=signal, where=where, holds=holds)
+    return phrase("{signal} {where}: {holds}", signal=signal, where=where, holds=holds)
 
 
 def _second(t_s: float) -> str:
@@ -366,14 +368,16 @@ def bars(answer: ChannelAnswer) -> list[tuple[str, str, float, float]]:
     Without a mismatch nothing was changed, so that there is no after.
     """
     fit = answer.fit
-    whole = [("simulation", say("Before, whole recording"), fit.rms_before)]
-    kept_out = [("simulation", say("Before, parts kept out of the fit"), fit.heldout_before)]
+    whole = [("simulation", phrase("Before, whole recording"), fit.rms_before)]
+    kept_out = [("simulation", phrase("Before, parts kept out of the fit"), fit.heldout_before)]
     if answer.mismatch:
-        whole.append(("corrected", say("After, whole recording"), fit.rms_after))
-        kept_out.append(("corrected", say("After, parts kept out of the fit"), fit.heldout_after))
+        whole.append(("corrected", phrase("After, whole recording"), fit.rms_after))
+        kept_out.append(
+            ("corrected", phrase("After, parts kept out of the fit"), fit.heldout_after)
+        )
     else:
-        whole, kept_out = [("simulation", say("Simulation"), fit.rms_before)], []
-    rows = [*whole, *kept_out, ("recording", say("Noise of the recording"), fit.noise_floor)]
+        whole, kept_out = [("simulation", phrase("Simulation"), fit.rms_before)], []
+    rows = [*whole, *kept_out, ("recording", phrase("Noise of the recording"), fit.noise_floor)]
     longest = max((value for *_, value in rows if math.isfinite(value)), default=0.0)
     return [(tone, what, value, _per_cent(value, longest)) for tone, what, value in rows]
 

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace
 from autodb.files.channels import unit_of
 from autodb.reports import figures
-from autodb.wording import msgid, say
+from autodb.wording import msgid, phrase
 
 AROUND = 0.2
 """Share of a located stretch that is drawn on each side of it."""
@@ -56,20 +56,20 @@ def channel_words(name: str) -> str:
         [first[:1].upper() + first[1:], *(r.upper() if len(r) == 1 else r for r in rest)]
     )
     known = next((one for one in CHANNELS if re.fullmatch(one[0], name)), None)
-    return say(known[1], axis=name.split(".")[known[2]].upper()) if known else said
+    return phrase(known[1], axis=name.split(".")[known[2]].upper()) if known else said
 
 
 def drawn_words(rows: int) -> str | None:
     """Say that a plot of so many rows is thinned, where it is."""
     if rows <= figures.MAX_POINTS:
         return None
-    return say("Drawn from {count} samples; every peak is kept.", count=rows)
+    return phrase("Drawn from {count} samples; every peak is kept.", count=rows)
 
 
 def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace) -> Markup:
     """Draw recording, simulation and corrected, and under it what each leaves."""
     words, unit = channel["words"], answer.unit
-    left_words = say("Residual, before and after") if answer.mismatch else say("Residual")
+    left_words = phrase("Residual, before and after") if answer.mismatch else phrase("Residual")
     made = figures.figure(
         [figures.bracketed(words, unit), figures.bracketed(left_words, unit)],
         x_title=_x_title(trace),
@@ -84,12 +84,12 @@ def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Chan
         made,
         f"{channel['id']}-over-{trace.x_name}",
         height_px=580,
-        label=say("{channel}: recording, simulation and residual", channel=words),
+        label=phrase("{channel}: recording, simulation and residual", channel=words),
     )
 
 
 def _x_title(trace: ChannelTrace) -> str:
-    return say("Time [s]") if trace.x_name == "t" else say("Cut number")
+    return phrase("Time [s]") if trace.x_name == "t" else phrase("Cut number")
 
 
 def _stretches(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[float, float]]:
@@ -109,7 +109,7 @@ def located(
     for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
         around = AROUND * (high - low)
         near = part(trace, low - around, high + around)
-        label = say("{channel}: the stretch where the mismatch sits", channel=channel["words"])
+        label = phrase("{channel}: the stretch where the mismatch sits", channel=channel["words"])
         name = f"located-{number}"
         plot = _near(channel, answer, near, name, label=label, shaded=[(low, high)])
         found.append((plot, drawn_words(len(near.x))))
@@ -123,7 +123,7 @@ def close_up(
     if trace.close_up is None:
         return []
     near = part(trace, *trace.close_up)
-    label = say("{channel}: some turns of the spindle", channel=channel["words"])
+    label = phrase("{channel}: some turns of the spindle", channel=channel["words"])
     return [(_near(channel, answer, near, "turns", label=label), drawn_words(len(near.x)))]
 
 
@@ -170,12 +170,12 @@ def _curves(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[str, Array
 def _curve(trace: ChannelTrace, values: Array, name: str) -> go.Scatter:
     if trace.x_name == "cut":
         style = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
-        return figures.line_trace(trace.x, values, tone=name, name=say(name), **style)
+        return figures.line_trace(trace.x, values, tone=name, name=phrase(name), **style)
     steps = np.diff(trace.x)
     gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) if steps.size else None
     if gaps is None or not gaps.size:
-        return figures.line_trace(trace.x, values, tone=name, name=say(name))
-    return figures.broken_line(trace.x, values, gaps, tone=name, name=say(name))
+        return figures.line_trace(trace.x, values, tone=name, name=phrase(name))
+    return figures.broken_line(trace.x, values, gaps, tone=name, name=phrase(name))
 
 
 def against_signals(
@@ -193,7 +193,7 @@ def _against(
 ) -> Markup:
     unit = unit_of(signal)
     made = figures.figure(
-        [figures.bracketed(say("Residual"), answer.unit)],
+        [figures.bracketed(phrase("Residual"), answer.unit)],
         x_title=figures.bracketed(channel_words(signal), unit or ""),
     )
     figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
@@ -201,6 +201,6 @@ def _against(
     for name, _, left in _curves(answer, trace):
         if left is not None:
             mark = {"size": 5, "opacity": 0.45}
-            made.add_trace(figures.points(x, left, tone=name, name=say(name), marker=mark))
-    label = say("Residual against {signal}", signal=channel_words(signal))
+            made.add_trace(figures.points(x, left, tone=name, name=phrase(name), marker=mark))
+    label = phrase("Residual against {signal}", signal=channel_words(signal))
     return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)

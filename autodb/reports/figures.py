@@ -23,7 +23,7 @@ from autodb.cutting.turning import ROLE_WORDS, force_role
 from autodb.reports import said_in_pages
 from autodb.reports.plot_words import locale_config
 from autodb.reports.written import library_tag
-from autodb.wording import amount, day, localized, msgid, presentation, say, shop_amount
+from autodb.wording import amount_words, day, localized, msgid, phrase, presentation, shop_amount
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -71,12 +71,12 @@ def force_title(component: str, operations: Iterable[str]) -> str:
     """
     role = ROLE_WORDS[force_role(component, operations)]
     axis = component.upper()
-    return say("Force {axis} ({role})", axis=axis, role=say(role)) if role else force_of(axis)
+    return phrase("Force {axis} ({role})", axis=axis, role=phrase(role)) if role else force_of(axis)
 
 
 def force_of(axis: str) -> str:
     """Return what the force along an axis is called, whatever is made."""
-    return say("Force {axis}", axis=axis.upper())
+    return phrase("Force {axis}", axis=axis.upper())
 
 
 QUANTITY_TITLES = {
@@ -87,7 +87,7 @@ QUANTITY_TITLES = {
 def quantity_title(channel: str, operations: Iterable[str]) -> str:
     """Return the title of a predicted quantity by its channel."""
     named = QUANTITY_TITLES.get(channel)
-    return say(named) if named else force_title(channel[-1], operations)
+    return phrase(named) if named else force_title(channel[-1], operations)
 
 
 def bracketed(what: str, unit: str) -> str:
@@ -99,7 +99,7 @@ def bracketed(what: str, unit: str) -> str:
     return what if unit in ("", "1") else f"{what} [{shop_amount(1.0, unit)[1]}]"
 
 
-def scale_of(unit: str) -> float:
+def plot_scale(unit: str) -> float:
     """Return how many of the reader's units one of ours is: what a plot's numbers are times it."""
     return shop_amount(1.0, unit)[0]
 
@@ -119,7 +119,7 @@ def number(value: float, *, like: float | None = None) -> str:
     ('1230', '0.420', '−0.00310', '0.004')
     """
     if not math.isfinite(value):
-        return say("not known")
+        return phrase("not known")
     if not like:
         value = like = float(f"{value:.2e}")
     if value == 0.0 == like:
@@ -163,7 +163,7 @@ def span(low: float, high: float, unit: str) -> str:
     """
     (low, _), (high, unit) = shop_amount(low, unit), shop_amount(high, unit)
     like = _shown_digits(max(abs(low), abs(high)), 100.0 * (high - low))
-    ends = say("{low} to {high}", low=number(low, like=like), high=number(high, like=like))
+    ends = phrase("{low} to {high}", low=number(low, like=like), high=number(high, like=like))
     return f"{ends}{suffix(unit)}"
 
 
@@ -381,10 +381,10 @@ def _templates() -> Environment:
     )
     env.filters.update(number=number)
     env.globals.update(
-        _=said_in_pages.sentence, _n=said_in_pages.sentence_of_many, told=said_in_pages.told,
-        say=say,
-        code=said_in_pages.code, link=said_in_pages.link, sign_in_link=said_in_pages.sign_in_link,
-        amount=amount, day=day, localized=localized, quantity=quantity, span=span, suffix=suffix,
+        _=said_in_pages.page_sentence, _n=said_in_pages.page_sentences, told=said_in_pages.told,
+        say=phrase, code=said_in_pages.code, link=said_in_pages.link_to,
+        sign_in_link=said_in_pages.sign_in_link, amount=amount_words, day=day, localized=localized,
+        quantity=quantity, span=span, suffix=suffix,
     )  # fmt: skip
     return env
 

@@ -32,7 +32,7 @@ from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms.vocabulary import all_terms
-from autodb.wording import Worded, msgid, say
+from autodb.wording import Worded, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -90,10 +90,10 @@ def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     its = np.array([not found.holds.against(cut) for cut in holds_of(table, row.axis)])
     force_N = np.where(its, table[f"force.{row.component}"], np.nan)
     points = calibration_points(table, row.axis, force_N=force_N)
-    name = say(AXIS_NAMES.get(row.axis, row.axis))
+    name = phrase(AXIS_NAMES.get(row.axis, row.axis))
     if found.holds != ANY:
         holds = Worded(found.holds.words(), "en")  # conditions are said in English alone
-        name = say("{axis} ({conditions})", axis=name, conditions=holds)
+        name = phrase("{axis} ({conditions})", axis=name, conditions=holds)
     return CalibrationPlot(
         axis=name,
         component=row.component,

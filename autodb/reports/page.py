@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
-from autodb.wording import say
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -101,7 +101,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
 def equation_words(plot: CalibrationPlot) -> str:
     """Return the equation, with its scatter."""
     scatter = figures.quantity(plot.rmse, plot.unit)
-    return say(
+    return phrase(
         "{equation}; scatter {scatter} rms. I: current range above air cutting.",
         equation=plot.equation,
         scatter=scatter,
@@ -135,26 +135,26 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
     tone = "corrected" if plot.offered else "recording"
     what = _sensed_as(plot)
     made = figures.figure(
-        [figures.bracketed(say("{quantity} from a reference", quantity=what), plot.unit)],
-        x_title=figures.bracketed(say("{quantity} from the current", quantity=what), plot.unit),
+        [figures.bracketed(phrase("{quantity} from a reference", quantity=what), plot.unit)],
+        x_title=figures.bracketed(phrase("{quantity} from the current", quantity=what), plot.unit),
     )
-    scale = figures.scale_of(plot.unit)
+    scale = figures.plot_scale(plot.unit)
     sensed = np.isfinite(plot.estimate) & np.isfinite(plot.target)
     made.add_trace(
         figures.points(
             scale * plot.estimate[sensed],
             scale * plot.target[sensed],
             tone=tone,
-            name=say("standard cut"),
+            name=phrase("standard cut"),
         )
     )
     if np.any(sensed):
         ends = scale * np.array([np.min(plot.estimate[sensed]), np.max(plot.estimate[sensed])])
         dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
         made.add_trace(
-            figures.line_trace(ends, ends, tone="simulation", name=say("the same"), line=dash)
+            figures.line_trace(ends, ends, tone="simulation", name=phrase("the same"), line=dash)
         )
-    label = say(
+    label = phrase(
         "{axis}: {quantity} from a reference against that from the current",
         axis=plot.axis,
         quantity=what,
@@ -163,25 +163,27 @@ def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
 
 
 def _sensed_as(plot: CalibrationPlot) -> str:
-    return say("Torque") if plot.unit == "N·m" else figures.force_of(plot.component)
+    return phrase("Torque") if plot.unit == "N·m" else figures.force_of(plot.component)
 
 
 def learning_plot(n: int, curve: LearningCurve) -> Markup:
     """Return the plot of a curve, the n-th of a page."""
-    scale = figures.scale_of("N")
+    scale = figures.plot_scale("N")
     mean, sd = scale * curve.mean, scale * curve.sd
-    made = figures.figure([figures.bracketed("", "N").strip()], x_title=say("Cuts in the fit"))
+    made = figures.figure([figures.bracketed("", "N").strip()], x_title=phrase("Cuts in the fit"))
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
         made.add_trace(
-            figures.line_trace(curve.n, edge, tone="corrected", name=say("± 2 sd"), **band)
+            figures.line_trace(curve.n, edge, tone="corrected", name=phrase("± 2 sd"), **band)
         )
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
-    made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name=say("mean"), **mark))
+    made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name=phrase("mean"), **mark))
     made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
     force = figures.force_title(curve.component, [curve.operation])
-    label = say("{force} of {cut}: {value}", force=force, cut=curve.cut, value=learnt_words(curve))
+    label = phrase(
+        "{force} of {cut}: {value}", force=force, cut=curve.cut, value=learnt_words(curve)
+    )
     return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 

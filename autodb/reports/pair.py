@@ -11,7 +11,7 @@ from autodb.agent.answer.force_map import ForceMap, Layer
 from autodb.forward.limits import probability_words
 from autodb.reports import figures
 from autodb.reports.page import translucent
-from autodb.wording import amount, msgid, say, shop_amount
+from autodb.wording import amount_words, msgid, phrase, shop_amount
 
 MAP_PX = 380
 SURE = 1e-12
@@ -34,7 +34,7 @@ def _quantity(layer: Layer, operation: str) -> str:
 
 def _axis(key: str) -> str:
     name, unit = AXES[key]
-    return figures.bracketed(say(name), unit)
+    return figures.bracketed(phrase(name), unit)
 
 
 def title(layer: Layer, operation: str) -> str:
@@ -43,7 +43,7 @@ def title(layer: Layer, operation: str) -> str:
     name = figures.bracketed(_quantity(layer, operation), unit)
     if layer.limit is None:
         return name
-    return say("{quantity}, limit {limit}", quantity=name, limit=amount(layer.limit, unit))
+    return phrase("{quantity}, limit {limit}", quantity=name, limit=amount_words(layer.limit, unit))
 
 
 def force_map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
@@ -58,19 +58,20 @@ def force_map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
 def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
     made = figures.figure([title(layer, found.cut.operation)], x_title=_axis(found.feed_key))
     x_scale, y_scale = (
-        figures.scale_of(AXES[key][1]) for key in (found.feed_key, found.across_key)
+        figures.plot_scale(AXES[key][1]) for key in (found.feed_key, found.across_key)
     )
     over = {"x": x_scale * found.feeds, "y": y_scale * found.across}
     scale, unit = shop_amount(1.0, layer.quantity.unit)
     made.add_trace(
         go.Contour(
-            **over, z=scale * np.abs(layer.mean), name=say("mean"), showscale=False, ncontours=12,
+            **over, z=scale * np.abs(layer.mean), name=phrase("mean"), showscale=False,
+            ncontours=12,
             contours={
                 "coloring": "none", "showlabels": True, "labelformat": ".3~r",
                 "labelfont": {"color": figures.colour("ink"), "size": 12},
             },
             line={"color": figures.colour("corrected"), "width": 1.5},
-            hovertemplate=say(
+            hovertemplate=phrase(
                 "feed {x}, across {y}: {z}", x="%{x:.3g}", y="%{y:.3g}", z=f"%{{z:.4g}} {unit}"
             )
             + "<extra></extra>",
@@ -86,7 +87,7 @@ def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
     ]
     made.add_trace(
         figures.points(
-            np.array(here[:1]), np.array(here[1:]), tone="simulation", name=say("this cut"),
+            np.array(here[:1]), np.array(here[1:]), tone="simulation", name=phrase("this cut"),
             marker={"size": 11, "symbol": "cross", "color": figures.colour("simulation")},
         )
     )  # fmt: skip
@@ -100,7 +101,7 @@ def _line(over: Mapping[str, object], layer: Layer, chance: float, dash: str) ->
     return go.Contour(
         **over,
         z=ndtri(np.clip(layer.chance, SURE, 1.0 - SURE)),
-        name=say("{chance} % chance to exceed the limit", chance=f"{100 * chance:g}"),
+        name=phrase("{chance} % chance to exceed the limit", chance=f"{100 * chance:g}"),
         showscale=False,
         contours={"coloring": "none", "start": level, "end": level, "size": 1.0},
         line={"color": figures.colour("warn"), "width": 3, "dash": dash, "smoothing": 1.0},
@@ -122,7 +123,7 @@ def _draw_range(made: go.Figure, found: ForceMap, x_scale: float, y_scale: float
 def _label(found: ForceMap, layer: Layer) -> str:
     low, high = np.min(np.abs(layer.mean)), np.max(np.abs(layer.mean))
     reach = figures.span(float(low), float(high), layer.quantity.unit)
-    said = say(
+    said = phrase(
         "{quantity} over {x} and {y}: {reach}",
         quantity=title(layer, found.cut.operation),
         x=_axis(found.feed_key),
@@ -132,4 +133,4 @@ def _label(found: ForceMap, layer: Layer) -> str:
     if layer.limit is None:
         return said
     most = probability_words(float(layer.chance.max()))
-    return say("{said}; at most {chance} chance to exceed it", said=said, chance=most)
+    return phrase("{said}; at most {chance} chance to exceed it", said=said, chance=most)

@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from autodb.wording import presentation, say
+from autodb.wording import phrase, presentation
 from autodb.wording.amounts import NARROW, decimal_mark
 
 DAY_MS = 86_400_000
@@ -33,14 +33,14 @@ def date_ticks() -> dict[str, Any]:
 def _buttons() -> dict[str, str]:
     """Return the titles of a plot's buttons by those that the library has in English."""
     return {
-        "Download plot as a PNG": say("Download plot as a PNG"),
-        "Download plot": say("Download plot"),
-        "Zoom": say("Zoom"),
-        "Pan": say("Pan"),
-        "Zoom in": say("Zoom in"),
-        "Zoom out": say("Zoom out"),
-        "Autoscale": say("Autoscale"),
-        "Reset axes": say("Reset axes"),
+        "Download plot as a PNG": phrase("Download plot as a PNG"),
+        "Download plot": phrase("Download plot"),
+        "Zoom": phrase("Zoom"),
+        "Pan": phrase("Pan"),
+        "Zoom in": phrase("Zoom in"),
+        "Zoom out": phrase("Zoom out"),
+        "Autoscale": phrase("Autoscale"),
+        "Reset axes": phrase("Reset axes"),
     }
 
 

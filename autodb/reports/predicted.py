@@ -17,7 +17,7 @@ from autodb.forward.limits import standings_in_words
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import Interval
 from autodb.reports import figures
-from autodb.wording import amount, msgid, say, shop_amount
+from autodb.wording import amount_words, msgid, phrase, shop_amount
 
 Array = NDArray[np.float64]
 
@@ -69,29 +69,29 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
 def figure_rows(its: CutFigures) -> list[tuple[str, str]]:
     """Return what a planner counts of a cut: what it is, and how much."""
     return [
-        (say("Time"), _amount(its.time_s, "s")),
-        (say("Removal rate"), _amount(its.removal_cm3_min, "cm³/min")),
-        (say("Specific force"), _reach(its.specific_N_mm2, "N/mm²")),
-        (say("Energy"), _reach(its.energy_kJ, "kJ")),
+        (phrase("Time"), _amount(its.time_s, "s")),
+        (phrase("Removal rate"), _amount(its.removal_cm3_min, "cm³/min")),
+        (phrase("Specific force"), _reach(its.specific_N_mm2, "N/mm²")),
+        (phrase("Energy"), _reach(its.energy_kJ, "kJ")),
     ]
 
 
 def total_rows(its: JobTotals) -> list[tuple[str, str]]:
     """Return what a planner counts of a job: what it is, and how much."""
     return [
-        (say("Time"), _amount(its.time_s, "s")),
-        (say("Removed"), _amount(its.removed_cm3, "cm³")),
-        (say("Energy"), _reach(its.energy_kJ, "kJ")),
+        (phrase("Time"), _amount(its.time_s, "s")),
+        (phrase("Removed"), _amount(its.removed_cm3, "cm³")),
+        (phrase("Energy"), _reach(its.energy_kJ, "kJ")),
     ]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    return say(UNKNOWN) if value is None else figures.quantity(value, unit)
+    return phrase(UNKNOWN) if value is None else figures.quantity(value, unit)
 
 
 def _reach(one: Interval | None, unit: str) -> str:
     if one is None:
-        return say(UNKNOWN)
+        return phrase(UNKNOWN)
     return _in_interval(one, unit)
 
 
@@ -106,7 +106,7 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     operations = [cut.operation for cut in answer.cuts]
     given = {one: [one.limit(limits, cut) for cut in answer.cuts] for one in QUANTITIES}
     titles = [_title(one, operations, given[one]) for one in QUANTITIES]
-    made = figures.figure(titles, x_title=say("Cut"), shares=[1.0] * len(titles), gap=GAP)
+    made = figures.figure(titles, x_title=phrase("Cut"), shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
         traces = _traces(one, answer)
         for trace in traces:
@@ -120,7 +120,7 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
         made.update_xaxes(tickmode="array", tickvals=numbers, ticktext=names)
     made.update_yaxes(rangemode="tozero")
     made.update_xaxes(range=[0.5, len(numbers) + 0.5])
-    label = say(
+    label = phrase(
         "predicted force, torque and power of {count} cuts with 95 % intervals", count=len(numbers)
     )
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
@@ -133,10 +133,10 @@ def _title(
     stated = sorted({limit for limit in limits if limit is not None})
     if not stated:
         return name
-    least = amount(stated[0], one.unit, ".4g")
+    least = amount_words(stated[0], one.unit, ".4g")
     if len(stated) == 1:
-        return say("{quantity}, limit ± {limit}", quantity=name, limit=least)
-    return say("{quantity}, limit at least ± {limit}", quantity=name, limit=least)
+        return phrase("{quantity}, limit ± {limit}", quantity=name, limit=least)
+    return phrase("{quantity}, limit at least ± {limit}", quantity=name, limit=least)
 
 
 def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
@@ -157,11 +157,12 @@ def _marked(
     some: Sequence[tuple[float, Interval, str]], name: str, tone: str, unit: str
 ) -> go.Scatter:
     x = np.array([at for at, _, _ in some])
-    scale = figures.scale_of(unit)
+    scale = figures.plot_scale(unit)
     value, low, high = (scale * np.array([getattr(i, end) for _, i, _ in some])
                         for end in ("value", "low", "high"))  # fmt: skip
     hover = [
-        f"{figures.plain_text(cut)}, {say(name)}<br>{_in_interval(i, unit)}" for _, i, cut in some
+        f"{figures.plain_text(cut)}, {phrase(name)}<br>{_in_interval(i, unit)}"
+        for _, i, cut in some
     ]
     bars = {
         "type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low,
@@ -172,7 +173,7 @@ def _marked(
         x=x,
         y=value,
         mode="markers",
-        name=say(name),
+        name=phrase(name),
         marker={"color": figures.colour(tone), "size": 8, "symbol": symbol},
         error_y=bars,
         text=hover,
@@ -203,9 +204,9 @@ def _draw_limit(
     for reach, side in ((max(ends), 1.0), (-min(ends), -1.0)):
         if reach * FAR >= np.nanmin(level):
             line = {"dash": "dash", "width": 1.5, "shape": "hv"}
-            shown = side * figures.scale_of(one.unit) * level
+            shown = side * figures.plot_scale(one.unit) * level
             made.add_trace(
-                figures.line_trace(across, shown, tone="warn", name=say("limit"), line=line),
+                figures.line_trace(across, shown, tone="warn", name=phrase("limit"), line=line),
                 row=row,
                 col=1,
             )

@@ -4,22 +4,22 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from autodb.wording import language_of, presentation, say, say_many
+from autodb.wording import language_of, phrase, phrase_many, presentation
 
 
-def sentence(english: str, **values: object) -> Markup:
+def page_sentence(english: str, **values: object) -> Markup:
     """Return a sentence in the reader's language; text in ``values`` is escaped.
 
-    >>> sentence("Import {name}", name="a < b")
+    >>> page_sentence("Import {name}", name="a < b")
     Markup('Import a &lt; b')
     """
-    return escape(str(say(english))).format(**values) if values else escape(str(say(english)))
+    return escape(str(phrase(english))).format(**values) if values else escape(str(phrase(english)))
 
 
-def sentence_of_many(one: str, many: str, count: int, **values: object) -> Markup:
+def page_sentences(one: str, many: str, count: int, **values: object) -> Markup:
     """Return the sentence for a count, which it has as ``{count}``; text in it is escaped."""
     kept = {name: "{" + name + "}" for name in values}
-    return escape(str(say_many(one, many, count, **kept))).format(**values)
+    return escape(str(phrase_many(one, many, count, **kept))).format(**values)
 
 
 def told(text: object, *, capital: bool = False) -> Markup:
@@ -40,11 +40,11 @@ def code(text: str) -> Markup:
     return Markup("<code>{}</code>").format(text)
 
 
-def link(to: str, words: str) -> Markup:
+def link_to(to: str, words: str) -> Markup:
     """Return words that lead somewhere."""
     return Markup('<a href="{}">{}</a>').format(to, words)
 
 
 def sign_in_link(at: str, words: str) -> Markup:
     """Return words that lead to the page for signing in, and from there back."""
-    return link(f"/sign-in?then={quote(at)}", words)
+    return link_to(f"/sign-in?then={quote(at)}", words)

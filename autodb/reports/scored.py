@@ -14,7 +14,7 @@ from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
-from autodb.wording import msgid, say
+from autodb.wording import msgid, phrase
 
 PLOT_PX = 190
 """Height of one quantity."""
@@ -53,14 +53,14 @@ def plot_of_scores(found: PredictionScores) -> Markup | None:
     if not rows:
         return None
     titles = [figures.bracketed(one.channel, one.unit) for one in rows]
-    made = figures.figure(titles, x_title=say("Cut"), shares=[1.0] * len(rows), gap=GAP)
+    made = figures.figure(titles, x_title=phrase("Cut"), shares=[1.0] * len(rows), gap=GAP)
     for row, one in enumerate(rows, start=1):
         for trace in _traces(one, cuts):
             made.add_trace(trace, row=row, col=1)
     made.update_xaxes(range=[0.5, len(cuts) + 0.5])
     if len(cuts) <= NUMBERED:
         made.update_xaxes(dtick=1)
-    label = say("predicted and made forces of {count} cuts with 95 % intervals", count=len(cuts))
+    label = phrase("predicted and made forces of {count} cuts with 95 % intervals", count=len(cuts))
     return figures.as_html(made, "scored", height_px=PLOT_PX * len(rows), label=label)
 
 
@@ -85,7 +85,7 @@ def plots_against(found: PredictionScores) -> list[Markup]:
             held=np.array([s.held for _, s in some]),
         )
         inside = int(np.sum(made.held))
-        words = say(
+        words = phrase(
             "{inside} of {count} lie in their predicted interval", inside=inside, count=len(some)
         )
         plots.append(plot_against(f"against-{quantity.channel}", made, words=words))
@@ -101,7 +101,7 @@ def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]
                 places.append(float(number))
                 some.append(scored)
                 names.append(f"{cut.job}, {cut.name}")
-    scale = figures.scale_of(one.unit)
+    scale = figures.plot_scale(one.unit)
     asked = scale * np.array([(s.predicted.value, s.predicted.low, s.predicted.high) for s in some])
     half = scale * np.array([NORMAL_95 * (s.sd or 0.0) for s in some])
     x, value, low, high = np.array(places), asked[:, 0], asked[:, 1], asked[:, 2]
@@ -115,9 +115,9 @@ def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]
 
 def _hover(name: str, one: Scored, unit: str) -> str:
     ends = figures.span(one.predicted.low, one.predicted.high, unit)
-    value = figures.number(figures.scale_of(unit) * one.predicted.value)
-    predicted = say("predicted {value} ({reach})", value=value, reach=ends)
-    made = say("made {value}", value=figures.quantity(one.made, unit))
+    value = figures.number(figures.plot_scale(unit) * one.predicted.value)
+    predicted = phrase("predicted {value} ({reach})", value=value, reach=ends)
+    made = phrase("made {value}", value=figures.quantity(one.made, unit))
     return "<br>".join((figures.plain_text(name), predicted, made))
 
 
@@ -133,7 +133,7 @@ def _marks(x: figures.Array, ends: figures.Array, name: str, hover: list[str]) -
         x=x,
         y=value,
         mode="markers",
-        name=say(name),
+        name=phrase(name),
         marker={"color": tone, "size": 7},
         error_y=bars,
         text=hover,

@@ -2,7 +2,7 @@
 
 from autodb.terms._term import Home
 from autodb.terms.vocabulary import all_terms, where_kept
-from autodb.wording import Worded, msgid, say
+from autodb.wording import Worded, msgid, phrase
 
 KEPT: dict[Home, tuple[str, str]] = {
     "machine": (
@@ -48,9 +48,9 @@ KEPT: dict[Home, tuple[str, str]] = {
 
 def kept_words(name: str, channel: str) -> str:
     """Return where an effect found in a channel is kept once confirmed, and what changes."""
-    place, changes = (say(words) for words in KEPT[where_kept(name, channel)])
+    place, changes = (phrase(words) for words in KEPT[where_kept(name, channel)])
     law = [number for term in all_terms() if term.name == name for number in term.in_law]
     if law and where_kept(name, channel) == "pair":
-        place = say("{place} ({numbers})", place=place, numbers=", ".join(law))
-    kept = say("{place}: {changes}", place=place, changes=changes)
+        place = phrase("{place} ({numbers})", place=place, numbers=", ".join(law))
+    kept = phrase("{place}: {changes}", place=place, changes=changes)
     return Worded(kept.replace("`", ""), kept.language)

@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse
 
 from autodb import __version__
 from autodb.agent.operate.access import Access, Role
-from autodb.files.shop_units import SYSTEMS, shown_system
+from autodb.files.units import SYSTEMS, shown_system
 from autodb.reports import figures
 from autodb.web.http.chosen import NO_PAGES
 from autodb.web.http.static import at

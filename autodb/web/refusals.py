@@ -12,7 +12,7 @@ from autodb.errors import NotThere, UnusableInput
 from autodb.files.excuses import excuse
 from autodb.web import html
 from autodb.web.http.problems import first_of, problem
-from autodb.wording import Worded, language_of, msgid, say
+from autodb.wording import Worded, language_of, msgid, phrase
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
 UNREAD = "There was an error parsing the body"
@@ -35,10 +35,10 @@ def answer_refusal(
         return problem(status, detail, headers)
     if status == 401:
         return html.service_page(
-            request, "sign_in.html.j2", title=say("Sign in"), status=status, said=detail,
+            request, "sign_in.html.j2", title=phrase("Sign in"), status=status, said=detail,
             then=request.url.path,
         )  # fmt: skip
-    title = say(TITLES.get(status, FAILED))
+    title = phrase(TITLES.get(status, FAILED))
     return html.service_page(request, "problem.html.j2", title=title, status=status, said=detail)
 
 
@@ -69,10 +69,10 @@ async def _refused(request: Request, error: Exception) -> Response:
     unsaid = error.detail == HTTPStatus(error.status_code).phrase
     said = error.detail
     if unsaid:
-        what = say(TITLES.get(error.status_code, FAILED))
-        said = say("{what}: see /api/v1/openapi.json for what it accepts", what=what)
+        what = phrase(TITLES.get(error.status_code, FAILED))
+        said = phrase("{what}: see /api/v1/openapi.json for what it accepts", what=what)
     if error.detail == UNREAD:
-        said = say("the body is no JSON in UTF-8: see /api/v1/openapi.json for what it accepts")
+        said = phrase("the body is no JSON in UTF-8: see /api/v1/openapi.json for what it accepts")
     return answer_refusal(request, error.status_code, said, headers)
 
 
@@ -84,7 +84,7 @@ async def _away(request: Request, error: Exception) -> Response:
 
 
 async def _failed(request: Request, _error: Exception) -> Response:
-    return answer_refusal(request, 500, say("an error of autodb; the service's log has it"))
+    return answer_refusal(request, 500, phrase("an error of autodb; the service's log has it"))
 
 
 def _line(error: Exception) -> Worded:

@@ -22,7 +22,7 @@ from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.apart import Task
 from autodb.web.receive.children import Children, Unable
 from autodb.web.receive.imports import Imports
-from autodb.wording import Worded, language_of, say
+from autodb.wording import Worded, language_of, phrase
 
 BEARER = "bearer "
 HELD_S = 5.0
@@ -80,7 +80,7 @@ class Service:
         if self.settings.anonymous and not _was_passed_on(request):
             return ANYONE_HERE
         raise HTTPException(
-            401, say("a token is needed; make one with 'autodb token add'"), CHALLENGE
+            401, phrase("a token is needed; make one with 'autodb token add'"), CHALLENGE
         )
 
     def by_token(self, request: Request, secret: str) -> Access:
@@ -96,8 +96,8 @@ class Service:
         wait_s = self._guesses.wait_s(client)
         self._guesses.note(client)
         if wait_s:
-            raise _too_often(say("{count} tokens that are not valid", count=GUESSES), wait_s)
-        raise HTTPException(401, say("the token is not valid"), CHALLENGE)
+            raise _too_often(phrase("{count} tokens that are not valid", count=GUESSES), wait_s)
+        raise HTTPException(401, phrase("the token is not valid"), CHALLENGE)
 
     def _signed_in(self, request: Request, brought: str | None) -> Access | None:
         """Return who is signed in with a browser, None: nobody.
@@ -110,7 +110,7 @@ class Service:
         if session is None or found is None:
             return None
         if request.method not in SAFE and not session.brought(brought):
-            raise HTTPException(403, say("not sent by a page of this service; send it from one"))
+            raise HTTPException(403, phrase("not sent by a page of this service; send it from one"))
         return found
 
     def _of(self, secret: str) -> Access | None:
@@ -131,7 +131,7 @@ class Service:
         wait_s = self.sends.wait_s(client)
         if wait_s:
             most = self.settings.limits.a_minute
-            raise _too_often(say("{count} files within a minute", count=most), wait_s)
+            raise _too_often(phrase("{count} files within a minute", count=most), wait_s)
         self.sends.note(client)
 
     def needs_machine(self, machine: str) -> None:
@@ -162,7 +162,7 @@ def _was_passed_on(request: Request) -> bool:
 
 
 def _too_often(what: str, wait_s: int) -> HTTPException:
-    said = say("{what}; try again in {wait} s", what=what, wait=wait_s)
+    said = phrase("{what}; try again in {wait} s", what=what, wait=wait_s)
     return HTTPException(429, said, {"Retry-After": str(wait_s)})
 
 
@@ -180,7 +180,7 @@ async def made_apart(service: Service, task: Task, kind: Any, bounds: ReaderBoun
     is refused.
     """
     if service.reading.statistics().tasks_waiting >= service.settings.limits.at_once:
-        said = say("too many files are read; try again in {wait} s", wait=WAIT_S)
+        said = phrase("too many files are read; try again in {wait} s", wait=WAIT_S)
         raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
     work = partial(service.children.do, task, kind, bounds)
     try:
@@ -208,17 +208,17 @@ def allowed(request: Request, role: Role, brought: str | None, *, changes: bool)
     request.state.who = access.who
     request.state.access = access
     if changes and not service.settings.writes:
-        raise HTTPException(403, say("served read-only; run 'autodb serve --write'"))
+        raise HTTPException(403, phrase("served read-only; run 'autodb serve --write'"))
     if access.role < role:
         if access.token_id is None:
-            said = say(
+            said = phrase(
                 "a token is needed of role {role}; make one with 'autodb token add'",
                 role=role.word,
             )
             raise HTTPException(401, said, CHALLENGE)
         raise HTTPException(
             403,
-            say(
+            phrase(
                 "'{who}' may {role}, not {other}",
                 who=access.who, role=access.role.word, other=role.word,
             ),

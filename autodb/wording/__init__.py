@@ -3,7 +3,7 @@
 Sentences are written in English where they are said; catalogues (``de.po``) have the others.
 """
 
-from autodb.wording.amounts import amount, day, localized, shop_amount
+from autodb.wording.amounts import amount_words, day, localized, shop_amount
 from autodb.wording.presentation import (
     ENGLISH,
     Presentation,
@@ -11,22 +11,22 @@ from autodb.wording.presentation import (
     presentation,
     presented,
 )
-from autodb.wording.sentences import Worded, language_of, listed, msgid, say, say_many
+from autodb.wording.sentences import Worded, language_of, listed, msgid, phrase, phrase_many
 
 __all__ = [
     "ENGLISH",
     "Presentation",
     "ShopUnit",
     "Worded",
-    "amount",
+    "amount_words",
     "day",
     "language_of",
     "listed",
     "localized",
     "msgid",
+    "phrase",
+    "phrase_many",
     "presentation",
     "presented",
-    "say",
-    "say_many",
     "shop_amount",
 ]

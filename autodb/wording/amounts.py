@@ -9,7 +9,7 @@ import re
 from functools import cache
 
 from autodb.wording.presentation import presentation
-from autodb.wording.sentences import msgid, say
+from autodb.wording.sentences import msgid, phrase
 
 NARROW = "\u202f"
 """Between groups of digits."""
@@ -47,13 +47,13 @@ def shop_amount(value: float, unit: str) -> tuple[float, str]:
     """Return a value in one of our units in the shop's, and what that unit is called."""
     own = presentation().units.get(unit)
     shown, name = (value, unit) if own is None else (own.factor * value, own.name)
-    return shown, say(name) if name in NAMED_UNITS else name
+    return shown, phrase(name) if name in NAMED_UNITS else name
 
 
-def amount(value: float, unit: str, form: str = "g") -> str:
+def amount_words(value: float, unit: str, form: str = "g") -> str:
     """Return a number in a form of Python's, and its unit, as the reader has them.
 
-    >>> amount(600.0, "N", ".6g")
+    >>> amount_words(600.0, "N", ".6g")
     '600 N'
     """
     shown, name = shop_amount(value, unit)

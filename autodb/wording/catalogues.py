@@ -16,9 +16,11 @@ class _NotThere(NullTranslations):
     """What a catalogue falls back to: it says that a sentence is not in it."""
 
     def gettext(self, message: str) -> str:
+        """Raise LookupError."""
         raise LookupError(message)
 
     def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:  # noqa: ARG002 - gettext's names
+        """Raise LookupError."""
         raise LookupError(msgid1)
 
 

@@ -36,7 +36,7 @@ def presentation() -> Presentation:
     return _CURRENT.get()
 
 
-def present(shown: Presentation) -> None:
+def present_for(shown: Presentation) -> None:
     """Say everything that this task still says for somebody."""
     _CURRENT.set(shown)
 

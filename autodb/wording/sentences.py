@@ -33,7 +33,7 @@ def msgid(english: str) -> str:
     return english
 
 
-def say(english: str, **values: object) -> Worded:
+def phrase(english: str, **values: object) -> Worded:
     """Return a sentence in the reader's language, its ``{names}`` filled in.
 
     One that the catalogue has not, or with a part that is in another language, is said in English:
@@ -47,7 +47,7 @@ def say(english: str, **values: object) -> Worded:
     return Worded(text.format(**values) if values else text, language)
 
 
-def say_many(one: str, many: str, count: int, **values: object) -> Worded:
+def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
     """Return the sentence for a count, which it has as ``{count}``, as ``say`` does."""
     language = _language(values.values())
     try:

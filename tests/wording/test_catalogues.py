@@ -1,6 +1,7 @@
 """The German catalogue has every sentence that is said, and says each with the same numbers."""
 
 from string import Formatter
+from typing import Any
 
 import pytest
 
@@ -18,8 +19,7 @@ def test_a_catalogue_is_up_to_date_and_lacks_nothing(language: str) -> None:
     )
     found = catalogues.read_catalogue(language)
     for message in found:
-        forms = message.string if message.pluralizable else (message.string,)
-        assert all(forms), f"not translated: {message.id}"
+        assert all(_forms(message.string)), f"not translated: {message.id}"
         assert not message.fuzzy, message.id
     assert not found.obsolete
 
@@ -27,9 +27,7 @@ def test_a_catalogue_is_up_to_date_and_lacks_nothing(language: str) -> None:
 @pytest.mark.parametrize("language", OTHERS)
 def test_a_sentence_has_the_same_parts_in_every_language(language: str) -> None:
     for message in catalogues.read_catalogue(language):
-        ids = message.id if message.pluralizable else (message.id,)
-        forms = message.string if message.pluralizable else (message.string,)
-        for english, text in zip(ids, forms, strict=True):
+        for english, text in zip(_forms(message.id), _forms(message.string), strict=True):
             if message.id:
                 assert _parts(text) <= _parts(english), english
                 assert _parts(english) - _parts(text) <= {"count"}, english
@@ -47,6 +45,11 @@ def test_the_language_that_is_liked_best_is_taken() -> None:
         ("", "en"),
     ):
         assert preferred_language(accepted) == language, accepted
+
+
+def _forms(said: Any) -> list[str]:
+    """Return a sentence, or that for one and that for many."""
+    return [said] if isinstance(said, str) else list(said)
 
 
 def _parts(text: str) -> set[str]:

@@ -17,7 +17,7 @@ from autodb.errors import UnusableInput, near
 from autodb.files.job import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
-from autodb.wording import amount, localized, msgid, say
+from autodb.wording import amount_words, localized, msgid, phrase
 
 Wanted = Literal["feed", "depth", "speed"]
 WHAT: tuple[str, ...] = (msgid("feed"), msgid("depth"), msgid("speed"))
@@ -50,16 +50,16 @@ class Largest:
     @property
     def statement(self) -> str:
         """The answer to the question, in a line."""
-        said = say(
+        said = phrase(
             "largest {what} within {share} % of each limit with {sure} % probability: {value}",
-            what=say(self.what),
+            what=phrase(self.what),
             share=localized(f"{100 * self.share:.4g}"),
             sure=localized(f"{100 * self.sure:.4g}"),
-            value=amount(self.value, self.unit, ".4g"),
+            value=amount_words(self.value, self.unit, ".4g"),
         )
         if self.ends is None:
-            return say("{said}, beyond which is not searched", said=said)
-        return say("{said}; what ends it is {what}", said=said, what=self.ends.what)
+            return phrase("{said}, beyond which is not searched", said=said)
+        return phrase("{said}; what ends it is {what}", said=said, what=self.ends.what)
 
 
 def largest_value(
@@ -81,7 +81,7 @@ def largest_value(
         stands = [limit_standings([one], limits) for one in found]
         if all(one.standing == "not entered" for one in stands[0]):
             raise UnusableInput(
-                say(
+                phrase(
                     "machine '{machine}' states no limit; state one, such as "
                     "axes.spindle.limits.torque_N_m, with 'autodb machine update'",
                     machine=basis.machine,
@@ -99,11 +99,11 @@ def largest_value(
     if best is None:
         over = _beyond(stands[0], sure)
         raise UnusableInput(
-            say(
+            phrase(
                 "no {what} is small enough: {limit} at {value}; state other numbers of the cut",
-                what=say(what),
+                what=phrase(what),
                 limit="" if over is None else over.words,
-                value=amount(float(tried[0]), unit, ".3g"),
+                value=amount_words(float(tried[0]), unit, ".3g"),
             )
         )
     there = _with(cut, key, _rounded_down(best))
@@ -114,7 +114,7 @@ def _asked(cut: JobCut, what: str) -> tuple[str, float, str]:
     """Return the key of what is asked for, the largest that is tried, and its unit."""
     if what not in WHAT:
         raise UnusableInput(
-            say("'{what}' is nothing to look for{hint}", what=what, hint=near(what, WHAT))
+            phrase("'{what}' is nothing to look for{hint}", what=what, hint=near(what, WHAT))
         )
     keys = KEYS[cut.operation]
     most = MOST_CUT[keys.kind]
@@ -123,7 +123,7 @@ def _asked(cut: JobCut, what: str) -> tuple[str, float, str]:
     if what == "depth":
         if "depth_mm" not in keys.needs:
             raise UnusableInput(
-                say("operation '{operation}' has no depth; use feed or speed",
+                phrase("operation '{operation}' has no depth; use feed or speed",
                     operation=cut.operation)
             )  # fmt: skip
         return "depth_mm", most["depth_mm"], "mm"

@@ -35,7 +35,7 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
-from autodb.wording import Worded, amount, listed, localized, msgid, say, shop_amount
+from autodb.wording import Worded, amount_words, listed, localized, msgid, phrase, shop_amount
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""
@@ -229,7 +229,7 @@ class PredictionBasis:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
             start = self.known.behind.started_from
-            yield say(
+            yield phrase(
                 "{machine} has no parameters of {pair}{hint}; predicted from {start}",
                 machine=self.machine,
                 pair=name,
@@ -281,7 +281,7 @@ def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say which cuts are predicted in another process state than the usual one."""
     for number, cut in enumerate(cuts, start=1):
         if cut.state is not None:
-            yield say(
+            yield phrase(
                 "cut {number} '{name}': in the state '{state}', which its speed or the wear of its "
                 "edge implies",
                 number=number,
@@ -294,11 +294,11 @@ def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts go to a diameter that is not stated: what they take is that of their start."""
     for number, cut in enumerate(cuts, start=1):
         if cut.operation in PROFILED and cut.end_diameter_mm is None:
-            yield say(
+            yield phrase(
                 "{cut}: its torque and power are those at its start, {diameter}; state "
                 "end_diameter_mm for their mean and end",
                 cut=_cut_words(number, cut.name),
-                diameter=amount(cut.diameter_mm or 0.0, "mm"),
+                diameter=amount_words(cut.diameter_mm or 0.0, "mm"),
             )
 
 
@@ -306,11 +306,11 @@ def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts have an older edge than any that a pair without wear was learnt from."""
     for number, cut in enumerate(cuts, start=1):
         if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
-            yield say(
+            yield phrase(
                 "{cut}: no edge had cut for more than {longest}; its intervals leave room for the "
                 "wear of an older one",
                 cut=_cut_words(number, cut.name),
-                longest=amount(longest_s, "s"),
+                longest=amount_words(longest_s, "s"),
             )
 
 
@@ -319,7 +319,7 @@ def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
     said = [one.words for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
     if said:
-        yield say(
+        yield phrase(
             "assumed for {tool}, because it is not stated: {numbers}; state it in a tool file to "
             "narrow the intervals",
             tool=known.tool.name,
@@ -331,7 +331,7 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:
-            yield say(
+            yield phrase(
                 "operation '{operation}' was never cut; its forces come from the law alone, with "
                 "wider intervals",
                 operation=operation,
@@ -344,21 +344,21 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
             (least, most), (low, high) = stated[channel], made.ranges[channel]
             if not (low * 0.999 <= least and most <= high * 1.001):
                 value = most if most > high * 1.001 else least
-                said = say(
+                said = phrase(
                     "{what} {value} was never cut ({low} to {high})",
-                    what=say(what),
-                    value=amount(value, unit, ".4g"),
+                    what=phrase(what),
+                    value=amount_words(value, unit, ".4g"),
                     low=localized(f"{shop_amount(low, unit)[0]:g}"),
-                    high=amount(high, unit),
+                    high=amount_words(high, unit),
                 )
                 if asked.name or len(cuts) > 1:
                     name = _cut_words(number, asked.name)
-                    said = say("{cut}: {said}", cut=name, said=said)
+                    said = phrase("{cut}: {said}", cut=name, said=said)
                 yield said
 
 
 def _cut_words(number: int, name: str) -> str:
     """Return which cut it is, by its number and its name."""
     if not name:
-        return say("cut {number}", number=number)
-    return say("cut {number} '{name}'", number=number, name=name)
+        return phrase("cut {number}", number=number)
+    return phrase("cut {number} '{name}'", number=number, name=name)

@@ -13,7 +13,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
-from autodb.wording import Worded, msgid, say, say_many
+from autodb.wording import Worded, msgid, phrase, phrase_many
 
 CONFIRMS = msgid(
     "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "
@@ -71,10 +71,10 @@ class RefreshReport:
         """How many forces were measured, sensed and not sensed."""
         sensed, not_sensed = self.sensed, self.not_sensed
         if not self.measured:
-            return say(
+            return phrase(
                 "{sensed} forces sensed, {other} not sensed", sensed=sensed, other=not_sensed
             )
-        return say(
+        return phrase(
             "{measured} forces measured, {sensed} sensed, {other} not sensed",
             measured=self.measured,
             sensed=sensed,
@@ -102,33 +102,33 @@ class RefreshReport:
         if self.anything:
             said.append(self.forces_words)
         else:
-            said.append(say("nothing new: every cut is sensed and every pair is up to date"))
+            said.append(phrase("nothing new: every cut is sensed and every pair is up to date"))
         said += [
-            say("{pair}: version {version} from {cuts} cuts", pair=pair, version=version, cuts=n)
+            phrase("{pair}: version {version} from {cuts} cuts", pair=pair, version=version, cuts=n)
             for pair, version, n in self.versions
         ]
         said += [one.words for one in self.shifts]
-        said += [say("excluded: {what}", what=_kept(one)) for one in self.set_aside]
+        said += [phrase("excluded: {what}", what=_kept(one)) for one in self.set_aside]
         said += self.mismatches
         if self.mismatches:
-            said.append(say(CONFIRMS))
+            said.append(phrase(CONFIRMS))
         elif self.waiting:
             said.append(
-                say(
+                phrase(
                     "{count} mismatches are undecided; list them with 'autodb mismatch list'",
                     count=self.waiting,
                 )
             )
         if self.predicted:
             said.append(
-                say_many(
+                phrase_many(
                     "{count} cut was predicted before; see 'autodb predictions score'",
                     "{count} cuts were predicted before; see 'autodb predictions score'",
                     self.predicted,
                 )
             )
         said += self.asked
-        said += [say("calibration due: {what}", what=_kept(one)) for one in self.due]
+        said += [phrase("calibration due: {what}", what=_kept(one)) for one in self.due]
         return said + self.retained
 
 
@@ -139,14 +139,16 @@ def _kept(sentence: str) -> Worded:
 
 def _of_file(one: CameIn) -> str:
     if one.status == "refused":
-        return say("{file}: refused: {why}", file=one.file, why=_kept(one.reason or ""))
-    said = say(
+        return phrase("{file}: refused: {why}", file=one.file, why=_kept(one.reason or ""))
+    said = phrase(
         "{file}: recording {number}, {cuts} new cuts",
         file=one.file,
         number=one.recording,
         cuts=one.cuts,
     )
-    return say("{said}, {count} there already", said=said, count=one.again) if one.again else said
+    return (
+        phrase("{said}, {count} there already", said=said, count=one.again) if one.again else said
+    )
 
 
 def files_since(session: Session, machine_id: int) -> Sequence[models.InboxFile]:

@@ -13,7 +13,7 @@ from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
-from autodb.wording import Worded, amount, localized, say, shop_amount
+from autodb.wording import Worded, amount_words, localized, phrase, shop_amount
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class ForceShift:
             (self.before_N, self.half_N),
             (self.after_N, self.half_after_N),
         )
-        before, after = (f"{_mean(mean)} ± {amount(half, 'N', '.0f')}" for mean, half in ends)
-        return say(
+        before, after = (f"{_mean(mean)} ± {amount_words(half, 'N', '.0f')}" for mean, half in ends)
+        return phrase(
             "{pair}: force.{axis} of a typical cut ({cut}) moved from {before} to {after}",
             pair=self.pair,
             axis=self.component,

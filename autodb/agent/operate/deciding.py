@@ -25,7 +25,7 @@ from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
 from autodb.terms import Home
 from autodb.terms.vocabulary import effect_called, of_the_machine, where_kept
-from autodb.wording import listed, say
+from autodb.wording import listed, phrase
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ def _refuse_lot(term: str, lot: str | None) -> None:
     """Raise UnusableInput where a lot is named of what belongs to none."""
     if lot is not None and effect_called(term).belongs_to != "lot":
         raise UnusableInput(
-            say("--lot: {term} is of no lot of material; leave out --lot", term=term)
+            phrase("--lot: {term} is of no lot of material; leave out --lot", term=term)
         )
 
 
@@ -249,7 +249,7 @@ def mismatch(session: Session, number: int) -> models.Mismatch:
     row = session.get(models.Mismatch, number)
     if row is None:
         raise NotThere(
-            say(
+            phrase(
                 "there is no mismatch {number}; list a machine's with "
                 "'autodb mismatch list --machine NAME'",
                 number=number,
@@ -263,10 +263,10 @@ def _wanted(row: models.Mismatch, term: str | None) -> str:
     names = [row.term, *(row.alternatives or ())]
     if term is not None and term not in names:
         raise UnusableInput(
-            say(
+            phrase(
                 "--as: mismatch {number} may be {names}, not '{term}'{hint}",
                 number=row.id,
-                names=listed(names, say(" or ")),
+                names=listed(names, phrase(" or ")),
                 term=term,
                 hint=near(term, names),
             )
@@ -286,7 +286,7 @@ def _is_decided(row: models.Mismatch, status: str, term: str | None) -> bool:
         return True
     was = decided_words(row.status, row.confirmed_term, row.decided_by)
     raise UnusableInput(
-        say(
+        phrase(
             "mismatch {number} was {decided} on {day} already; take that back first with "
             "'autodb mismatch reopen {number}'",
             number=row.id,

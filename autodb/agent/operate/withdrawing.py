@@ -18,7 +18,7 @@ from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
-from autodb.wording import say
+from autodb.wording import phrase
 
 
 @dataclass
@@ -48,7 +48,7 @@ def withdraw(
             return Withdrawn(number, 0, already=True)
         if row.withdrawn_at is not None:
             raise UnusableInput(
-                say(
+                phrase(
                     "recording {number} was withdrawn on {day} ({why})",
                     number=number,
                     day=row.withdrawn_at,
@@ -57,7 +57,7 @@ def withdraw(
             )
         if row.looked_at is not None:
             raise UnusableInput(
-                say(
+                phrase(
                     "recording {number} was imported only to be explained; nothing depends on it",
                     number=number,
                 )
@@ -90,7 +90,7 @@ def _recording(session: Session, machine: str, number: int) -> models.StoredReco
     row = session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
         raise NotThere(
-            say(
+            phrase(
                 "machine '{machine}' has no recording {number}; find those behind a number with "
                 "'autodb trace'",
                 machine=machine,

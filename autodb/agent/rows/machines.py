@@ -19,7 +19,7 @@ from autodb.files.machine import (
 )
 from autodb.files.toml import ReferenceValue
 from autodb.store import Store, models
-from autodb.wording import say
+from autodb.wording import phrase
 
 _MACHINE = ("dialect", "units", "diameter", "shares")
 _RETENTION = ("compress_after_days", "drop_after_days")
@@ -295,7 +295,7 @@ def find_machine(session: Session, name: str) -> models.Machine:
         hint = (
             near(name, names)
             if names
-            else say("; add it with 'autodb machine add {name}'", name=name)
+            else phrase("; add it with 'autodb machine add {name}'", name=name)
         )
-        raise NotThere(say("no machine '{name}'{hint}", name=name, hint=hint))
+        raise NotThere(phrase("no machine '{name}'{hint}", name=name, hint=hint))
     return machine

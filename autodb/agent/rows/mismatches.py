@@ -2,7 +2,7 @@
 
 from autodb.store import models
 from autodb.terms.sensor import GAIN
-from autodb.wording import day, listed, msgid, say, say_many
+from autodb.wording import day, listed, msgid, phrase, phrase_many
 
 STATES = (msgid("open"), msgid("confirmed"), msgid("rejected"))
 """What a mismatch may be."""
@@ -33,8 +33,8 @@ def found_words(row: models.Mismatch) -> str:
     recordings = len(row.recordings)
     found = row.found_in
     if recordings == 1 or found is None:
-        return "" if recordings == 1 else say("{count} recordings", count=recordings)
-    said = say(
+        return "" if recordings == 1 else phrase("{count} recordings", count=recordings)
+    said = phrase(
         "{cuts} cuts of {count} recordings, {excluded} excluded",
         cuts=found["cuts"],
         count=recordings,
@@ -44,7 +44,7 @@ def found_words(row: models.Mismatch) -> str:
     if not edges:
         return said
     names = ", ".join(edges)
-    on = say_many("edge {edges}", "edges {edges}", len(edges), edges=names)
+    on = phrase_many("edge {edges}", "edges {edges}", len(edges), edges=names)
     return listed([said, on])
 
 
@@ -52,13 +52,13 @@ def decision_words(row: models.MismatchDecision) -> str:
     """Return a decision as a line: what, by whom, when and why."""
     status = {"open": msgid("reopened")}.get(row.status, row.status)
     what = decided_words(status, row.term, row.decided_by)
-    said = say("{decided} on {day}", decided=what, day=day(row.decided_at))
-    return say("{said}: {why}", said=said, why=row.why) if row.why else said
+    said = phrase("{decided} on {day}", decided=what, day=day(row.decided_at))
+    return phrase("{said}: {why}", said=said, why=row.why) if row.why else said
 
 
 def decided_words(status: str, term: str | None, by: str | None) -> str:
     """Return what was decided, as which term and by whom, as far as that is known."""
-    said = say(status)
+    said = phrase(status)
     if term:
-        said = say("{decided} as {term}", decided=said, term=term)
-    return say("{decided} by {who}", decided=said, who=by) if by else said
+        said = phrase("{decided} as {term}", decided=said, term=term)
+    return phrase("{decided} by {who}", decided=said, who=by) if by else said

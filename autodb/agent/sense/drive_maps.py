@@ -15,7 +15,7 @@ from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
 from autodb.sensing.drives.moves.motion import protocol_of
 from autodb.store import models
-from autodb.wording import say
+from autodb.wording import phrase
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def drive_map(session: Session, machine: str, channel: str) -> DriveMap:
     if row is None:
         known = modelled_channels(session, owner.id)
         raise NotThere(
-            say(
+            phrase(
                 "machine '{machine}' has no model of '{channel}'{hint}",
                 machine=machine, channel=channel, hint=near(channel, known),
             )

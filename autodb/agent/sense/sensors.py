@@ -18,7 +18,7 @@ from autodb.files.channels import LINEAR_AXES
 from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
-from autodb.wording import amount, listed, msgid, say, say_many
+from autodb.wording import amount_words, listed, msgid, phrase, phrase_many
 
 RANGE, INSPECTED, TOGETHER = msgid("current range"), msgid("finished part"), msgid("together")
 
@@ -96,7 +96,7 @@ def _drives(session: Session, owner: models.Machine) -> Iterator[Sensor]:
             unit=row.unit if newtons is None else "N",
             of=msgid("held-out moves in air, the worst"),
             since=row.created_at,
-            why_not=None if newtons else say("its force constant (N/A) is not known"),
+            why_not=None if newtons else phrase("its force constant (N/A) is not known"),
         )
 
 
@@ -110,21 +110,22 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
         yield _over_time(row, TABLE, _recordings(row), msgid("moves in air"))
     for row in newest(session, owner.id, INSPECTION):
         bar = (row.model or {})["bar"]
-        source = say(
+        source = phrase(
             "a bar of {diameter}, {length} free",
-            diameter=amount(bar["diameter_mm"], "mm"), length=amount(bar["length_mm"], "mm"),
-        )  # fmt: skip
+            diameter=amount_words(bar["diameter_mm"], "mm"),
+            length=amount_words(bar["length_mm"], "mm"),
+        )
         yield replace(
             _over_time(row, INSPECTED, source, msgid("its stiffness alone")), unit="of it"
         )
     for row in newest(session, owner.id, FUSION):
-        names = listed(map(say, (row.model or {})["names"]), say(" and "))
+        names = listed(map(phrase, (row.model or {})["names"]), phrase(" and "))
         yield _over_time(row, TOGETHER, names, msgid("held-out recordings"))
 
 
 def _recordings(row: models.Estimator) -> str:
     count = len(row.recordings)
-    return say_many("{count} recording", "{count} recordings", count)
+    return phrase_many("{count} recording", "{count} recordings", count)
 
 
 def _over_time(row: models.Estimator, kind: str, source: str, of: str) -> Sensor:

@@ -20,7 +20,7 @@ from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
 from autodb.wording.catalogues import LANGUAGES
 
 PACKAGE = Path(autodb.__file__).parent
-IN_CODE = {"say": None, "msgid": None, "say_many": (1, 2)}
+IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2)}
 IN_TEMPLATES = {"_": None, "_n": (1, 2)}
 METHODS = (("*.py", "python", IN_CODE), ("*.j2", "jinja2", IN_TEMPLATES))
 OURS = "from autodb.wording"

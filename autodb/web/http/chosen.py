@@ -10,11 +10,11 @@ from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from autodb.files.shop_units import SYSTEMS, shop_units
+from autodb.files.units import SYSTEMS, shop_units
 from autodb.web.http.settings import Settings
 from autodb.wording import Presentation
 from autodb.wording.catalogues import LANGUAGES, preferred_language
-from autodb.wording.presentation import present
+from autodb.wording.presentation import present_for
 
 LANGUAGE, UNITS = "autodb_language", "autodb_units"
 SCRIPT = "x-shown-in"
@@ -33,7 +33,7 @@ class Presented:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request."""
         if scope["type"] == "http":
-            present(_chosen(Headers(scope=scope), scope["path"], self._settings.units))
+            present_for(_chosen(Headers(scope=scope), scope["path"], self._settings.units))
         await self._app(scope, receive, send)
 
 

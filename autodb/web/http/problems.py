@@ -6,7 +6,7 @@ from typing import Any
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 
-from autodb.wording import Worded, language_of, say
+from autodb.wording import Worded, language_of, phrase
 
 
 class HttpProblem(BaseModel):
@@ -50,4 +50,4 @@ def first_of(errors: Sequence[Any]) -> str:
     raised = first.get("ctx", {}).get("error")  # what a model of ours says, in its language
     own = isinstance(raised, ValueError) and bool(raised.args)
     message = raised.args[0] if own else Worded(first["msg"], "en")
-    return say("{where}: {problem}", where=where, problem=message) if where else message
+    return phrase("{where}: {problem}", where=where, problem=message) if where else message

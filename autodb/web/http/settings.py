@@ -4,7 +4,7 @@ import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 
-from autodb.files.shop_units import SI
+from autodb.files.units import SI
 from autodb.store import file_of, on_server
 
 HERE = "127.0.0.1"

@@ -13,7 +13,7 @@ SEE_OTHER = 303
 
 
 @router.post("/shown")
-def choose(
+def choose_shown(
     request: Request,
     language: Annotated[str, Form(max_length=20)] = "",
     units: Annotated[str, Form(max_length=20)] = "",

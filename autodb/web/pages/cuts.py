@@ -1,6 +1,7 @@
 """Cuts as a form states them, and as a page says them."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from starlette.datastructures import QueryParams
 
@@ -11,7 +12,7 @@ from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.reports.figures import quantity, quantity_title, span
 from autodb.web.pages.typed import Typed, typed_now, written_cut
-from autodb.wording import say
+from autodb.wording import phrase
 
 MOST = 50
 """Cuts of a form. Chosen: more come as a program or by the API."""
@@ -31,7 +32,7 @@ def stated_rows(query: QueryParams) -> list[dict[str, str]]:
     operations = query.getlist("operation")
     if len(operations) > MOST:
         raise UnusableInput(
-            say(
+            phrase(
                 "{count} cuts are too many; send {most}, or a program",
                 count=len(operations),
                 most=MOST,
@@ -52,17 +53,19 @@ def read_cuts(rows: Sequence[Mapping[str, str]], typed: Typed) -> list[JobCut]:
         try:
             found.append(typed.cut(row))
         except UnusableInput as error:
-            raise UnusableInput(say("cut {number}: {problem}", number=k, problem=error)) from None
+            raise UnusableInput(
+                phrase("cut {number}: {problem}", number=k, problem=error)
+            ) from None
     return found
 
 
-def form_of_cuts(rows: Sequence[Mapping[str, str]]) -> dict[str, object]:
+def form_of_cuts(rows: Sequence[Mapping[str, str]]) -> dict[str, Any]:
     """Return what the template shows of a form of cuts: its rows, fields and operations."""
     return {
         "rows": rows,
         "fields": shown_fields(),
         "shown": SHOWN,
-        "operations": [(one, say(one)) for one in OPERATIONS],
+        "operations": [(one, phrase(one)) for one in OPERATIONS],
         "typed": typed_now(),
     }
 
@@ -87,7 +90,7 @@ def prediction_spans(
             quantity_title(one.channel, operations),
             *_in_words(one.of(cut), one.unit),
             [
-                (say(name), "{} ({})".format(*_in_words(one.of(some), one.unit)))
+                (phrase(name), "{} ({})".format(*_in_words(one.of(some), one.unit)))
                 for name, some in cut.statistics
             ],
         )

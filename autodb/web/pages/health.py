@@ -8,7 +8,7 @@ from autodb.reports.axis_course import plot_of_axis
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
-from autodb.wording import say
+from autodb.wording import phrase
 
 router = APIRouter()
 
@@ -20,7 +20,7 @@ def health_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "health.html.j2",
-        title=say("{machine}: health", machine=machine),
+        title=phrase("{machine}: health", machine=machine),
         machine=machine,
         here="health",
         due=[(one.words, _place(machine, one)) for one in due],
@@ -55,8 +55,8 @@ def _rows(machine: str, course: AxisCourse) -> list[tuple[str, str, str]]:
     ]
     recordings = path("machines", machine, "recordings")
     shown = {one.evidence: one.at for one in (*course.air, *course.residual)}
-    read = [
-        (at, say("recording {number}", number=number), f"{recordings}/{number}")
+    read: list[tuple[str, str, str]] = [
+        (at, phrase("recording {number}", number=number), f"{recordings}/{number}")
         for number, at in shown.items()
     ]
     return sorted(done + read, reverse=True)

@@ -19,7 +19,7 @@ from autodb.store import models
 from autodb.web.html import service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
-from autodb.wording import amount, day, listed, localized, say
+from autodb.wording import amount_words, day, listed, localized, phrase
 
 PASSES = 20
 """Refreshes that are shown. Chosen."""
@@ -43,7 +43,7 @@ def refreshes_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "moved.html.j2",
-        title=say("{machine}: what moved", machine=machine),
+        title=phrase("{machine}: what moved", machine=machine),
         machine=machine,
         here="moved",
         passes=read_state(request, asked),
@@ -108,20 +108,20 @@ def _of(
 def _limits(one: AxisLimits) -> str:
     """Return what an axis may carry, in words; empty where nothing is stated."""
     stated = ((getattr(one, key), unit) for key, unit in LIMITS)
-    said = [amount(value, unit) for value, unit in stated if value is not None]
+    said = [amount_words(value, unit) for value, unit in stated if value is not None]
     if one.travel_low_mm is not None and one.travel_high_mm is not None:
-        low, high = amount(one.travel_low_mm, "mm"), amount(one.travel_high_mm, "mm")
-        said.append(say("{low} to {high}", low=low, high=high))
+        low, high = amount_words(one.travel_low_mm, "mm"), amount_words(one.travel_high_mm, "mm")
+        said.append(phrase("{low} to {high}", low=low, high=high))
     for curve, unit in ((one.torque_curve, "N·m"), (one.power_curve, "W")):
         for rpm, value in curve or ():
-            at = amount(rpm, "rpm")
-            said.append(say("{value} at {speed}", value=amount(value, unit), speed=at))
+            at = amount_words(rpm, "rpm")
+            said.append(phrase("{value} at {speed}", value=amount_words(value, unit), speed=at))
     if one.efficiency is not None:
-        said.append(say("efficiency {share}", share=localized(f"{one.efficiency:g}")))
+        said.append(phrase("efficiency {share}", share=localized(f"{one.efficiency:g}")))
     return listed(said)
 
 
 def _error(one: Sensor) -> str:
     if one.error is None:
         return ""
-    return say("{error} on {what}", error=quantity(one.error, one.unit), what=say(one.of))
+    return phrase("{error} on {what}", error=quantity(one.error, one.unit), what=phrase(one.of))

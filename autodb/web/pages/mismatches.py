@@ -19,7 +19,7 @@ from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import MismatchToExplain
 from autodb.web.routes.machines import Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
-from autodb.wording import day, listed, say
+from autodb.wording import day, listed, phrase
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -45,7 +45,7 @@ def of_machine(
     return service_page(
         request,
         "mismatches.html.j2",
-        title=say("{machine}: mismatches", machine=machine),
+        title=phrase("{machine}: mismatches", machine=machine),
         machine=machine,
         here="mismatches",
         mismatches=[(one, term_words(one.term), day(one.created_at)) for one in reversed(found)],
@@ -96,7 +96,7 @@ def decide_page(
             OTHERS[word](service.store, number, by=who, why=reason, also=also)
         else:
             raise HTTPException(
-                422, say("word: '{word}'; use {words}", word=word, words=listed(NOTED))
+                422, phrase("word: '{word}'; use {words}", word=word, words=listed(NOTED))
             )
     except UnusableInput as error:
         return _shown(request, number, said=error, status=422)
@@ -141,4 +141,4 @@ def _decided(found: MismatchSaid) -> str:
     said = decided_words(found.status, term, found.decided_by)
     if found.decided_at is None:
         return said
-    return say("{decided}, {day} UTC.", decided=said, day=day(found.decided_at))
+    return phrase("{decided}, {day} UTC.", decided=said, day=day(found.decided_at))

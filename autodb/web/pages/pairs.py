@@ -27,9 +27,9 @@ from autodb.reports.predicted import figure_rows
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import form_of_cuts, prediction_spans, read_cuts, stated_rows
 from autodb.web.pages.reading import read_state
-from autodb.web.pages.typed import Typed, typed_as, written, written_cut
+from autodb.web.pages.typed import Typed, as_typed, typed_as, written_cut
 from autodb.web.service import Reads, service_of
-from autodb.wording import localized, msgid, say, shop_amount
+from autodb.wording import localized, msgid, phrase, shop_amount
 
 UNITS = {"N/mm^2": "N/mm²"}
 """How units of coefficients are printed."""
@@ -44,7 +44,7 @@ def pairs_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "pairs.html.j2",
-        title=say("{machine}: pairs", machine=machine),
+        title=phrase("{machine}: pairs", machine=machine),
         machine=machine,
         here="pairs",
         pairs=listed,
@@ -145,9 +145,9 @@ def _per_cent(name: str, value: float, low: float, high: float) -> float:
     """Return a share that was typed in per cent; raises UnusableInput outside of its ends."""
     if not low <= value <= high:
         raise UnusableInput(
-            say(
+            phrase(
                 "{name}: {value} % is not from {low} to {high}; type another",
-                name=say(name),
+                name=phrase(name),
                 value=localized(f"{value:g}"),
                 low=f"{low:g}",
                 high=localized(f"{high:g}"),
@@ -180,12 +180,12 @@ def _coefficients(
 def _ends(one: BoundedValue, unit: str) -> str:
     """Return the 95 % interval of a coefficient, with the decimals of its value."""
     value, low, high = (shop_amount(end, unit)[0] for end in (one.value, one.lower, one.upper))
-    return say("{low} to {high}", low=number(low, like=value), high=number(high, like=value))
+    return phrase("{low} to {high}", low=number(low, like=value), high=number(high, like=value))
 
 
 def _again(text: str, how: Typed) -> str:
     """Return a share as it was typed, where it was not a number; else as the reader writes it."""
     try:
-        return written(how.number("", text), "1")
+        return as_typed(how.number("", text), "1")
     except UnusableInput:
         return text

@@ -29,7 +29,7 @@ from autodb.web.pages.cuts import (
 from autodb.web.pages.reading import read_state
 from autodb.web.pages.typed import typed_as, written_cut
 from autodb.web.service import Reads, service_of
-from autodb.wording import say, shop_amount
+from autodb.wording import phrase, shop_amount
 
 router = APIRouter()
 NAME = "planned"
@@ -60,7 +60,7 @@ def planner(
             named = tuple(
                 cut
                 if cut.name
-                else cut.model_copy(update={"name": str(say("cut {number}", number=k))})
+                else cut.model_copy(update={"name": str(phrase("cut {number}", number=k))})
                 for k, cut in enumerate(cuts, start=1)
             )
             job = Job(name=NAME, material=material, tool=tool, cut=named)
@@ -75,7 +75,7 @@ def planner(
     return service_page(
         request,
         "plan.html.j2",
-        title=say("{machine}: plan a job", machine=machine),
+        title=phrase("{machine}: plan a job", machine=machine),
         machine=machine,
         here="plan",
         materials=sorted({one.material for one in known}),

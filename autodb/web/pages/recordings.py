@@ -31,7 +31,7 @@ from autodb.web.receive.apart import RecordingToShow
 from autodb.web.routes.kept_recordings import NOTED
 from autodb.web.routes.machines import MOST_ID, Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
-from autodb.wording import listed, say, say_many, shop_amount
+from autodb.wording import listed, phrase, phrase_many, shop_amount
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -53,7 +53,7 @@ def recordings_page(
     return service_page(
         request,
         "recordings.html.j2",
-        title=say("{machine}: recordings", machine=machine),
+        title=phrase("{machine}: recordings", machine=machine),
         machine=machine,
         here="recordings",
         recordings=[(one, _began(one), length_words(one)) for one in found],
@@ -96,13 +96,15 @@ def withdraw_page(
     access = allowed(request, Role.OPERATE, csrf, changes=True)
     store = service_of(request).store
     if word not in NOTED:
-        raise HTTPException(422, say("word: '{word}'; use {words}", word=word, words=listed(NOTED)))
+        raise HTTPException(
+            422, phrase("word: '{word}'; use {words}", word=word, words=listed(NOTED))
+        )
     also = noting(access, NOTED[word], "recording", why=why or None)
     try:
         if word != "withdraw":
             take_again(store, machine, number, also=also)
         elif not why.strip() or not sure:
-            raise UnusableInput(say("say why, and that you are sure; then it is withdrawn"))
+            raise UnusableInput(phrase("say why, and that you are sure; then it is withdrawn"))
         else:
             withdraw(store, machine, number, why=why.strip(), also=also)
     except UnusableInput as error:
@@ -125,7 +127,7 @@ def _shown(
     return service_page(
         request,
         "recording.html.j2",
-        title=say("{machine}: recording {number}", machine=machine, number=number),
+        title=phrase("{machine}: recording {number}", machine=machine, number=number),
         status=status,
         machine=machine,
         here="recordings",
@@ -142,8 +144,8 @@ def _shown(
 def _cut_row(one: models.Cut) -> tuple[str, ...]:
     """Return what is listed of a cut: number, operation, material, tool, whether it counts."""
     pair = ("", "") if one.pair is None else (one.pair.material.name, one.pair.tool.name)
-    operation = say(one.operation) if one.operation else ""
-    return f"{one.number:g}", operation, *pair, say("no") if one.superseded_at else say("yes")
+    operation = phrase(one.operation) if one.operation else ""
+    return f"{one.number:g}", operation, *pair, phrase("no") if one.superseded_at else phrase("yes")
 
 
 def _began(one: RecordingSeen) -> str:
@@ -154,7 +156,7 @@ def _began(one: RecordingSeen) -> str:
 def length_words(one: RecordingSeen) -> str:
     """Return how long a recording is: its time, or its cuts where it is a table of them."""
     if one.kind == "cuts" or one.length_s is None:
-        return say_many("{count} row", "{count} rows", one.rows)
+        return phrase_many("{count} row", "{count} rows", one.rows)
     minutes, seconds = divmod(one.length_s, 60.0)
     return f"{minutes:.0f} min {seconds:.0f} s" if minutes else f"{said_number(seconds)} s"
 
@@ -163,6 +165,6 @@ def _range(one: RecordedChannel) -> list[str]:
     """Return what is known of a channel's values: smallest, largest, mean, standard deviation."""
     every = (one.minimum, one.maximum, one.mean, one.sd)
     return [
-        say("not known") if value is None else said_number(shop_amount(value, one.unit)[0])
+        phrase("not known") if value is None else said_number(shop_amount(value, one.unit)[0])
         for value in every
     ]

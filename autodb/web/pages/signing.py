@@ -8,7 +8,7 @@ from fastapi.responses import RedirectResponse
 from autodb.web.html import service_page
 from autodb.web.pages.reading import here
 from autodb.web.service import service_of
-from autodb.wording import say
+from autodb.wording import phrase
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -17,7 +17,7 @@ SEE_OTHER = 303
 @router.get("/sign-in")
 def sign_in_page(request: Request, then: str = "/") -> Response:
     """Ask for a token."""
-    return service_page(request, "sign_in.html.j2", title=say("Sign in"), said="", then=then)
+    return service_page(request, "sign_in.html.j2", title=phrase("Sign in"), said="", then=then)
 
 
 @router.post("/sign-in")
@@ -31,8 +31,8 @@ def sign_in(
     except HTTPException as error:
         said = error.detail
         return service_page(
-            request, "sign_in.html.j2", title=say("Sign in"), status=error.status_code, said=said,
-            then=then,
+            request, "sign_in.html.j2", title=phrase("Sign in"), status=error.status_code,
+            said=said, then=then,
         )  # fmt: skip
     response = RedirectResponse(here(then), SEE_OTHER)
     tls = service.settings.tls or request.url.scheme == "https"  # as a proxy that is believed says

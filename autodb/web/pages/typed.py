@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from autodb.files.cut_words import FIELDS
 from autodb.files.job import JobCut
-from autodb.files.shop_units import SI, SYSTEMS, shop_units, shown_system
+from autodb.files.units import SI, SYSTEMS, shop_units, shown_system
 from autodb.web.routes.asked import as_cut, typed_number
 from autodb.wording import localized, presentation, shop_amount
 from autodb.wording.amounts import decimal_mark
@@ -60,7 +60,7 @@ def typed_as(stated: str) -> Typed:
     return Typed(language, system) if known else Typed()
 
 
-def written(value: float, unit: str) -> str:
+def as_typed(value: float, unit: str) -> str:
     """Return a number in one of our units as a form shows it to the page's reader."""
     return localized(f"{shop_amount(value, unit)[0]:g}").replace("\u202f", "")
 
@@ -68,6 +68,6 @@ def written(value: float, unit: str) -> str:
 def written_cut(cut: JobCut) -> dict[str, str]:
     """Return what a form shows of a cut: texts by key."""
     return {
-        key: written(value, _UNITS.get(key, "1")) if isinstance(value, float) else str(value)
+        key: as_typed(value, _UNITS.get(key, "1")) if isinstance(value, float) else str(value)
         for key, value in cut.model_dump(exclude_none=True).items()
     }

@@ -22,7 +22,7 @@ from autodb.agent.operate.receiving import Sent, take_in_sent
 from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.files.job import Job
-from autodb.files.shop_units import SI, shop_units
+from autodb.files.units import SI, shop_units
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.wording import ENGLISH, Presentation, language_of, presentation, presented

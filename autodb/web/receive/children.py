@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from autodb.errors import UnusableInput
-from autodb.files.shop_units import shown_system
+from autodb.files.units import shown_system
 from autodb.web.http.logs import LOG
 from autodb.web.http.responses import adapter
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
-from autodb.wording import Worded, language_of, presentation, say
+from autodb.wording import Worded, language_of, phrase, presentation
 
 COMMAND = (sys.executable, "-P", "-m", "autodb.web.receive.apart")
 LINE_MOST = 64 * MIB
@@ -91,7 +91,7 @@ class Children:
         env = {name: value for name, value in os.environ.items() if name != "AUTODB_DB"} | THREADS
         with self._lock:
             if self._closed:
-                raise Unable(say("the service ends; send it again when the service answers"))
+                raise Unable(phrase("the service ends; send it again when the service answers"))
             process = subprocess.Popen(
                 COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed,
                 start_new_session=True, env=env,
@@ -133,13 +133,13 @@ class Children:
     def _broken(self, name: str, status: int, printed: IO[bytes]) -> Exception:
         """Return why a process said nothing of what came of its task."""
         if self._closed:
-            return Unable(say("the service ended before it was read; send it again"))
+            return Unable(phrase("the service ended before it was read; send it again"))
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - TAIL))
         text = printed.read().decode("utf-8", "replace")
         LOG.error("reading %s: status %d: %s", name, status, text)
         how = signal.Signals(-status).name if status < 0 else f"status {status}"
         return UnusableInput(
-            say(
+            phrase(
                 "{file}: reading it broke the process that read it ({how}); send another copy, or "
                 "run 'autodb import' on the service's computer",
                 file=name,
@@ -172,7 +172,7 @@ def _lines(process: subprocess.Popen[bytes]) -> Iterator[tuple[str, Any]]:
 
 def _too_long(name: str, bounds: ReaderBounds) -> UnusableInput:
     return UnusableInput(
-        say(
+        phrase(
             "{file}: reading it takes longer than the {most} s that it may take; send it in parts",
             file=name,
             most=bounds.seconds,

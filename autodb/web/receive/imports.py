@@ -29,7 +29,7 @@ from autodb.web.receive import landing
 from autodb.web.receive.accepted import Accepted, Claim, accept, left
 from autodb.web.receive.apart import Import
 from autodb.web.receive.children import Children, Unable
-from autodb.wording import msgid, say
+from autodb.wording import msgid, phrase
 
 REMEMBERED = 1000
 """Imports that can be asked for; beyond, the oldest is forgotten. Chosen: some 1 kB each."""
@@ -83,7 +83,7 @@ class Imports:
             found = self._known.get(number)
         if found is None:
             raise NotThere(
-                say("no import {number}; use the number that sending a recording gave",
+                phrase("no import {number}; use the number that sending a recording gave",
                     number=number)
             )  # fmt: skip
         return found
@@ -96,7 +96,7 @@ class Imports:
         """
         folder = self._settings.keeps_in
         if folder is None:
-            raise HTTPException(403, say(NO_FOLDER))
+            raise HTTPException(403, phrase(NO_FOLDER))
         self._hold()
         made: Place | None = None
         try:
@@ -155,7 +155,7 @@ class Imports:
         with self._lock:
             most = self._settings.limits.waiting
             if self._held >= most:
-                said = say(
+                said = phrase(
                     "{count} recordings wait already; try again in {wait} s",
                     count=most, wait=WAIT_S,
                 )  # fmt: skip

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from autodb.errors import UnusableInput, near
 from autodb.files.job import JobCut
 from autodb.web.http.problems import first_of
-from autodb.wording import listed, say
+from autodb.wording import listed, phrase
 
 TEXTS = ("name", "operation")
 PAIR = ("material", "tool")
@@ -29,7 +29,7 @@ def pair_of(query: Mapping[str, str]) -> tuple[str, str]:
     lacking = [name for name in PAIR if not query.get(name)]
     if lacking:
         raise UnusableInput(
-            say("{keys}: missing; send both of a pair", keys=listed(lacking, say(" and ")))
+            phrase("{keys}: missing; send both of a pair", keys=listed(lacking, phrase(" and ")))
         )
     return query["material"], query["tool"]
 
@@ -60,7 +60,7 @@ def typed_number(name: str, text: str, mark: str = ".") -> float:
     plain = text.strip().replace("−", "-")
     if _GROUPED[mark].fullmatch(plain):
         raise UnusableInput(
-            say(
+            phrase(
                 "{name}: '{text}' may be {point} or {whole}; type one of them",
                 name=name,
                 text=text,
@@ -70,7 +70,7 @@ def typed_number(name: str, text: str, mark: str = ".") -> float:
         )
     if plain.count(",") > 1 or ("," in plain and "." in plain):
         raise UnusableInput(
-            say(
+            phrase(
                 "{name}: '{text}' has more than a decimal sign; type it without signs between "
                 "thousands, such as {example}",
                 name=name,
@@ -82,7 +82,7 @@ def typed_number(name: str, text: str, mark: str = ".") -> float:
         return float(plain.replace(",", ".").replace("_", "?"))
     except ValueError:
         raise UnusableInput(
-            say(
+            phrase(
                 "{name}: '{text}' is not a number; send a number such as {example}",
                 name=name,
                 text=text,

@@ -20,7 +20,7 @@ from autodb.sensing.ranges.forms import MeasuredCuts
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
 from autodb.terms.friction import COULOMB
-from autodb.wording import say
+from autodb.wording import phrase
 
 NEWEST = 100
 """Recordings whose air currents are shown. Chosen: about as many as a plot tells apart."""
@@ -250,7 +250,7 @@ def _marks(
             one.created_at,
             "calibration",
             one.id,
-            say("calibration, version {version}", version=one.version),
+            phrase("calibration, version {version}", version=one.version),
         )
         for one in calibrations
     ]
@@ -266,7 +266,7 @@ def _marks(
         .order_by(decision.id)
     )
     for taken, of in session.execute(query):
-        status = say("taken back") if taken.status == "open" else say(taken.status)
-        words = say("{term}: {status}", term=of.term, status=status)
+        status = phrase("taken back") if taken.status == "open" else phrase(taken.status)
+        words = phrase("{term}: {status}", term=of.term, status=status)
         found.append(AxisMark(taken.decided_at, "mismatch", of.id, words))
     return sorted(found, key=lambda one: one.at)

@@ -11,7 +11,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.store import models
 from autodb.terms.vocabulary import effect_called
-from autodb.wording import Worded, say, say_many
+from autodb.wording import Worded, phrase, phrase_many
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,15 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
     for done in last_passes_of(session, owner.id, most=1):
         for said in done.done.due:
             what = Worded(said, "en")  # kept as it was said
-            yield DueLine("calibration", None, say("Calibrate {what}", what=what))
+            yield DueLine("calibration", None, phrase("Calibrate {what}", what=what))
     mismatch, table = models.Mismatch, models.StoredRecording
     open_ones = select(mismatch).join(table, table.id == mismatch.recording_id)
     own = table.machine_id == owner.id, mismatch.status == "open"
     for one in session.scalars(open_ones.where(*own).order_by(mismatch.id)):
-        said = say(
+        said = phrase(
             "Decide on mismatch {number}: {effect}",
             number=one.id,
-            effect=say(effect_called(one.term).title),
+            effect=phrase(effect_called(one.term).title),
         )
         yield DueLine("mismatch", one.id, said)
     mark, cut = last_mark(session, owner.id), models.Cut
@@ -52,7 +52,7 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
         .where(table.machine_id == owner.id, *new)
     )
     if waiting:
-        words = say_many(
+        words = phrase_many(
             "{count} recording came since the last refresh",
             "{count} recordings came since the last refresh",
             waiting,

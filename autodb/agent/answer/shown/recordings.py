@@ -14,7 +14,7 @@ from autodb.agent.rows.recordings import stated_start
 from autodb.errors import NotThere
 from autodb.sensing.ranges.sensed_force import PASSIVE_IN_NO_CURRENT
 from autodb.store import models
-from autodb.wording import Worded, day, msgid, say, say_many
+from autodb.wording import Worded, day, msgid, phrase, phrase_many
 
 MISSING = msgid("file missing")
 USED, WITHDRAWN, EXPLAINED = msgid("used"), msgid("withdrawn"), msgid("only explained")
@@ -93,7 +93,7 @@ def stored_recording(session: Session, machine: str, number: int) -> models.Stor
     owner, row = find_machine(session, machine), session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
         raise NotThere(
-            say(
+            phrase(
                 "machine '{machine}' has no recording {number}; look at all of them",
                 machine=machine, number=number,
             )
@@ -160,13 +160,15 @@ def _state(row: models.StoredRecording) -> str:
 def _flags(row: models.StoredRecording, not_sensed: int) -> tuple[str, ...]:
     """Return what there is to know of a recording's quality, a few words each."""
     uneven = time_sentences(row, but_even=True)
-    said = [say("uneven time")] if uneven else []
+    said = [phrase("uneven time")] if uneven else []
     if not_sensed:
-        said.append(say_many("{count} force not sensed", "{count} forces not sensed", not_sensed))
+        said.append(
+            phrase_many("{count} force not sensed", "{count} forces not sensed", not_sensed)
+        )
     if row.dropped_at is not None:
-        said.append(say("file not kept"))
+        said.append(phrase("file not kept"))
     elif not any(Path(one).exists() for one in (row.path, row.stored_path) if one):
-        said.append(say(MISSING))
+        said.append(phrase(MISSING))
     return tuple(said)
 
 
@@ -175,23 +177,23 @@ def _findings(
 ) -> tuple[str, ...]:
     """Return what was found of a recording's quality, a sentence each."""
     stamps = (Worded(one, "en") for one in time_sentences(row))  # kept as they were said
-    said: list[str] = [say("Time stamps: {what}.", what=one) for one in stamps]
+    said: list[str] = [phrase("Time stamps: {what}.", what=one) for one in stamps]
     if row.withdrawn_at is not None:
         at = day(row.withdrawn_at[:10])
-        said.append(say("It was withdrawn on {day}: {why}.", day=at, why=row.withdrawn_why))
+        said.append(phrase("It was withdrawn on {day}: {why}.", day=at, why=row.withdrawn_why))
     if row.looked_at is not None:
-        said.append(say("It came in only to be explained: nothing is learnt from it."))
+        said.append(phrase("It came in only to be explained: nothing is learnt from it."))
     if row.dropped_at is not None:
         at = day(row.dropped_at[:10])
-        said.append(say("Its file is not kept since {day}; what rests on it stays.", day=at))
-    elif say(MISSING) in seen.flags:
+        said.append(phrase("Its file is not kept since {day}; what rests on it stays.", day=at))
+    elif phrase(MISSING) in seen.flags:
         said.append(
-            say("Its file is not under {path}: put it back to see it and to fit anew.",
+            phrase("Its file is not under {path}: put it back to see it and to fit anew.",
                 path=row.path)
         )  # fmt: skip
     still = [one.name for one in row.channels if one.rows > 1 and one.minimum == one.maximum]
     if still:
-        said.append(say("The same number in every row: {channels}.", channels=", ".join(still)))
+        said.append(phrase("The same number in every row: {channels}.", channels=", ".join(still)))
     force, cut = models.SensedForce, models.Cut
     why = (
         select(force.component, force.reason, func.count())
@@ -202,12 +204,12 @@ def _findings(
     )
     for component, reason, count in session.execute(why):
         said.append(
-            say_many(
+            phrase_many(
                 "Force {axis} of {count} cut was not sensed: {why}.",
                 "Force {axis} of {count} cuts was not sensed: {why}.",
                 count,
                 axis=component.upper(),
-                why=Worded(reason, "en"),  # kept as it was said
+                why=Worded(reason or "", "en"),  # kept as it was said
             )
         )
     return tuple(said)

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.rows.posteriors import pair_name
 from autodb.files.channels import axis_words
 from autodb.store import models
-from autodb.wording import amount, say
+from autodb.wording import amount_words, phrase
 
 MOST = 200
 """Versions of parameters that are listed of one recording, the newest. Chosen."""
@@ -82,31 +82,31 @@ def _mismatches(row: models.StoredRecording) -> Select[Any]:
 
 
 def _calibration(one: models.CalibrationVersion) -> str:
-    return say(
+    return phrase(
         "calibration of {axis}, version {version} ({usable})",
         axis=axis_words(one.axis),
         version=one.version,
-        usable=say("usable") if one.offered else say("not usable"),
+        usable=phrase("usable") if one.offered else phrase("not usable"),
     )
 
 
 def _model(one: models.ChannelModel) -> str:
-    return say(
+    return phrase(
         "drive model of {channel}, version {version}", channel=one.channel, version=one.version
     )
 
 
 def _scale(one: models.DriveScale) -> str:
-    return say(
+    return phrase(
         "force constant of {axis}, version {version}: {value}",
         axis=axis_words(one.axis),
         version=one.version,
-        value=amount(one.per_ampere, "N/A", ".4g"),
+        value=amount_words(one.per_ampere, "N/A", ".4g"),
     )
 
 
 def _sensor(one: models.Estimator) -> str:
-    return say(
+    return phrase(
         "sensor {kind} of force {axis}, version {version}",
         kind=one.kind,
         axis=one.component.upper(),
@@ -115,7 +115,7 @@ def _sensor(one: models.Estimator) -> str:
 
 
 def _version(one: models.CuttingParameters) -> str:
-    return say(
+    return phrase(
         "{pair}, version {version} ({cuts} cuts)",
         pair=pair_name(one.pair),
         version=one.version,
@@ -124,10 +124,10 @@ def _version(one: models.CuttingParameters) -> str:
 
 
 def _mismatch(one: models.Mismatch) -> str:
-    return say(
+    return phrase(
         "mismatch {number} in {channel}: {term}, {status}",
         number=one.id,
         channel=one.channel,
         term=one.term,
-        status=say(one.status),
+        status=phrase(one.status),
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
-from autodb.wording import amount, say
+from autodb.wording import amount_words, phrase
 
 Array = NDArray[np.float64]
 
@@ -110,10 +110,10 @@ class Power:
     ) -> str:
         scale, base_rpm = np.exp(coefficients[0]), np.exp(coefficients[2])
         power = f"{scale:.4g} {unit} · (I/{current_unit})^{exponent}"
-        return say(
+        return phrase(
             "{power}, above {speed} times ({base}/n){falls}",
             power=power,
-            speed=amount(base_rpm, "rpm", ".0f"),
+            speed=amount_words(base_rpm, "rpm", ".0f"),
             base=f"{base_rpm:.0f}",
             falls=falls,
         )

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from autodb.files.channels import OUR_UNITS
-from autodb.files.shop_units import INCH, SI, shop_units, shown_system
-from autodb.wording import Presentation, amount, presented, shop_amount
+from autodb.files.units import INCH, SI, shop_units, shown_system
+from autodb.wording import Presentation, amount_words, presented, shop_amount
 
 LBF_N = 0.45359237 * 9.80665
 """International avoirdupois pound times standard gravity."""
@@ -49,7 +49,7 @@ def test_there_and_back_again_nothing_is_lost() -> None:
 def test_what_has_no_unit_of_the_shop_stays() -> None:
     with presented(Presentation(units=shop_units(INCH))):
         assert shown_system() == INCH
-        assert amount(900.0, "N") == "202.328 lbf"
+        assert amount_words(900.0, "N") == "202.328 lbf"
         for stays in ("rpm", "deg", "s", "A", "°C", "1"):
             assert shop_amount(3.0, stays) == (3.0, stays)
         unknown = [one for one in OUR_UNITS if "mm" in one and shop_amount(1.0, one)[1] == one]

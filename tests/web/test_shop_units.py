@@ -2,13 +2,16 @@
 
 import json
 import re
+from base64 import b64decode
 from html import unescape
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
+from numpy.typing import NDArray
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.store import Store
@@ -134,19 +137,18 @@ def test_plots_are_drawn_in_the_units_of_the_shop(
     np.testing.assert_allclose(_values(shop_place), _values(place) / MM_AN_IN, rtol=1e-6)
 
 
-def _figures(html: str) -> list[dict[str, object]]:
+def _figures(html: str) -> list[Any]:
     found = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
     return [json.loads(one)["figure"] for one in found]
 
 
-def _titles(figure: dict) -> list[str]:  # type: ignore[type-arg]
+def _titles(figure: Any) -> list[str]:
     return [one["text"] for one in figure["layout"]["annotations"]]
 
 
-def _values(told: object) -> np.ndarray:  # type: ignore[type-arg]
+def _values(told: Any) -> NDArray[np.float64]:
     """Return numbers of a plot, which are in it as they are or as bytes."""
     if isinstance(told, dict):
-        import base64
-
-        return np.frombuffer(base64.b64decode(told["bdata"]), dtype=np.dtype(told["dtype"]))
-    return np.asarray(told)
+        read = np.frombuffer(b64decode(told["bdata"]), dtype=np.dtype(told["dtype"]))
+        return read.astype(np.float64)
+    return np.asarray(told, dtype=np.float64)
