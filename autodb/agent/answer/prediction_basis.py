@@ -25,6 +25,7 @@ from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near
+from autodb.files.channels import axis_words
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
@@ -75,6 +76,39 @@ class LookedUp:
 
 
 @dataclass(frozen=True)
+class UsedBeyond:
+    """A calibration, by number, that sensed a force beyond the range of its cuts.
+
+    ``parameters``: the version that was learnt with it, by number; None: none is kept.
+    """
+
+    component: str
+    calibration: int
+    axis: str
+    version: int
+    parameters: int | None
+
+    @property
+    def words(self) -> str:
+        """What that does to the intervals, and the remedy."""
+        where = (
+            ""
+            if self.parameters is None
+            else phrase("; 'autodb trace parameters {number}' has it", number=self.parameters)
+        )
+        return phrase(
+            "force.{component} was sensed beyond the cuts that calibration {number} (axis {axis} "
+            "version {version}) was made with: the intervals are wider by what it may be off there"
+            "{where}; calibrate with cuts like these to narrow them",
+            component=self.component,
+            number=self.calibration,
+            axis=axis_words(self.axis),
+            version=self.version,
+            where=where,
+        )
+
+
+@dataclass(frozen=True)
 class Stamp:
     """What grounds of a learnt pair depend on: as long as it is equal, so are they.
 
@@ -110,7 +144,7 @@ class PredictionBasis:
     open: OpenCauses = NONE_OPEN
     undecided: UndecidedCuts | None = None
     apart: tuple[str, ...] = ()
-    beyond: tuple[str, ...] = ()
+    beyond: tuple[UsedBeyond, ...] = ()
 
     @property
     def stamp(self) -> Stamp | None:
@@ -239,7 +273,7 @@ class PredictionBasis:
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
-        yield from self.beyond
+        yield from (one.words for one in self.beyond)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
         yield from self.waiting
@@ -262,19 +296,15 @@ def prediction_basis_of(
         open=waiting,
         undecided=None if number is None else undecided_cuts(session, number, waiting),
         apart=said_of_open(session, waiting),
-        beyond=tuple(_said_beyond(session, known)),
+        beyond=tuple(_used_beyond(session, known)),
     )
 
 
-def _said_beyond(session: Session, known: KnownPair) -> Iterable[str]:
-    """Say which calibrations sensed forces behind an answer beyond the range of their cuts."""
+def _used_beyond(session: Session, known: KnownPair) -> Iterable[UsedBeyond]:
+    """Give the calibrations that sensed forces behind an answer beyond the range of their cuts."""
     for row in used_beyond(session, (one.key for one in known.posterior.shared)):
-        where = "" if known.row is None else f"; 'autodb trace parameters {known.row.id}' has it"
-        yield (
-            f"force.{row.component} was sensed beyond the cuts that calibration {row.id} (axis "
-            f"{row.axis} version {row.version}) was made with: the intervals are wider by what it "
-            f"may be off there{where}; calibrate with cuts like these to narrow them"
-        )
+        number = None if known.row is None else known.row.id
+        yield UsedBeyond(row.component, row.id, row.axis, row.version, number)
 
 
 def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
