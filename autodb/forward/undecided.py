@@ -72,8 +72,9 @@ class UndecidedCuts:
         named = (f"{number} ({channel}: {term})" for number, channel, term in self.waiting)
         count = int(self.excluded.sum())
         return phrase_many(
-            "intervals hold what {excluded} showed beside what was learnt, until mismatch {numbers} "
-            "is decided: 'autodb mismatch confirm {first}' or 'autodb mismatch reject {first}'",
+            "intervals hold what {excluded} showed beside what was learnt, until mismatch "
+            "{numbers} is decided: 'autodb mismatch confirm {first}' or 'autodb mismatch reject "
+            "{first}'",
             "intervals hold what {excluded} showed beside what was learnt, until mismatches "
             "{numbers} are decided: 'autodb mismatch confirm {first}' or 'autodb mismatch reject "
             "{first}'",

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
-from autodb.wording import phrase
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def equation_words(plot: CalibrationPlot) -> str:
     scatter = figures.quantity(plot.rmse, plot.unit)
     return phrase(
         "{equation}; scatter {scatter} rms. I: current range above air cutting.",
-        equation=plot.equation,
+        equation=localized(plot.equation),
         scatter=scatter,
     )
 

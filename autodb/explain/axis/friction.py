@@ -1,5 +1,7 @@
 """Candidates that are friction of an axis, or change it."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import (
     Candidate,
     CandidateForm,
+    PartOfLaw,
     grid_forms,
     has_positive_first,
     negative,
@@ -22,6 +25,16 @@ WARM_TIMES_S = (3.0, 8.0, 20.0, 50.0, 120.0, 300.0, 1000.0, 4000.0)
 FINER = 30
 DRY = frozenset({"coulomb"})
 """What a dip of friction, or its course after a reversal, is a part of."""
+OVER_SPEED = frozenset({"coulomb", "viscous", "speed"})
+"""Terms, and the family without a name, that add friction over speed."""
+DIP = 0.25
+"""Share of a dip's depth by which all of the friction must fall from where it is the deepest.
+Chosen: where friction bends upwards it falls by none or an eighth, with true dips by 0.4 at least.
+"""
+STEADY = 0.98
+"""Share of the most dry friction from which on a row turns over no more. Chosen."""
+PARTS = 20
+"""Parts of a dip's depth over each of which friction is averaged. Chosen."""
 FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
 
@@ -85,6 +98,25 @@ def viscous_candidate(s: AxisSignals) -> Candidate:
     )  # fmt: skip
 
 
+def falls_with_speed(dip: Array, beside: Mapping[str, Array]) -> bool:
+    """Whether friction, a dip of it (n,) and dry and viscous friction (n,), falls as the dip does.
+
+    Beside dry and viscous friction of any size a dip gives every curve that bends upwards, that of
+    a drag as well; only where friction falls has it to be one. Rows in which the axis turns over
+    are left out: all friction is less there.
+    """
+    dry = beside.get("coulomb", np.ones_like(dip))
+    steady = (dry >= STEADY * dry.max()) | (dry <= STEADY * dry.min())
+    depth = np.where(steady, np.abs(dip), 0.0)
+    if not depth.any():
+        return False
+    along = np.sign(dip) * sum(beside.values(), start=dip)
+    part = np.minimum((depth / depth.max() * PARTS).astype(int), PARTS - 1)[depth > 0.0]
+    rows, sums = np.bincount(part), np.bincount(part, along[depth > 0.0])
+    means = sums[rows > 0] / rows[rows > 0]
+    return float(means[-1] - means.min()) >= DIP * float(depth.max())
+
+
 def stribeck_dip(s: AxisSignals) -> Candidate:
     """Extra friction at low speed that falls with speed."""
     forms = grid_forms(
@@ -96,7 +128,8 @@ def stribeck_dip(s: AxisSignals) -> Candidate:
     return Candidate(
         "stribeck", "stribeck", tuple(forms), (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
-        needs=DRY, mistaken=lambda: around_standstill(s),
+        needs=DRY, part_of=PartOfLaw(OVER_SPEED, falls_with_speed),
+        mistaken=lambda: around_standstill(s),
     )  # fmt: skip
 
 

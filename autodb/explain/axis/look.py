@@ -130,9 +130,14 @@ def _read(
     had: frozenset[str],
     unit: str,
 ) -> AxisReading:
-    """Return the final fit of what was found."""
-    beside = inquiry.bench.loosened(inquiry.found.choices)
-    choices = tuned_together(beside, inquiry.found.choices, inquiry.noise)
+    """Return the final fit of what was found, less what is of its kind no more once it is tuned."""
+    found = inquiry.found
+    beside = inquiry.bench.loosened(found.choices)
+    choices = tuned_together(beside, found.choices, inquiry.noise)
+    unlike = beside.of_another_kind(choices, inquiry.whitener)
+    if unlike is not None:
+        rest = inquiry.search.scored(found.without(unlike.candidate.key))
+        return _read(bench, replace(inquiry, found=rest), signals, had, unit)
     weighed = weighing(beside, choices, inquiry.noise)
     noise = inquiry.plain_noise if inquiry.laws else weighed
     fitted = fit_white_rows(beside, choices, noise, inquiry.founded)

@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
 from autodb.explain.engine.evidence import Products
 from autodb.explain.engine.noise import ORDER, Noise, Whitener, fitted_whitener
 from autodb.explain.engine.normal import columns_side_by_side, solved
@@ -63,22 +63,15 @@ class WhiteRows:
         """The difference at the working rate, (m,)."""
         return self._difference
 
-    def completed(self, choices: Sequence[Choice]) -> Self:
-        """Return the rows of a simulation that holds the choices too, as plain rows fit them.
+    def completed(self, parts: Mapping[str, Array]) -> Self:
+        """Return the rows of a simulation that holds further parts (n,) too, by name.
 
-        What each contributes is a column of its own, of size 1.
+        Each is a column of its own, of size 1.
         """
-        columns = self.chosen(choices)
-        at, parts = self._own.shape[1], {}
-        fitted = solved(columns, self._difference)
-        for choice in choices:
-            built = self.built(choice.shape)
-            parts[choice.candidate.key] = built @ fitted[at : at + built.shape[1]]
-            at += built.shape[1]
         own = dict(zip(self.own, self.own_columns().T, strict=True))
         return type(self)(
             self.difference - sum(parts.values(), start=np.zeros_like(self.difference)),
-            own | parts,
+            own | dict(parts),
             self.factor,
             self.rate.timing,
             own_sizes=[*self.own_sizes, *np.ones(len(parts))],
@@ -122,17 +115,37 @@ class WhiteRows:
 
     def parts(self, choices: Sequence[Choice], whitener: Whitener) -> tuple[Array, list[Array]]:
         """Return the own terms' re-tuning and each choice's contribution at every row, (n,)."""
+        own, parts = self._apart(choices, whitener)
+        empty = np.empty((len(self.difference), 0))
+        return columns_side_by_side(empty, *self.own.values()) @ own, parts
+
+    def _apart(self, choices: Sequence[Choice], whitener: Whitener) -> tuple[Array, list[Array]]:
+        """Return own terms' changes (k,), and each choice's contribution at every row, (n,)."""
         columns = self.chosen(choices)
         fitted = solved(whitener(columns), whitener(self._difference))
         at = self._own.shape[1]
-        empty = np.empty((len(self.difference), 0))
-        retuned = columns_side_by_side(empty, *self.own.values()) @ fitted[:at]
-        parts = []
+        own, parts = fitted[:at], list[Array]()
         for choice in choices:
             built = choice.shape.build()
             parts.append(built @ fitted[at : at + built.shape[1]])
             at += built.shape[1]
-        return retuned, parts
+        return own, parts
+
+    def beyond_own(self, part: Array) -> Array:
+        """Return what own columns do not give of something at every row, (n,)."""
+        along = solved(self._own, self.rate.reduced(part))
+        return np.asarray(part - self.own_columns() @ along)
+
+    def of_another_kind(self, choices: Sequence[Choice], whitener: Whitener) -> Choice | None:
+        """Return the first choice that makes no law of its kind with the others and own terms."""
+        if all(choice.candidate.part_of is None for choice in choices):
+            return None
+        own, parts = self._apart(choices, whitener)
+        sizes = np.where(np.isfinite(self.own_sizes), self.own_sizes, 0.0) + own
+        every = list(zip(self.own, (self.own_columns() * sizes).T, strict=True))
+        every += zip((c.candidate.known_as for c in choices), parts, strict=True)
+        unlike = (c for c, p in zip(choices, parts, strict=True) if not of_its_kind(c, p, every))
+        return next(unlike, None)
 
     def everything(self, candidates: Sequence[Candidate]) -> Array:
         """Return own columns and the richest shape of every candidate, (m, p), p ≤ m/10.

@@ -4,7 +4,7 @@ A candidate's shapes form a ladder from the plain law to a smooth curve of its k
 effect is named by what it acts on and not by the formula that it happens to follow.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -50,6 +50,19 @@ class CandidateForm:
 
 
 @dataclass(frozen=True)
+class PartOfLaw:
+    """What an effect is a part of: a law that it makes with effects of other ``terms``, or keys
+    of such as have no name.
+
+    ``allowed`` says of what the effect adds (n,), and by term of what those add (n,), whether it is
+    of its kind among them.
+    """
+
+    terms: frozenset[str]
+    allowed: Callable[[Array, Mapping[str, Array]], bool]
+
+
+@dataclass(frozen=True)
 class Candidate:
     """An effect with its ladder of shapes.
 
@@ -65,7 +78,8 @@ class Candidate:
     simulated alone. ``static``: it adds to the others as position, speed, acceleration or the clock
     say, and changes none of them, or is a factor's change of known ones; such laws come before
     all others. ``needs``: terms of which
-    plain rows must hold one beside it: there is no dip of a friction that is not there. ``first``:
+    plain rows must hold one beside it: there is no dip of a friction that is not there.
+    ``part_of``: what it has to show together with others. ``first``:
     it changes all that is recorded in a way that no static law looks like. ``coarse``: its forms
     stand far apart, and are tuned before more is looked for.
     """
@@ -85,8 +99,14 @@ class Candidate:
     sure: bool = False
     static: bool = False
     needs: frozenset[str] = frozenset()
+    part_of: PartOfLaw | None = None
     first: bool = False
     coarse: bool = False
+
+    @property
+    def known_as(self) -> str:
+        """Its term, or what tells it from others without a name."""
+        return self.term if self.named else self.key
 
     @property
     def exact(self) -> bool:
@@ -122,6 +142,18 @@ class Choice:
     def shape(self) -> CandidateForm:
         """Its shape."""
         return self.candidate.forms[self.form]
+
+
+def of_its_kind(choice: Choice, part: Array, added: Iterable[tuple[str, Array]]) -> bool:
+    """Whether what a choice adds (n,) is of its kind beside what terms add, each (n,)."""
+    law = choice.candidate.part_of
+    if law is None:
+        return True
+    beside: dict[str, Array] = {}
+    for term, one in added:
+        if term in law.terms:
+            beside[term] = beside.get(term, 0.0) + one
+    return law.allowed(part, beside)
 
 
 def grid_forms(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.laws import FoundedLaw, fitted_laws, founded
-from autodb.explain.engine.noise import PLAIN, Noise, Whitener
+from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.normal import normal
 from autodb.explain.engine.plain import BEYOND, PlainRows, range_of
 from autodb.explain.engine.prior import coefficient_costs
@@ -100,12 +100,12 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     """
     standing = field.standing()
     laws = founded(bench, standing, field)
+    own, fitted = fitted_laws(bench, laws)
     whole = bench
     if laws:
-        retuned, parts = bench.parts(laws, PLAIN)
-        terms = [(c.candidate.term, part) for c, part in zip(laws, parts, strict=True)]
-        whole = bench.completed(laws)
-        field = field.completed(whole, retuned, terms)
+        whole = bench.completed({law.choice.candidate.key: law.effect for law in fitted})
+        terms = [(law.choice.candidate.term, law.effect) for law in fitted]
+        field = field.completed(whole, bench.own_columns() @ own, terms)
     inquiry = inquire_beside(whole, field, LawsBefore(bench, laws))
     pool = {c.key: c for c in (*inquiry.search.candidates, *standing)}
     found = (*laws, *inquiry.found.choices)
@@ -114,7 +114,9 @@ def inquire(bench: WhiteRows, field: CandidateSource) -> Inquiry:
     acting = [c.candidate for c in inquiry.found.choices if c.candidate.acts]
     rows = PlainRows(bench, pool.values(), found, dict.fromkeys((a.key for a in acting), on_laws))
     inquiry = replace(inquiry, rows=rows)
-    return replace(inquiry, laws=fitted_laws(bench, laws, inquiry.plain_noise[1]))
+    variance = inquiry.plain_noise[1]
+    sized = (replace(law, covariance=variance * law.covariance) for law in fitted)
+    return replace(inquiry, laws=tuple(sized))
 
 
 @dataclass(frozen=True)
@@ -280,7 +282,8 @@ def _innovation(bench: WhiteRows, columns: Array) -> float:
 
 def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> FoundSet:
     """Return the best set of which every effect helps to predict stretches left out of the fit, and
-    is not much larger than all that it may explain: such a one stands against another like it.
+    is of its kind and not much larger than all that it may explain: such a one stands against
+    another like it.
 
     A shape that fails is barred, and the search goes on with simpler ones.
     """
@@ -289,8 +292,13 @@ def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> Foun
         found = search.best()
         if not found.choices:
             return found
-        parts = bench.parts(found.choices, noise[0])[1]
-        largest = int(np.argmax(sizes := [float(np.abs(part).max()) for part in parts]))
+        unlike = bench.of_another_kind(found.choices, noise[0])
+        if unlike is not None:
+            for number in range(len(unlike.candidate.forms)):
+                search.bar(Choice(unlike.candidate, number))
+            continue
+        sizes = _sizes(bench, found.choices, noise)
+        largest = int(np.argmax(sizes))
         if sizes[largest] > most:
             search.bar(found.choices[largest])
             continue
@@ -303,6 +311,18 @@ def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> Foun
         if worth[weakest] > 0:
             return found
         search.bar(found.choices[weakest])
+
+
+def _sizes(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> list[float]:
+    """Return the most that each choice adds; of a family, which may hold own terms in other sizes,
+    the most beyond these.
+    """
+    parts = bench.parts(choices, noise[0])[1]
+    added = (
+        part if choice.candidate.named else bench.beyond_own(part)
+        for choice, part in zip(choices, parts, strict=True)
+    )
+    return [float(np.abs(part).max()) for part in added]
 
 
 def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:

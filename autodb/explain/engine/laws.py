@@ -176,13 +176,14 @@ class FoundedLaw:
 
 
 def fitted_laws(
-    bench: WhiteRows, choices: Sequence[Choice], variance: float
-) -> tuple[FoundedLaw, ...]:
-    """Return laws fitted beside each other and own terms on plain rows of a variance."""
+    bench: WhiteRows, choices: Sequence[Choice]
+) -> tuple[Array, tuple[FoundedLaw, ...]]:
+    """Return own terms' changes (k,), and laws fitted beside them on plain rows of variance 1."""
     rows = PlainRows(bench, [c.candidate for c in choices], choices)
-    return tuple(
-        FoundedLaw(choice, bench.built(choice.shape), values, variance * covariance / rows.mean_of)
-        for choice, values, covariance in zip(choices, *rows.fitted(choices), strict=True)
+    own, values, covariances = rows.fitted(choices)
+    return own, tuple(
+        FoundedLaw(choice, bench.built(choice.shape), coefficients, covariance / rows.mean_of)
+        for choice, coefficients, covariance in zip(choices, values, covariances, strict=True)
     )
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.normal import Normal, columns_side_by_side
 from autodb.explain.engine.search import MISTAKEN
@@ -88,7 +88,8 @@ class PlainRows:
     ) -> None:
         self.candidates = tuple(candidates)
         self.acts_on = acts_on
-        self._terms = frozenset(bench.own)
+        self._terms = tuple(bench.own)
+        self._simulated = np.where(np.isfinite(bench.own_sizes), bench.own_sizes, 0.0)
         self._difference = bench.reduced_difference
         own = bench.chosen(())
         keys = [
@@ -146,9 +147,9 @@ class PlainRows:
     def _at(self, choices: Sequence[Choice]) -> Index:
         return np.concatenate([self._own, *(self._places[c.key] for c in choices)]).astype(np.intp)
 
-    def fitted(self, choices: Sequence[Choice]) -> tuple[list[Array], list[Array]]:
-        """Return each choice's coefficients (p,), and their covariance (p, p) where noise of a
-        plain row is 1.
+    def fitted(self, choices: Sequence[Choice]) -> tuple[Array, list[Array], list[Array]]:
+        """Return own terms' changes (k,), each choice's coefficients (p,), and their covariance
+        (p, p) where noise of a plain row is 1.
         """
         at = self._at(choices)
         inverse = self._inverse(at)
@@ -156,8 +157,9 @@ class PlainRows:
         places = np.split(
             np.arange(len(at)),
             np.cumsum([len(self._own), *(len(self._places[c.key]) for c in choices)])[:-1],
-        )[1:]
-        return [values[p] for p in places], [inverse[np.ix_(p, p)] for p in places]
+        )
+        own, *of_choices = [values[p] for p in places]
+        return own, of_choices, [inverse[np.ix_(p, p)] for p in places[1:]]
 
     def _solved(self, at: Index) -> Array:
         return np.asarray(self._inverse(at) @ self._folds.whole[at, 0])
@@ -213,7 +215,7 @@ class PlainRows:
 
     def coefficients(self, choices: Sequence[Choice]) -> list[Array]:
         """Return each choice's coefficients, fitted on all rows."""
-        return self.fitted(choices)[0]
+        return self.fitted(choices)[1]
 
     def evidence(self, choices: Sequence[Choice], choice: Choice) -> float:
         """Return by how much the held-out squares fall with one of the choices, over the variance
@@ -226,8 +228,8 @@ class PlainRows:
     def physical(self, choices: Sequence[Choice]) -> bool:
         """Whether each choice has what it needs and a sign that it may have, and none is larger
         than all that was measured."""
-        terms = self._terms | {c.candidate.term for c in choices}
-        if not all(self.of_their_kind(choices)):
+        terms = {*self._terms, *(c.candidate.term for c in choices)}
+        if not all(self._allowed(choices, self.coefficients(choices))):
             return False
         for choice, values in zip(choices, self.coefficients(choices), strict=True):
             if choice.candidate.needs and not choice.candidate.needs & terms:
@@ -237,10 +239,29 @@ class PlainRows:
         return self.own_share(choices) > ALONE
 
     def of_their_kind(self, choices: Sequence[Choice]) -> list[bool]:
-        """Whether each choice has coefficients that it may have, a positive sign say."""
+        """Whether each choice has coefficients that it may have, a positive sign say, and makes a
+        law of its kind with the others and own terms.
+        """
+        own, fitted, _ = self.fitted(choices)
+        allowed = self._allowed(choices, fitted)
+        if all(choice.candidate.part_of is None for choice in choices):
+            return allowed
+        parts = [
+            self._rows[:, self._places[c.key]] @ v for c, v in zip(choices, fitted, strict=True)
+        ]
+        simulated = self._rows[:, self._own] * (self._simulated + own)
+        every = [*zip(self._terms, simulated.T, strict=True)]
+        every += zip((c.candidate.known_as for c in choices), parts, strict=True)
+        return [
+            ok and of_its_kind(choice, part, every)
+            for ok, choice, part in zip(allowed, choices, parts, strict=True)
+        ]
+
+    @staticmethod
+    def _allowed(choices: Sequence[Choice], fitted: Sequence[Array]) -> list[bool]:
         return [
             choice.shape.allowed is None or choice.shape.allowed(values)
-            for choice, values in zip(choices, self.coefficients(choices), strict=True)
+            for choice, values in zip(choices, fitted, strict=True)
         ]
 
     def _peak_of(self, choice: Choice, values: Array) -> float:
@@ -285,7 +306,8 @@ class PlainRows:
     def with_one_more(
         self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
     ) -> tuple[Array, Choice] | None:
-        """Return the squares by fold with a candidate in its best form, and the choice.
+        """Return the squares by fold with a candidate in its best form, and the choice; nothing
+        where that makes no law of its kind with the others, for then a worse one is no better.
 
         ``like``: the candidate that folds are chosen for, None: this one.
         """
@@ -299,6 +321,8 @@ class PlainRows:
                 continue
             if self.physical([*choices, choice]):
                 best = squares, choice
+        if best is None or not all(self.of_their_kind([*choices, best[1]])):
+            return None
         return best
 
 

@@ -15,9 +15,11 @@ from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.confidence import SIGNED_RANKS
 from autodb.explain.engine.fit import Folds
+from autodb.explain.engine.inquiry import inquire
 from autodb.explain.engine.laws import fitted_laws, founded
 from autodb.explain.engine.plain import BLOCKS, PlainRows
 from autodb.records import Recording
+from autodb.terms.friction import stribeck
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]
@@ -65,9 +67,20 @@ def test_a_mass_is_found_though_its_mismatch_is_smooth_and_its_law_off_by_a_tent
     acceleration = _motion()["x.acceleration"]
     load = 0.004 * acceleration * (1 + 0.1 * np.sin(2 * np.pi * 0.05 * T_S))
     signals, bench = _bench(load + _slow_noise(1, NOISE_A))
-    laws = fitted_laws(bench, _founded(signals, bench), NOISE_A**2)
+    _, laws = fitted_laws(bench, _founded(signals, bench))
     (mass,) = [law for law in laws if law.choice.candidate.term == "inertia"]
     assert_allclose(mass.coefficients[0], 0.004, rtol=0.1)
+
+
+def test_rows_are_completed_with_what_laws_add() -> None:
+    """A dip of friction beside dry friction in another size is nearly the same: one fit decides."""
+    dip = stribeck(
+        np.sign(_motion()["x.velocity"]), _motion()["x.velocity"], speed_mm_s=20.0, exponent=2.0
+    )
+    signals, bench = _bench(0.15 * dip + _slow_noise(3, NOISE_A))
+    found = inquire(bench, AxisField(signals, bench))
+    assert [law.choice.candidate.term for law in found.laws] == ["stribeck"]
+    assert_allclose(found.bench.difference + found.laws[0].effect, bench.difference, atol=1e-12)
 
 
 @pytest.mark.parametrize(("recordings", "most"), first(1, [(20, 6), (40, 9)]))
