@@ -27,8 +27,6 @@ class _NotThere(NullTranslations):
 @cache
 def catalogue(language: str) -> NullTranslations:
     """Return the sentences of a language; it raises LookupError for one that it has not."""
-    if language == "en":
-        return NullTranslations()
     from babel.messages.mofile import write_mo
     from babel.messages.pofile import read_po
 

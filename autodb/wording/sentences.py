@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import Any
 
-from autodb.wording.catalogues import catalogue
 from autodb.wording.presentation import presentation
 
 
@@ -41,7 +40,7 @@ def phrase(english: str, **values: object) -> Worded:
     """
     language = _language(values.values())
     try:
-        text = catalogue(language).gettext(english)
+        text = _looked_up(language, english)
     except LookupError:
         text, language = english, "en"
     return Worded(text.format(**values) if values else text, language)
@@ -51,7 +50,7 @@ def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
     """Return the sentence for a count, which it has as ``{count}``, as ``say`` does."""
     language = _language(values.values())
     try:
-        text = catalogue(language).ngettext(one, many, count)
+        text = _looked_up(language, one, many, count)
     except LookupError:
         text, language = (one if count == 1 else many), "en"
     return Worded(text.format(count=count, **values), language)
@@ -61,6 +60,16 @@ def listed(some: Iterable[str], separator: str = ", ") -> Worded:
     """Return texts one after another, in English where one of them is."""
     every = list(some)
     return Worded(separator.join(every), _language(every))
+
+
+def _looked_up(language: str, one: str, many: str = "", count: int = 1) -> str:
+    """Return a sentence in a language; raises LookupError where its catalogue has it not."""
+    if language == "en":
+        return one if count == 1 else many
+    from autodb.wording.catalogues import catalogue  # commands that say English need none
+
+    found = catalogue(language)
+    return found.ngettext(one, many, count) if many else found.gettext(one)
 
 
 def _language(values: Iterable[Any]) -> str:

@@ -7,7 +7,6 @@ names of machines, files and channels, numbers and units.
 import re
 import sqlite3
 from contextlib import closing
-from gettext import NullTranslations
 from pathlib import Path
 from urllib.parse import quote, urlencode
 
@@ -20,7 +19,7 @@ from autodb.agent.operate.deciding import mismatches
 from autodb.files.channels import OUR_UNITS
 from autodb.store import Store
 from autodb.terms.vocabulary import all_terms
-from autodb.wording import sentences
+from autodb.wording import catalogues
 from tests.helpers.asked import client_of
 from tests.helpers.marked_words import CLOSE, OPEN, Marked, Read, unmarked
 from tests.helpers.site import STRANGE
@@ -74,10 +73,7 @@ def pair(store: Store) -> dict[str, str]:
 @pytest.fixture
 def marked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have every sentence marked that is looked up for who reads German."""
-    english = NullTranslations()
-    monkeypatch.setattr(
-        sentences, "catalogue", lambda language: Marked() if language == "de" else english
-    )
+    monkeypatch.setattr(catalogues, "catalogue", lambda _language: Marked())
 
 
 def _mismatch(store: Store) -> int:
