@@ -30,7 +30,8 @@ from autodb.reports.explanation_plots import (
     located,
     traces_over_time,
 )
-from autodb.terms.vocabulary import effect_called, vocabulary
+from autodb.reports.said_in_pages import told
+from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
 from autodb.wording import Worded, language_of, listed, msgid, phrase
 
 KIND_WORDS = {
@@ -78,6 +79,7 @@ def explanation_fragment(explained: Explained) -> str:
         term_words,
         parameter_words,
         effect_called,
+        told_statement,
     )
     where = (where_words, stretch_words, share_words, bars)
     plots = (
@@ -105,6 +107,16 @@ def explanation_fragment(explained: Explained) -> str:
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
     return phrase(effect_called(term).title)
+
+
+def told_statement(statement: str) -> Markup:
+    """Return what was stated of a cause: what its effect does in the reader's language, where the
+    vocabulary has it, the rest in English, as it was kept.
+    """
+    does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
+    rest = statement.removeprefix(does).strip()
+    said = [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
+    return Markup(" ").join(map(told, said))
 
 
 def move_words(cause: Cause, called: Callable[[str], str]) -> str:

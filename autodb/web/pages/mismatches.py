@@ -13,7 +13,7 @@ from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject, reopen
 from autodb.agent.rows.mismatches import decided_words
 from autodb.errors import UnusableInput
-from autodb.reports.explanation import certainty_words, parameter_words, term_words
+from autodb.reports.explanation import certainty_words, parameter_words, term_words, told_statement
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import MismatchToExplain
@@ -48,6 +48,7 @@ def of_machine(
         title=phrase("{machine}: mismatches", machine=machine),
         machine=machine,
         here="mismatches",
+        told_statement=told_statement,
         mismatches=[(one, term_words(one.term), day(one.created_at)) for one in reversed(found)],
         decided=decided,
     )
@@ -123,6 +124,7 @@ def _shown(request: Request, number: int, *, said: object = "", status: int = 20
         "mismatch.html.j2",
         title=f"{term_words(found.term)} ({found.channel})",
         parameter_words=parameter_words,
+        told_statement=told_statement,
         decided=_decided(found),
         status=status,
         machine=found.machine,
