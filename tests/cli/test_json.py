@@ -60,6 +60,26 @@ def test_calibrations_of_files_and_models_are_json(answered: Any) -> None:
     assert Path("autodb.sqlite3").exists()
 
 
+def test_what_keeps_the_database_says_so_in_json(answered: Any) -> None:
+    kept = answered("backup", "copy.sqlite3")
+    assert kept["file"] == "copy.sqlite3"
+    assert kept["rows"]["calibration"] == 3
+    Path("copies").mkdir()
+    dated = answered("backup", "copies", "--keep", 2)
+    assert [Path(one["path"]).exists() for one in dated["there"]] == [True]
+    gone = answered("withdraw", 1, "--why", "another bar")
+    assert gone["cuts"] > 0
+    assert not gone["already"]
+    assert answered("withdraw", 1, "--undo")["recording"] == 1
+
+
+def test_protocols_are_json(answered: Any) -> None:
+    listed = {one["name"]: one for one in answered("standard", "list")}
+    shown = answered("standard", "show", "turning-aluminium")
+    assert listed["turning-aluminium"].items() <= shown.items()
+    assert sorted(set(shown["order"])) == sorted(cut["name"] for cut in shown["cut"])
+
+
 def test_a_card_that_is_written_is_said_beside_the_answer(calibrated: Cli) -> None:
     done = calibrated("calibrate", "--card", "card.html", "--json")
     assert json.loads(done.out)["calibrations"]

@@ -11,12 +11,14 @@ from autodb.cli._common import (
     Columns,
     Database,
     Group,
+    Json,
     Resample,
     SelfContained,
     check_page,
     default_machine,
     opened_store,
     say,
+    say_json,
     show,
     table,
     working,
@@ -123,6 +125,7 @@ def reconstruct_command(
     out: Out = None,
     page: Page = None,
     self_contained: SelfContained = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Reconstruct the load on each axis: its drive's effort less friction, inertia and weight.
@@ -158,6 +161,9 @@ def reconstruct_command(
         if page is not None:
             made_page = render_loads(recording.name, cut.t_s, made.sensed)
             write_page(page, made_page, self_contained=self_contained)
+    if json:
+        say_json({"load": out, "page": page, "axes": _sizes(made), "not_used": made.not_heard})
+        return
     say_time(cut)
     _show(made.sensed)
     for sentence in made.not_heard:
@@ -301,6 +307,26 @@ def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     if newtons_per_ampere is None:
         return None
     return Scale(newtons_per_ampere, "N", LEAST_SHARE / NORMAL_95, "--newtons-per-ampere")
+
+
+def _sizes(made: _Sensed) -> "list[dict[str, object]]":
+    """Return what was estimated of each axis: how large it is, and with what."""
+    import numpy as np
+
+    from autodb.reports.load_page import load_rms
+
+    return [
+        {
+            "axis": one.load.axis,
+            "unit": one.load.unit,
+            "rms": load_rms(one.load.value),
+            "largest": float(np.max(np.abs(one.load.value))),
+            "median_sd": float(np.median(one.load.sd)),
+            "bandwidth_hz": one.load.bandwidth_hz,
+            "model": str(one.model),
+        }
+        for one in made.sensed
+    ]
 
 
 def _show(sensed: "list[ReconstructedLoad]") -> None:

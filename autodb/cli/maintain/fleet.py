@@ -2,13 +2,23 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Database, opened_store, progress_bar, say, show, table, working
+from autodb.cli._common import (
+    Database,
+    Json,
+    opened_store,
+    progress_bar,
+    say,
+    say_json,
+    show,
+    table,
+    working,
+)
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -220,12 +230,15 @@ def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
 
 
 @fleet.command("show")
-def show_fleet_command(db: Database = None) -> None:
+def show_fleet_command(json: Json = False, db: Database = None) -> None:
     """Show what machines share of each material, and which machine disagrees."""
     from autodb.agent.fleet.known_together import shared_knowledge
 
     with opened_store(db) as store, store.reading() as session:
         found = shared_knowledge(session)
+    if json:
+        say_json(asdict(found))
+        return
     rows = table(
         "Parameters shared by machines", "material", ">machines", ">tools", ">tools apart",
         ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",

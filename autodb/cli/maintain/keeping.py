@@ -106,6 +106,7 @@ def backup_command(
             help="A dated one in the folder where the newest is as old: hour, day or week.",
         ),
     ] = None,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Copy the database into one SQLite file, also while others write to it, and check it."""
@@ -116,14 +117,17 @@ def backup_command(
     if keep is not None or every is not None:
         if replace:
             raise UnusableInput("--replace goes with a file; dated backups replace none")
-        _rotate(database_url(db), file, keep, every)
+        _rotate(database_url(db), file, keep, every, json=json)
         return
     with working(f"copying to {file.name}") as progress:
         done = backup(database_url(db), file, replace=replace, progress=progress)
+    if json:
+        say_json({"file": file, **asdict(done)})
+        return
     say(f"{file}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}")
 
 
-def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None:
+def _rotate(url: str, folder: Path, keep: int | None, every: str | None, *, json: bool) -> None:
     """Make a dated backup in a folder where one is due, and say what there is."""
     from datetime import UTC, datetime
 
@@ -135,6 +139,9 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None) -> None
     apart, now = None if every is None else Every(every), datetime.now(UTC)
     with working(f"copying to {folder.name}") as progress:
         done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
+    if json:
+        say_json(asdict(done))
+        return
     there = f"{len(done.there)} there"
     if done.copied is None:
         say(f"{folder}: {there}, the newest {age_words(now - done.there[-1].at)} old: none is due")
@@ -290,6 +297,7 @@ def withdraw_command(
     undo: Annotated[
         bool, typer.Option("--undo", help="Have a withdrawn recording count again.")
     ] = False,
+    json: Json = False,
     db: Database = None,
 ) -> None:
     """Take a recording back, with what was derived from it, and fit again without it."""
@@ -308,6 +316,9 @@ def withdraw_command(
         else:
             done = withdraw(store, name, recording, why=why)
         learnt = refresh(store, name, progress=progress)
+    if json:
+        say_json({"recording": recording, **asdict(done), "learnt": learnt.lines()})
+        return
     what = "are used again" if undo else "are no longer used"
     cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
     say(f"recording {recording}: {cuts} {what}")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from autodb.cli._common import Columns, say, show, table, working
+from autodb.cli._common import Columns, Json, say, say_json, show, table, working
 
 if TYPE_CHECKING:
     from autodb.standard import CutProtocol, StandardCut
@@ -19,10 +19,13 @@ Name = Annotated[str, typer.Argument(help="Protocol: a name from `standard list`
 
 
 @standard.command("list")
-def list_protocols_command() -> None:
+def list_protocols_command(json: Json = False) -> None:
     """List the protocols that ship."""
     from autodb.standard import read_protocol, shipped
 
+    if json:
+        say_json([{"name": name, **read_protocol(name).model_dump()} for name in shipped()])
+        return
     rows = table("Standard cuts", "name", "work", "tool", "operations", ">cuts", ">with reference")
     for name in shipped():
         protocol = read_protocol(name)
@@ -35,11 +38,15 @@ def list_protocols_command() -> None:
 
 
 @standard.command("show")
-def show_protocol_command(name: Name) -> None:
+def show_protocol_command(name: Name, json: Json = False) -> None:
     """Show a protocol's cuts, their reference forces, and the order in which they are made."""
     from autodb.standard import read_protocol, run_order
 
     protocol = read_protocol(name)
+    if json:
+        order = [cut.name for cut in run_order(protocol)]
+        say_json({**protocol.model_dump(), "order": order})
+        return
     rows = table(
         f"{protocol.name}: {protocol.material} / {protocol.tool}",
         *("cut", "operation", ">rpm", ">feed mm", ">depth mm", ">repeats", "reference N (95 %)"),

@@ -1,5 +1,6 @@
 """What machines know together, and which of them disagrees."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,9 @@ def test_a_calibration_that_is_off_is_named_and_stays_out(cli: Cli) -> None:
         assert f"{material}: version 1 from {MACHINES - 1} machines, 1 tool" in done.out
     shown = cli("fleet", "show").out
     assert named in shown
+    assert {
+        one["material"] for one in json.loads(cli("fleet", "show", "--json").out)["materials"]
+    } == {*FLEET.materials}
     again = cli("fleet", "learn").out.splitlines()
     assert again == ["nothing new for all machines together", named]
 

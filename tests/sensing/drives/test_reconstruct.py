@@ -1,5 +1,6 @@
 """Load from a drive: known loads come back, and their interval holds them and says where not."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -180,6 +181,9 @@ def test_moves_stand_in_for_a_machine(cli: Cli) -> None:
         done.out.split()
     )
     assert Path("o.csv").read_text("utf-8").startswith('"t","z.load","z.load.sd","z.state"\n')
+    (z,) = json.loads(cli("reconstruct", "cut.csv", "--moves", "air.csv", "--json").out)["axes"]
+    assert (z["axis"], z["unit"]) == ("z", "A")
+    assert 0.0 < z["rms"] <= z["largest"]
 
 
 REFUSALS = [
