@@ -14,7 +14,9 @@ from fastapi.testclient import TestClient
 from numpy.typing import NDArray
 
 from autodb.agent.answer.looking_up import PairReader
+from autodb.errors import UnusableInput
 from autodb.store import Store
+from autodb.web.pages.typed import typed_as
 from autodb.web.routes.asked import as_cut
 from tests.helpers.asked import client_of
 
@@ -152,3 +154,11 @@ def _values(told: Any) -> NDArray[np.float64]:
         read = np.frombuffer(b64decode(told["bdata"]), dtype=np.dtype(told["dtype"]))
         return read.astype(np.float64)
     return np.asarray(told, dtype=np.float64)
+
+
+def test_the_stock_of_a_program_is_typed_like_its_form() -> None:
+    for stated, text in (("en.inch", "2.2"), ("de.inch", "2,2"), ("de.si", "55,88"), ("", "55.88")):
+        assert typed_as(stated).length("stock_diameter_mm", text) == pytest.approx(55.88, rel=1e-12)
+    for stated, text, said in (("", "1,234", "1.234 or 1234"), ("de.si", "1.234", "1,234 or 1234")):
+        with pytest.raises(UnusableInput, match=said):
+            typed_as(stated).length("stock_diameter_mm", text)
