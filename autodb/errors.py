@@ -3,11 +3,17 @@
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
+from autodb.wording import language_of, phrase
+
 
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
-    """Input that cannot be used: one line with file, column, row and the remedy (exit 2)."""
+    """Input that cannot be used: one line with file, column, row and the remedy (exit 2).
+
+    ``language``: the one that it is said in.
+    """
 
     def __init__(self, line: str) -> None:
+        self.language = language_of(line)
         super().__init__("".join(c if c.isprintable() else " " for c in line))
 
 
@@ -40,5 +46,6 @@ def near(name: str, known: Iterable[str]) -> str:
     names = list(known)
     close = get_close_matches(name, names, n=3, cutoff=0.5)
     if close:
-        return f" (did you mean {', '.join(close)}?)"
-    return f" (there are: {', '.join(names[:12])}{', …' if len(names) > 12 else ''})"
+        return phrase(" (did you mean {names}?)", names=", ".join(close))
+    more = ", …" if len(names) > 12 else ""
+    return phrase(" (there are: {names})", names=f"{', '.join(names[:12])}{more}")

@@ -14,6 +14,7 @@ from autodb.cutting.endmill import EndMill
 from autodb.cutting.insert import Insert
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
+from autodb.wording import localized, shop_amount
 
 Tool = TypeVar("Tool", Insert, EndMill, Drill)
 
@@ -40,8 +41,9 @@ class Usual:
     @property
     def words(self) -> str:
         """What it is taken for, with 95 %."""
-        unit = self.unit if self.unit == "°" else f" {self.unit}"
-        return f"{self.name} {self.value:g} ± {NORMAL_95 * self.sd:.2g}{unit}"
+        value, sd = (shop_amount(one, self.unit)[0] for one in (self.value, NORMAL_95 * self.sd))
+        unit = self.unit if self.unit == "°" else f" {shop_amount(1.0, self.unit)[1]}"
+        return f"{self.name} {localized(f'{value:g}')} ± {localized(f'{sd:.2g}')}{unit}"
 
 
 INSERT = (

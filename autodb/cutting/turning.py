@@ -5,6 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.wording import msgid
+
 Array = NDArray[np.float64]
 
 TURNED = ("turn", "face", "taper", "contour")
@@ -12,7 +14,10 @@ TURNED = ("turn", "face", "taper", "contour")
 PASSIVE_AXIS = {"turn": "x", "face": "z"}
 """Axis that stands still in an operation, so that its current shows no load (P1 section 5)."""
 
-ROLE_WORDS = {"Fp": "passive force Fp", "Fc": "cutting force Fc", "Ff": "feed force Ff", "": ""}
+ROLE_WORDS = {
+    "Fp": msgid("passive force Fp"), "Fc": msgid("cutting force Fc"),
+    "Ff": msgid("feed force Ff"), "": "",
+}  # fmt: skip
 FORCE_ROLES = {
     **dict.fromkeys(("turn", "bore", "thread"), ("Fp", "Fc", "Ff")),
     **dict.fromkeys(("face", "groove"), ("Ff", "Fc", "Fp")),

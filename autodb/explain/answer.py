@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
+from autodb.wording import msgid
+
 Array = NDArray[np.float64]
 
 TINY = 1e-300
@@ -212,6 +214,6 @@ def considered(alone: Mapping[str, float], taken: Collection[str]) -> tuple[Cons
     ``alone``: the evidence of each when added alone; ``taken``: the keys of those that were found.
     """
     return tuple(
-        Considered(key, evidence, "accepted" if key in taken else "not needed")
+        Considered(key, evidence, msgid("accepted") if key in taken else msgid("not needed"))
         for key, evidence in sorted(alone.items(), key=lambda item: -item[1])
     )

@@ -3,6 +3,8 @@
 import re
 from math import inf
 
+from autodb.wording import phrase
+
 LINEAR_AXES = ("x", "y", "z", "u", "v", "w")
 ROTARY_AXES = ("a", "b", "c")
 FORCES = ("force.x", "force.y", "force.z")
@@ -57,6 +59,11 @@ JOB, JOB_CUT, JOB_BLOCK = "job", "job.cut", "job.block"
 LOT = "work.lot"
 """Column of the lot of material that a cut was made in: a bar, a heat number."""
 TEXT_COLUMNS = ("operation", "work.material", LOT, "tool", JOB, JOB_CUT)
+
+
+def axis_words(axis: str) -> str:
+    """Return what an axis is called: linear and rotary ones by their letters."""
+    return phrase("spindle") if axis == "spindle" else axis
 
 
 def unit_of(name: str) -> str | None:

@@ -15,6 +15,7 @@ from autodb.files.channels import largest_of
 from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import ToolKind
+from autodb.wording import listed, localized, phrase
 
 Operation = Literal[
     "turn", "face", "taper", "contour", "bore", "groove", "thread",
@@ -78,7 +79,12 @@ LEAST = 1e-6
 
 def _is_something(value: float) -> float:
     if value < LEAST:
-        raise ValueError(f"{value:g} is below any machine; use at least {LEAST:g}")
+        raise ValueError(
+            phrase(
+                "{value} is below any machine; use at least {least}",
+                value=localized(f"{value:g}"), least=localized(f"{LEAST:g}"),
+            )
+        )  # fmt: skip
     return value
 
 
@@ -132,12 +138,22 @@ class JobCut(Section):
         given = [name for name, value in vars(self).items() if value is not None]
         lacking = [name for name in keys.needs if name not in given]
         if lacking:
-            raise ValueError(f"operation '{self.operation}' needs {' and '.join(lacking)}")
+            raise ValueError(
+                phrase(
+                    "operation '{operation}' needs {keys}",
+                    operation=self.operation,
+                    keys=listed(lacking, phrase(" and ")),
+                )
+            )
         unknown = [name for name in given if name not in keys.known]
         if unknown:
             raise ValueError(
-                f"operation '{self.operation}' has no {' or '.join(unknown)}; it takes "
-                f"{', '.join((*keys.needs, *keys.may))}"
+                phrase(
+                    "operation '{operation}' has no {keys}; it takes {others}",
+                    operation=self.operation,
+                    keys=listed(unknown, phrase(" or ")),
+                    others=", ".join((*keys.needs, *keys.may)),
+                )
             )
         return self
 
@@ -148,15 +164,21 @@ class JobCut(Section):
             limit = MOST_PITCH_MM if (self.operation, key) == ("thread", "feed_mm_rev") else most
             if value is not None and value > limit:
                 raise ValueError(
-                    f"{key} {value:g} is beyond what a tool of operation '{self.operation}' cuts; "
-                    f"use at most {limit:g}"
+                    phrase(
+                        "{key} {value} is beyond what a tool of operation '{operation}' cuts; "
+                        "use at most {most}",
+                        key=key,
+                        value=localized(f"{value:g}"),
+                        operation=self.operation,
+                        most=localized(f"{limit:g}"),
+                    )
                 )
         return self
 
     @model_validator(mode="after")
     def _one_speed(self) -> "JobCut":
         if (self.speed_rpm is None) == (self.speed_m_min is None):
-            raise ValueError("give either speed_rpm or speed_m_min, and only one of them")
+            raise ValueError(phrase("give either speed_rpm or speed_m_min, and only one of them"))
         return self
 
     @model_validator(mode="after")

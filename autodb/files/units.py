@@ -1,9 +1,14 @@
-"""Foreign units become ours at the edge; inside, a float is in the unit of its name."""
+"""Foreign units become ours at the edge; inside, a float is in the unit of its name.
 
+On pages and in forms a shop may have units of its own in place of ours.
+"""
+
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
 from autodb.errors import UnusableInput
+from autodb.wording import ShopUnit, presentation
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -28,6 +33,8 @@ _OWN: dict[str, dict[str, float]] = {
         **dict.fromkeys(("mm/rev", "mm/U", "mm/tooth", "mm/r", "mm/tr", "mm/giro", "mm/z"), 1.0),
         **dict.fromkeys(("in/rev", "ipr", "in/tooth"), 25.4),
     },
+    "mm/rev": {"in/rev": 25.4},
+    "mm/tooth": {"in/tooth": 25.4},
     "deg": dict.fromkeys(("rev", "U"), 360.0),
     "N/mm²": {"N/mm2": 1.0, "daN/mm2": 10.0, "kN/mm2": 1000.0},
     "N·m": dict.fromkeys(("Nm", "N m", "N-m", "N.m"), 1.0),
@@ -36,8 +43,14 @@ _OWN: dict[str, dict[str, float]] = {
 """Names of the shop that a library of units reads otherwise, or not at all, by our unit."""
 
 
+_PLAIN = {"·": "*", "²": "**2", "³": "**3", "°C": "degC", "°": "deg"}
+"""What the library of units reads in place of what we write, one after another."""
+
+
 def _plain(unit: str) -> str:
-    return unit.replace("·", "*").replace("²", "**2").replace("°C", "degC").replace("°", "deg")
+    for sign, plain in _PLAIN.items():
+        unit = unit.replace(sign, plain)
+    return unit
 
 
 @cache
@@ -83,3 +96,37 @@ def conversion(unit: str, *, to: str, where: str) -> tuple[float, float]:
     except Exception:  # pint's parser fails on nonsense in any way, assertions included
         raise UnusableInput(f"{where}: unknown unit '{unit}'; use {to}") from None
     return one - zero, zero
+
+
+# Units of a shop that works in inches
+
+SI, INCH = "si", "inch"
+_INCH = {
+    "N": "lbf", "N·m": "ft·lbf", "W": "hp", "mm": "in", "µm": "in", "mm/rev": "in/rev",
+    "mm/tooth": "in/tooth", "mm/min": "in/min", "mm/s": "in/s", "mm/s²": "in/s²", "m/min": "ft/min",
+    "N/mm": "lbf/in", "N/mm²": "ksi", "N/mm^2": "ksi", "cm³": "in³", "cm³/min": "in³/min",
+    "N/A": "lbf/A", "N·m/A": "ft·lbf/A",
+}  # fmt: skip
+"""Units of the shop by ours; turns, angles, times, currents, energies and temperatures stay."""
+SYSTEMS = {SI: "mm, N", INCH: "inch, lbf"}
+"""Systems of units, each by what stands for it."""
+
+
+@cache
+def shop_units(system: str) -> Mapping[str, ShopUnit]:
+    """Return what a shop of a system has in place of our units.
+
+    >>> shop_units("si"), round(1.0 / shop_units("inch")["N"].factor, 10)
+    ({}, 4.4482216153)
+    """
+    if system != INCH:
+        return {}
+    return {
+        ours: ShopUnit(name, 1.0 / conversion(name, to=ours, where=name)[0])
+        for ours, name in _INCH.items()
+    }
+
+
+def shown_system() -> str:
+    """Return the system of units that the reader has."""
+    return INCH if presentation().units else SI

@@ -19,6 +19,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
 from autodb.sensing.ranges.inspection import RoundBar, between_centres, held_in_a_chuck
+from autodb.wording import listed, localized, msgid, phrase, shop_amount
 
 RADIAL = ("turn", "taper", "contour", "bore", "thread")
 """Turning in which force x is off the surface."""
@@ -96,12 +97,23 @@ def _twice(*some: Interval | None) -> Interval | None:
 def bending_in_words(cuts: Sequence[PredictedCut], bending: Sequence[CutBending]) -> Iterator[str]:
     """Say of each cut how far work and tool give way, in micrometres."""
     for number, (cut, one) in enumerate(zip(cuts, bending, strict=False), start=1):
-        parts = {"work": one.work_mm, "tool": one.tool_mm, "error of the part": one.error_mm}
-        said = [f"{what} {_micrometres(its)}" for what, its in parts.items() if its is not None]
+        parts = (
+            (msgid("work {amount}"), one.work_mm),
+            (msgid("tool {amount}"), one.tool_mm),
+            (msgid("error of the part {amount}"), one.error_mm),
+        )
+        said = [phrase(what, amount=_micrometres(its)) for what, its in parts if its is not None]
         if said:
-            yield f"cut {number} '{cut.name}' bends: {', '.join(said)}"
+            yield phrase(
+                "cut {number} '{name}' bends: {parts}",
+                number=number,
+                name=cut.name,
+                parts=listed(said),
+            )
 
 
 def _micrometres(one: Interval) -> str:
-    value, low, high = (1000.0 * end for end in (one.value, one.low, one.high))
-    return f"{value:.3g} µm ({low:.3g} to {high:.3g})"
+    ends = (shop_amount(1000.0 * end, "µm")[0] for end in (one.value, one.low, one.high))
+    value, low, high = (localized(f"{end:.3g}") for end in ends)
+    unit = shop_amount(1.0, "µm")[1]
+    return phrase("{value} {unit} ({low} to {high})", value=value, unit=unit, low=low, high=high)

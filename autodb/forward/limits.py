@@ -17,10 +17,12 @@ from typing import Literal
 import numpy as np
 
 from autodb.cutting.elements import RAD_S_A_RPM
+from autodb.files.channels import axis_words
 from autodb.files.machine import AxisLimits
 from autodb.forward.distribution import chance_beyond
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
+from autodb.wording import amount_words, listed, localized, msgid, phrase
 
 WORTH_SAYING = 0.001
 """Probability from which a limit is spoken of. Chosen."""
@@ -34,6 +36,16 @@ FEEDS = {
 }  # fmt: skip
 """Axes that feed, by operation. Where a path is oblique to them the feed is that of the path."""
 Standing = Literal["not entered", "within", "exceeded"]
+SAID_OF = {
+    "exceeded": msgid("limits exceeded: {limits}"),
+    "within": msgid("limits within: {limits}"),
+    "not entered": msgid("limits not entered: {limits}"),
+}
+QUANTITIES_LIMITED = (
+    msgid("force"), msgid("feed"), msgid("travel"), msgid("spindle torque"), msgid("spindle power"),
+    msgid("spindle speed"),
+)  # fmt: skip
+"""What limits are of."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +61,13 @@ class Exceeding:
     @property
     def statement(self) -> str:
         """The line for the planner, without the cut."""
-        limit = f"{self.axis}'s {self.limit:.6g} {self.unit}"
+        axis, limit = axis_words(self.axis), amount_words(self.limit, self.unit, ".6g")
         if self.unit in ("rpm", "mm/min"):
-            return f"faster than {limit}"
-        return f"{probability_words(self.probability)} chance to exceed {limit}"
+            return phrase("faster than {axis}'s {limit}", axis=axis, limit=limit)
+        chance = probability_words(self.probability)
+        return phrase(
+            "{chance} chance to exceed {axis}'s {limit}", chance=chance, axis=axis, limit=limit
+        )
 
 
 @dataclass(frozen=True)
@@ -74,13 +89,23 @@ class LimitStanding:
     @property
     def words(self) -> str:
         """Whose it is and what, with its limit and the chance to exceed it."""
-        what = f"{self.axis} {self.quantity}"
+        what = self.what
         if self.limit is None or self.probability is None:
             return what
-        stated = f"{what} {self.limit:.6g} {self.unit}"
+        limit = amount_words(self.limit, self.unit, ".6g")
         if self.standing == "within" and self.probability < WORTH_SAYING:
-            return stated
-        return f"{stated} ({probability_words(self.probability)} chance to exceed it)"
+            return phrase("{what} {limit}", what=what, limit=limit)
+        chance = probability_words(self.probability)
+        return phrase(
+            "{what} {limit} ({chance} chance to exceed it)", what=what, limit=limit, chance=chance
+        )
+
+    @property
+    def what(self) -> str:
+        """Whose it is and what."""
+        if self.axis == SPINDLE:
+            return phrase(f"{SPINDLE} {self.quantity}")
+        return phrase("{axis} {quantity}", axis=self.axis, quantity=phrase(self.quantity))
 
 
 @dataclass(frozen=True)
@@ -220,8 +245,9 @@ def _speeds_rpm(cut: PredictedCut) -> tuple[float, ...]:
 def probability_words(probability: float) -> str:
     """Return a probability in words."""
     if probability > 0.999:
-        return "over 99.9 %"
-    return f"{100.0 * probability:.2g} %" if probability < 0.995 else f"{100 * probability:.1f} %"
+        return phrase("over {share} %", share=localized("99.9"))
+    form = ".2g" if probability < 0.995 else ".1f"
+    return f"{localized(f'{100.0 * probability:{form}}')} %"
 
 
 def standings_in_words(standings: Sequence[LimitStanding]) -> Iterator[str]:
@@ -229,4 +255,4 @@ def standings_in_words(standings: Sequence[LimitStanding]) -> Iterator[str]:
     for standing in ("exceeded", "within", "not entered"):
         some = [one.words for one in standings if one.standing == standing]
         if some:
-            yield f"limits {standing}: {', '.join(some)}"
+            yield phrase(SAID_OF[standing], limits=listed(some))

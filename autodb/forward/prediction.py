@@ -11,6 +11,7 @@ from autodb.fitting import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
 from autodb.pairs.posterior import PairPosterior, PassiveKnown
+from autodb.wording import msgid
 
 Array = NDArray[np.float64]
 
@@ -116,7 +117,7 @@ class PredictedCut:
     @property
     def of_what(self) -> str:
         """Of what its peaks are the largest."""
-        return "in a turn" if self.operation in BANDS else "along the cut"
+        return msgid("in a turn") if self.operation in BANDS else msgid("along the cut")
 
     @property
     def changes(self) -> bool:
@@ -128,10 +129,16 @@ class PredictedCut:
     @property
     def statistics(self) -> "tuple[tuple[str, Moment | Peaks], ...]":
         """What is known of it beside its mean, by name: start, end and peak."""
-        named: list[tuple[str, Moment | Peaks | None]] = [(f"peak {self.of_what}", self.peaks)]
+        named: list[tuple[str, Moment | Peaks | None]] = [(self._peak, self.peaks)]
         if self.changes:
-            named = [("start", self.start), ("end", self.end), *named]
+            named = [(msgid("start"), self.start), (msgid("end"), self.end), *named]
         return tuple((name, one) for name, one in named if one is not None)
+
+    @property
+    def _peak(self) -> str:
+        """What its peaks are called."""
+        along = msgid("peak along the cut")
+        return msgid("peak in a turn") if self.operation in BANDS else along
 
 
 @dataclass(frozen=True)

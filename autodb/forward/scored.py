@@ -28,6 +28,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.distribution import wider_interval
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.wording import listed, localized, phrase
 
 PRIOR_CUTS = 10.0
 """n_0: a handful of cuts changes little. Chosen."""
@@ -161,12 +162,14 @@ class Width:
 
     def words(self, machine: str) -> str:
         """Return what a planner has to know of it."""
-        of_pair = f"{self.cuts} cuts of the pair" if self.cuts else ""
-        of_others = f"{self.others} cuts of other pairs" if self.others else ""
-        behind = " and ".join(filter(None, (of_pair, of_others)))
-        return (
-            f"intervals × {self.factor:.2f}: past predictions of {behind} were off by more than "
-            f"stated; 'autodb predictions score --machine {machine}' tells by how much"
+        of_pair = phrase("{cuts} cuts of the pair", cuts=self.cuts) if self.cuts else ""
+        of_others = phrase("{cuts} cuts of other pairs", cuts=self.others) if self.others else ""
+        return phrase(
+            "intervals × {factor}: past predictions of {cuts} were off by more than stated; "
+            "'autodb predictions score --machine {machine}' tells by how much",
+            factor=localized(f"{self.factor:.2f}"),
+            cuts=listed(filter(None, (of_pair, of_others)), phrase(" and ")),
+            machine=machine,
         )
 
 

@@ -35,6 +35,7 @@ from autodb.fitting import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.forward.stretching import Reach, stretched
 from autodb.pairs.engaged import BANDS, CUTTING_TIME, FLANK_WEAR, SPEED
+from autodb.wording import phrase_many
 
 Array = NDArray[np.float64]
 
@@ -55,15 +56,33 @@ class UndecidedCuts:
     """The newest cuts of a pair, oldest first, and how they were off.
 
     ``placed`` (n, 3): logarithms as in PLACED, NaN: not stated; ``excluded`` (n,); ``off`` and
-    ``sd`` (n, 3): of x, y, z by what share of what is learnt, NaN: not sensed. ``words``: which
-    mismatches are open, and what decides them.
+    ``sd`` (n, 3): of x, y, z by what share of what is learnt, NaN: not sensed. ``waiting``:
+    the mismatches that are open, by number, channel and term.
     """
 
     placed: Array
     excluded: NDArray[np.bool_]
     off: Array
     sd: Array
-    words: str
+    waiting: tuple[tuple[int, str, str], ...]
+
+    @property
+    def words(self) -> str:
+        """Why intervals are wider, and what decides."""
+        named = (f"{number} ({channel}: {term})" for number, channel, term in self.waiting)
+        count = int(self.excluded.sum())
+        return phrase_many(
+            "intervals hold what {excluded} showed beside what was learnt, until mismatch "
+            "{numbers} is decided: 'autodb mismatch confirm {first}' or 'autodb mismatch reject "
+            "{first}'",
+            "intervals hold what {excluded} showed beside what was learnt, until mismatches "
+            "{numbers} are decided: 'autodb mismatch confirm {first}' or 'autodb mismatch reject "
+            "{first}'",
+            len(self.waiting),
+            excluded=phrase_many("{count} excluded cut", "{count} excluded cuts", count),
+            numbers=", ".join(named),
+            first=self.waiting[0][0],
+        )
 
     def widened(
         self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]]

@@ -18,6 +18,7 @@ from autodb.fitting import posterior_after
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import OWN, PairPosterior
+from autodb.wording import listed, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -41,12 +42,19 @@ class UndeterminedNumbers:
         """One sentence in shop words."""
         meaning = {p.name: p.meaning for p in PARAMETERS}
         if len(self.names) > 1:
-            said = f"{' and '.join(self.names)} not separable from these cuts"
+            names = listed(self.names, phrase(" and "))
+            said = phrase("{numbers} not separable from these cuts", numbers=names)
         else:
-            said = f"{self.names[0]} ({meaning[self.names[0]]}) not determined by these cuts"
+            name = self.names[0]
+            said = phrase(
+                "{number} ({meaning}) not determined by these cuts",
+                number=name,
+                meaning=phrase(meaning[name]),
+            )
         if not self.helps:
-            return f"{said}; nothing that was tried determines it better"
-        return f"{said}; add {' or '.join(self.helps)}"
+            return phrase("{said}; nothing that was tried determines it better", said=said)
+        helps = listed(map(phrase, self.helps), phrase(" or "))
+        return phrase("{said}; add {what}", said=said, what=helps)
 
 
 @dataclass(frozen=True)
@@ -99,5 +107,6 @@ def chip_thickness(posterior: PairPosterior, cuts: PairCuts) -> PossibleMeasurem
     )  # fmt: skip
     expected = readings.parts(posterior.law.mean).sum(axis=1)
     return PossibleMeasurement(
-        "a measured chip thickness", replace(readings, value=expected, sd=CHIP_SHARE * expected)
+        msgid("a measured chip thickness"),
+        replace(readings, value=expected, sd=CHIP_SHARE * expected),
     )

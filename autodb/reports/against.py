@@ -8,6 +8,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.reports import figures
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -36,22 +37,26 @@ class PredictedMade:
 
 def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
     """Return the plot of predicted against made, of a page's id; ``words`` say what it shows."""
+    scale = figures.plot_scale(one.unit)
     made = figures.figure(
-        [f"{one.title} predicted [{one.unit}]"], x_title=f"{one.title} measured [{one.unit}]"
+        [figures.bracketed(phrase("{quantity} predicted", quantity=one.title), one.unit)],
+        x_title=figures.bracketed(phrase("{quantity} measured", quantity=one.title), one.unit),
     )
     sensed = np.isfinite(one.made)
     for rows, tone, called in (
-        (sensed & one.held, "corrected", "inside"),
-        (sensed & ~one.held, "warn", "outside"),
+        (sensed & one.held, "corrected", phrase("inside")),
+        (sensed & ~one.held, "warn", phrase("outside")),
     ):
         if np.any(rows):
             made.add_trace(_intervals(one, rows, tone, called))
     if np.any(sensed):
         everything = np.concatenate([one.low[sensed], one.high[sensed], one.made[sensed]])
-        ends = np.array([np.min(everything), np.max(everything)])
+        ends = scale * np.array([np.min(everything), np.max(everything)])
         dash = {"dash": "dash", "width": 1}
         made.add_trace(
-            figures.line_trace(ends, ends, tone="muted", name="exactly as predicted", line=dash)
+            figures.line_trace(
+                ends, ends, tone="muted", name=phrase("exactly as predicted"), line=dash
+            )
         )
     return figures.as_html(made, name, height_px=PLOT_PX, label=f"{one.title}: {words}")
 
@@ -59,10 +64,10 @@ def plot_against(name: str, one: PredictedMade, *, words: str) -> Markup:
 def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scatter:
     kept = np.flatnonzero(rows)
     kept = kept[figures.thinned(one.made[kept])]
-    predicted = one.predicted[kept]
+    predicted, scale = one.predicted[kept], figures.plot_scale(one.unit)
     return figures.points(
-        one.made[kept],
-        predicted,
+        scale * one.made[kept],
+        scale * predicted,
         tone=tone,
         name=name,
         text=[_hover(one, row) for row in kept],
@@ -70,8 +75,8 @@ def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scat
         error_y={
             "type": "data",
             "symmetric": False,
-            "array": one.high[kept] - predicted,
-            "arrayminus": predicted - one.low[kept],
+            "array": scale * (one.high[kept] - predicted),
+            "arrayminus": scale * (predicted - one.low[kept]),
             "color": figures.colour(tone),
             "thickness": 1.2,
             "width": 3,
@@ -81,7 +86,10 @@ def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scat
 
 def _hover(one: PredictedMade, row: np.intp) -> str:
     reach = figures.span(float(one.low[row]), float(one.high[row]), one.unit)
-    made = figures.number(float(one.made[row]))
+    made = figures.number(figures.plot_scale(one.unit) * float(one.made[row]))
     sd = figures.quantity(2.0 * float(one.made_sd[row]), one.unit)
-    lines = (f"predicted {reach}", f"measured {made} ± {sd}")
+    lines = (
+        phrase("predicted {reach}", reach=reach),
+        phrase("measured {value} ± {sd}", value=made, sd=sd),
+    )
     return "<br>".join((figures.plain_text(one.label[row]), *lines))

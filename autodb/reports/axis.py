@@ -15,6 +15,7 @@ from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amp
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.terms.vocabulary import term_called
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -62,47 +63,55 @@ def field_plots(found: EffortField, axis: str, unit: str) -> list[tuple[str, Mar
     largest = float(np.nanmax(np.abs(both))) if np.isfinite(both).any() else 1.0
     left = float(np.nanmax(np.abs(found.left))) if np.isfinite(found.left).any() else 1.0
     return [
-        (name, _map(found, values, f"{name} [{unit}]", top, speed_unit))
-        for name, values, top in (
-            ("Measured", found.measured, largest),
-            ("Modelled", found.modelled, largest),
-            ("Residual", found.left, left),
+        (name, _map(found, (values, top), (key, name, unit), speed_unit))
+        for key, name, values, top in (
+            ("measured", phrase("Measured"), found.measured, largest),
+            ("modelled", phrase("Modelled"), found.modelled, largest),
+            ("residual", phrase("Residual"), found.left, left),
         )
     ]
 
 
-def _map(found: EffortField, values: Array, title: str, top: float, speed_unit: str) -> Markup:
-    made = figures.figure([title], x_title=f"Place [{speed_unit.removesuffix('/s')}]")
-    scale = [
+def _map(
+    found: EffortField, shown: tuple[Array, float], called: tuple[str, str, str], speed_unit: str
+) -> Markup:
+    """Return the map of values up to a largest, called by a page's id, a name and their unit."""
+    (values, top), (key, name, unit) = shown, called
+    place_unit, title = speed_unit.removesuffix("/s"), figures.bracketed(name, unit)
+    made = figures.figure([title], x_title=figures.bracketed(phrase("Place"), place_unit))
+    scale, place, speed = (figures.plot_scale(one) for one in (unit, place_unit, speed_unit))
+    tones = [
         [0.0, figures.colour("corrected")],
         [0.5, figures.colour("card")],
         [1.0, figures.colour("simulation")],
     ]
     made.add_trace(
         go.Heatmap(
-            x=[f"{place:.0f}" for place in found.places],
-            y=[f"{v:+.3g}" for v in found.velocities],
-            z=values, zmin=-top, zmax=top, colorscale=scale, hoverongaps=False,
+            x=[localized(f"{place * at:.{0 if place == 1.0 else 1}f}") for at in found.places],
+            y=[localized(f"{speed * v:+.3g}") for v in found.velocities],
+            z=scale * values, zmin=-scale * top, zmax=scale * top, colorscale=tones,
+            hoverongaps=False,
             colorbar={"thickness": 10, "outlinewidth": 0, "tickformat": ".3g"},
-            hovertemplate="place %{x}, velocity %{y}: %{z:.3g}<extra></extra>",
+            hovertemplate=phrase(
+                "place {x}, velocity {y}: {z}", x="%{x}", y="%{y}", z="%{z:.3g}"
+            )
+            + "<extra></extra>",
         )
     )  # fmt: skip
     made.update_xaxes(type="category")
     made.update_yaxes(
         type="category",
-        title={"text": f"Velocity [{speed_unit}]", "font": {"size": 13}},
+        title={"text": figures.bracketed(phrase("Velocity"), speed_unit), "font": {"size": 13}},
         automargin=True,
     )
-    label = f"{title} over place and velocity"
-    return figures.as_html(
-        made, title.split(" ", maxsplit=1)[0].lower(), height_px=MAP_PX, label=label
-    )
+    label = phrase("{quantity} over place and velocity", quantity=title)
+    return figures.as_html(made, key, height_px=MAP_PX, label=label)
 
 
 def term_row(term: IdentifiedTerm) -> tuple[str, str, str]:
     """Return name, value with its 95 % half width, and the sentence of a term's parameter."""
     sure = figures.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
-    return f"{term.key} {term.parameter}", sure, term_called(term.term, term.form).statement
+    return f"{term.key} {term.parameter}", sure, phrase(term_called(term.term, term.form).statement)
 
 
 def _errors(errors: DriveErrors | None, unit: str) -> list[tuple[str, list[str]]]:

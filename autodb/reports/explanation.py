@@ -30,20 +30,22 @@ from autodb.reports.explanation_plots import (
     located,
     traces_over_time,
 )
-from autodb.terms.vocabulary import effect_called, vocabulary
+from autodb.reports.said_in_pages import told
+from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
+from autodb.wording import Worded, language_of, listed, msgid, phrase
 
 KIND_WORDS = {
-    "missing": ("is missing", "are missing"),
-    "mistuned": ("is set wrong", "are set wrong"),
+    "missing": (msgid("{causes} is missing"), msgid("{causes} are missing")),
+    "mistuned": (msgid("{causes} is set wrong"), msgid("{causes} are set wrong")),
 }
 SURE = 0.9
 """Confidence from which on a cause is said without a word on how sure it is."""
 CERTAINTY = (
-    (0.95, "almost certain"),
-    (0.8, "very likely"),
-    (0.6, "likely"),
-    (0.4, "about even"),
-    (0.0, "a guess"),
+    (0.95, msgid("almost certain")),
+    (0.8, msgid("very likely")),
+    (0.6, msgid("likely")),
+    (0.4, msgid("about even")),
+    (0.0, msgid("a guess")),
 )
 
 
@@ -72,11 +74,12 @@ def explanation_fragment(explained: Explained) -> str:
     words = (
         headline,
         smaller_words,
-        open_words,
+        open_sentences,
         certainty,
         term_words,
         parameter_words,
         effect_called,
+        told_statement,
     )
     where = (where_words, stretch_words, share_words, bars)
     plots = (
@@ -103,14 +106,26 @@ def explanation_fragment(explained: Explained) -> str:
 
 def term_words(term: str) -> str:
     """Return a term in shop words; a name beyond the vocabulary as it is written."""
-    return effect_called(term).title
+    return phrase(effect_called(term).title)
 
 
-def move_words(cause: Cause, say: Callable[[str], str]) -> str:
+def told_statement(statement: str) -> Markup:
+    """Return what was stated of a cause: what its effect does in the reader's language, where the
+    vocabulary has it, the rest in English, as it was kept.
+    """
+    does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
+    rest = statement.removeprefix(does).strip()
+    said = [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
+    return Markup(" ").join(map(told, said))
+
+
+def move_words(cause: Cause, called: Callable[[str], str]) -> str:
     """Return what would distinguish a cause from its alternatives, with the pairs in words."""
     text = cause.to_tell_apart or ""
     for other in cause.alternatives:
-        text = text.replace(f"{cause.term} and {other}", f"{say(cause.term)} and {say(other)}")
+        text = text.replace(
+            f"{cause.term} and {other}", f"{called(cause.term)} and {called(other)}"
+        )
     return text
 
 
@@ -125,12 +140,16 @@ def candidate_words(name: str) -> str:
     if term not in vocabulary():
         term, rest = UNKNOWN, said.removeprefix(UNKNOWN).strip()
     rest = re.sub(r"\bways\b", "components", rest)
-    return f"{term_words(term)} ({rest})" if rest else term_words(term)
+    words = term_words(term)
+    return phrase("{candidate} ({what})", candidate=words, what=rest) if rest else words
 
 
 def parameter_words(name: str) -> str:
     """Return a parameter's name as a reader would say it."""
-    return name.replace("_", " ")
+    said, _, number = name.rpartition("_")
+    if said and number.isdecimal():
+        return phrase("{parameter} {number}", parameter=parameter_words(said), number=number)
+    return phrase(name.replace("_", " "))
 
 
 def headline(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
@@ -139,13 +158,22 @@ def headline(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> str:
     The share is of the squared error, `ChannelTrace.takes`.
     """
     if not answer.missing:
-        return "A mismatch without a cause found" if answer.mismatch else "No mismatch beyond noise"
+        return (
+            phrase("A mismatch without a cause found")
+            if answer.mismatch
+            else phrase("No mismatch beyond noise")
+        )
     first, (share, *_) = answer.missing[0], shares_of(answer, trace)
-    which = "The largest cause" if len(answer.missing) > 1 else "The cause"
-    hedge = "" if first.confidence >= SURE else f" ({certainty_words(first.confidence)})"
-    takes = "" if share is None else f"; it takes away {share_words(share)} of the squared error"
-    verb, _ = KIND_WORDS[first.kind]
-    return f"{which}{hedge}: {_cause_words(first)} {verb} ({_size_words(first)}){takes}."
+    which = phrase("The largest cause") if len(answer.missing) > 1 else phrase("The cause")
+    if first.confidence < SURE:
+        sure = certainty_words(first.confidence)
+        which = phrase("{which} ({certainty})", which=which, certainty=sure)
+    is_so = phrase(KIND_WORDS[first.kind][0], causes=_cause_words(first))
+    said = phrase("{which}: {cause} ({size})", which=which, cause=is_so, size=_size_words(first))
+    if share is None:
+        return phrase("{said}.", said=said)
+    taken = share_words(share)
+    return phrase("{said}; it takes away {share} of the squared error.", said=said, share=taken)
 
 
 def shares_of(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[float | None]:
@@ -165,25 +193,30 @@ def smaller_words(answer: ChannelAnswer, trace: ChannelTrace | None = None) -> s
     ]
     if not others:
         return ""
-    by_kind = "; ".join(filter(None, (_sure_of_kind(others, kind) for kind in KIND_WORDS)))
-    return f"With less effect, at least {100.0 * SURE:.0f} % sure: {by_kind}."
+    by_kind = listed(filter(None, (_sure_of_kind(others, kind) for kind in KIND_WORDS)), "; ")
+    least = f"{100.0 * SURE:.0f}"
+    return phrase(
+        "With less effect, at least {least} % sure: {causes}.", least=least, causes=by_kind
+    )
 
 
 def _sure_of_kind(causes: Sequence[tuple[Cause, float | None]], kind: str) -> str:
     """Return "A, B and C are missing", each with its size and share, or nothing."""
-    names = [
-        f"{_cause_words(cause)} ({_size_words(cause)}"
-        f"{'' if share is None else f', {share_words(share)}'})"
-        for cause, share in causes
-        if cause.kind == kind
-    ]
-    return f"{_listed(names, 'and')} {KIND_WORDS[kind][len(names) > 1]}" if names else ""
+    names = []
+    for cause, share in causes:
+        if cause.kind == kind:
+            sizes = [_size_words(cause), *([] if share is None else [share_words(share)])]
+            of = listed(sizes)
+            names.append(phrase("{cause} ({size})", cause=_cause_words(cause), size=of))
+    if not names:
+        return ""
+    return phrase(KIND_WORDS[kind][len(names) > 1], causes=_listed(names, phrase(" and ")))
 
 
 def _listed(names: Sequence[str], word: str) -> str:
-    """Return "A, B and C"."""
+    """Return "A, B and C", with the word before the last."""
     *others, last = names
-    return f"{', '.join(others)} {word} {last}" if others else last
+    return listed([listed(others), last], word) if others else last
 
 
 def _size_words(cause: Cause) -> str:
@@ -198,52 +231,77 @@ def share_words(share: float) -> str:
     ('87 %', 'less than 1 %', 'over 99 %')
     """
     if share < 0.01:
-        return "less than 1 %"
-    return "over 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
+        return phrase("less than 1 %")
+    return phrase("over 99 %") if share > 0.99 else f"{100.0 * share:.0f} %"
 
 
 def open_words(answer: ChannelAnswer, called: Callable[[str], str] | None = None) -> str:
-    """Return what the recording cannot tell of a channel, as one paragraph; "" where it tells all.
+    """Return what ``open_sentences`` are, as one paragraph; "" where a recording tells all."""
+    return " ".join(open_sentences(answer, called))
+
+
+def open_sentences(
+    answer: ChannelAnswer, called: Callable[[str], str] | None = None
+) -> list[Worded]:
+    """Return what the recording cannot tell of a channel; nothing where it tells all.
 
     What it is not sure of, what each cause may also be and what would tell, and what is
     unexplained. ``called``: how terms are written, where not in shop words.
     """
-    say = called or term_words
+    name = called or term_words
     unsure = [c for c in answer.missing if c.confidence < SURE]
     said = []
     if unsure:
-        names = [f"{_named(c, say)} ({certainty_words(c.confidence)})" for c in unsure]
-        said.append(f"It is not sure of {_listed(names, 'and')}.")
+        names = [
+            phrase(
+                "{cause} ({certainty})",
+                cause=_named(c, name),
+                certainty=certainty_words(c.confidence),
+            )
+            for c in unsure
+        ]
+        said.append(phrase("It is not sure of {causes}.", causes=_listed(names, phrase(" and "))))
     several = [c for c in answer.missing if c.alternatives]
     for cause in several:
-        others = _listed([say(name) for name in cause.alternatives], "or")
-        also = "may be" if cause.term == UNKNOWN else "may also be"
-        name = _named(cause, say)
-        said.append(f"{name if called else name[:1].upper() + name[1:]} {also} {others}.")
-    moves = [_ended(move_words(c, say)) for c in several if c.to_tell_apart]
-    said += [f"To find out: {move}" for move in dict.fromkeys(moves)]
+        others = _listed([name(one) for one in cause.alternatives], phrase(" or "))
+        plain = _named(cause, name)
+        first = plain if called else Worded(plain[:1].upper() + plain[1:], language_of(plain))
+        may_be = (
+            phrase("{cause} may be {others}.", cause=first, others=others)
+            if cause.term == UNKNOWN
+            else phrase("{cause} may also be {others}.", cause=first, others=others)
+        )
+        said.append(may_be)
+    moves = [_ended(move_words(c, name)) for c in several if c.to_tell_apart]
+    said += [phrase("To find out: {move}", move=move) for move in dict.fromkeys(moves)]
     if len(moves) < len(several):
-        them = "the others" if moves else "them"
-        said.append(f"No simple move or cut is known that separates {them}.")
+        said.append(
+            phrase("No simple move or cut is known that separates the others.")
+            if moves
+            else phrase("No simple move or cut is known that separates them.")
+        )
     if answer.unexplained:
-        said.append(f"Still unexplained: {_ended(answer.unexplained)}")
-    return " ".join(said)
+        said.append(phrase("Still unexplained: {what}", what=_ended(answer.unexplained)))
+    return said
 
 
-def _named(cause: Cause, say: Callable[[str], str]) -> str:
+def _named(cause: Cause, name: Callable[[str], str]) -> str:
     """Return a cause, and over what where it has no name."""
-    over = f" over {_listed(cause.variables, 'and')}" if cause.variables else ""
-    return say(cause.term) + (over if cause.term == UNKNOWN else "")
+    if not cause.variables or cause.term != UNKNOWN:
+        return name(cause.term)
+    over = _listed(cause.variables, phrase(" and "))
+    return phrase("{cause} over {variables}", cause=name(cause.term), variables=over)
 
 
-def _ended(text: str) -> str:
-    return text if text.endswith(".") else f"{text}."
+def _ended(text: str) -> Worded:
+    """Return a sentence that explaining says, in English, with its full stop."""
+    return Worded(text if text.endswith(".") else f"{text}.", "en")
 
 
 def _cause_words(cause: Cause) -> str:
     """Return a cause in shop words; of own terms of which one is off, all of them."""
     if cause.term == UNKNOWN and cause.kind == "mistuned":
-        return " or ".join(term_words(name) for name in cause.alternatives)
+        return listed((term_words(name) for name in cause.alternatives), phrase(" or "))
     return term_words(cause.term)
 
 
@@ -258,19 +316,24 @@ def certainty(cause: Cause) -> tuple[str, int]:
 def certainty_words(probability: float) -> str:
     """Return a probability in words with per cent."""
     words = next(words for least, words in CERTAINTY if probability >= least)
-    percent = "over 99" if probability > 0.99 else f"{100.0 * probability:.0f}"
-    return f"{words}, {percent} %"
+    if probability > 0.99:
+        return phrase("{words}, over 99 %", words=phrase(words))
+    return phrase("{words}, {percent} %", words=phrase(words), percent=f"{100.0 * probability:.0f}")
 
 
 def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
     """Return where the mismatch sits, one line a stretch or a regime."""
     in_cuts = trace is not None and trace.x_name == "cut"
-    also = "" if _is_confined(answer) else ": one of the causes; the others act all along"
-    lines = [
-        (f"Cuts {low:g} to {high:g}" if in_cuts else f"From {_second(low)} to {_second(high)} s")
-        + also
-        for low, high in answer.where.intervals
-    ]
+    lines = []
+    for low, high in answer.where.intervals:
+        place = (
+            phrase("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
+            if in_cuts
+            else phrase("From {low} to {high} s", low=_second(low), high=_second(high))
+        )
+        if not _is_confined(answer):
+            place = phrase("{place}: one of the causes; the others act all along", place=place)
+        lines.append(place)
     return lines + [regime_words(regime) for regime in answer.where.regime]
 
 
@@ -281,23 +344,29 @@ def _is_confined(answer: ChannelAnswer) -> bool:
 
 def stretch_words(answer: ChannelAnswer) -> str:
     """Return what a shaded stretch is."""
-    return "where the mismatch sits" if _is_confined(answer) else "where one of the causes acts"
+    if _is_confined(answer):
+        return phrase("where the mismatch sits")
+    return phrase("where one of the causes acts")
 
 
 def regime_words(regime: Regime) -> str:
     """Return a regime as a line: its signal, its range, what it holds of the squared error."""
-    words, holds = channel_words(regime.signal), f"{100.0 * regime.share:.0f} % of the mismatch"
+    share = f"{100.0 * regime.share:.0f}"
+    holds = phrase("{share} % of the mismatch", share=share)
     if regime.rows is not None:
-        holds = (
-            f"{100.0 * regime.share:.0f} % of the squared error in "
-            f"{100.0 * regime.rows:.0f} % of the rows"
+        rows = f"{100.0 * regime.rows:.0f}"
+        holds = phrase(
+            "{share} % of the squared error in {rows} % of the rows", share=share, rows=rows
         )
+    unit, where = unit_of(regime.signal) or "", ""
     if regime.signal.endswith(".direction"):
-        return f"{words} {'forwards' if regime.high > 0.0 else 'backwards'}: {holds}"
-    unit = unit_of(regime.signal) or ""
-    if regime.low == regime.high:
-        return f"{words} {figures.quantity(regime.low, unit)}: {holds}"
-    return f"{words} {figures.span(regime.low, regime.high, unit)}: {holds}"
+        where = phrase("forwards") if regime.high > 0.0 else phrase("backwards")
+    elif regime.low == regime.high:
+        where = figures.quantity(regime.low, unit)
+    else:
+        where = figures.span(regime.low, regime.high, unit)
+    signal = channel_words(regime.signal)
+    return phrase("{signal} {where}: {holds}", signal=signal, where=where, holds=holds)
 
 
 def _second(t_s: float) -> str:
@@ -311,14 +380,16 @@ def bars(answer: ChannelAnswer) -> list[tuple[str, str, float, float]]:
     Without a mismatch nothing was changed, so that there is no after.
     """
     fit = answer.fit
-    whole = [("simulation", "Before, whole recording", fit.rms_before)]
-    kept_out = [("simulation", "Before, parts kept out of the fit", fit.heldout_before)]
+    whole = [("simulation", phrase("Before, whole recording"), fit.rms_before)]
+    kept_out = [("simulation", phrase("Before, parts kept out of the fit"), fit.heldout_before)]
     if answer.mismatch:
-        whole.append(("corrected", "After, whole recording", fit.rms_after))
-        kept_out.append(("corrected", "After, parts kept out of the fit", fit.heldout_after))
+        whole.append(("corrected", phrase("After, whole recording"), fit.rms_after))
+        kept_out.append(
+            ("corrected", phrase("After, parts kept out of the fit"), fit.heldout_after)
+        )
     else:
-        whole, kept_out = [("simulation", "Simulation", fit.rms_before)], []
-    rows = [*whole, *kept_out, ("recording", "Noise of the recording", fit.noise_floor)]
+        whole, kept_out = [("simulation", phrase("Simulation"), fit.rms_before)], []
+    rows = [*whole, *kept_out, ("recording", phrase("Noise of the recording"), fit.noise_floor)]
     longest = max((value for *_, value in rows if math.isfinite(value)), default=0.0)
     return [(tone, what, value, _per_cent(value, longest)) for tone, what, value in rows]
 

@@ -1,5 +1,6 @@
 """Plots of an explanation: traces over time, where the mismatch sits, close-ups, signals."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -10,11 +11,36 @@ from markupsafe import Markup
 from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace
 from autodb.files.channels import unit_of
 from autodb.reports import figures
+from autodb.wording import msgid, phrase
 
 AROUND = 0.2
 """Share of a located stretch that is drawn on each side of it."""
 GAP_STEPS = 5.0
 """Steps of a recording's clock from which on a line breaks: no row was recorded there."""
+
+
+CHANNELS = (
+    (r"force\..", msgid("Force {axis}"), 1),
+    (r".\.position", msgid("{axis} axis position"), 0),
+    (r".\.velocity", msgid("{axis} axis velocity"), 0),
+    (r".\.acceleration", msgid("{axis} axis acceleration"), 0),
+    (r".\.current", msgid("{axis} axis current"), 0),
+    (r".\.drive_force", msgid("{axis} axis drive force"), 0),
+    (r".\.drive_torque", msgid("{axis} axis drive torque"), 0),
+    (r".\.direction", msgid("{axis} axis direction"), 0),
+    (r".\.temperature", msgid("{axis} axis temperature"), 0),
+    (r"spindle\.speed", msgid("Spindle speed"), 0),
+    (r"spindle\.current", msgid("Spindle current"), 0),
+    (r"spindle\.power", msgid("Spindle power"), 0),
+    (r"spindle\.angle", msgid("Spindle angle"), 0),
+    (r"torque\.spindle", msgid("Torque spindle"), 0),
+    (r"cutting\.feed", msgid("Cutting feed"), 0),
+    (r"cutting\.depth", msgid("Cutting depth"), 0),
+    (r"cutting\.speed", msgid("Cutting speed"), 0),
+    (r"cutting\.width", msgid("Cutting width"), 0),
+    (r"tool\.cutting_time", msgid("Tool cutting time"), 0),
+)
+"""Channels that have a name in other languages, and which part of it is the axis."""
 
 
 def channel_words(name: str) -> str:
@@ -26,24 +52,26 @@ def channel_words(name: str) -> str:
     first, *rest = name.replace("_", " ").split(".")
     if len(first) == 1:
         first = f"{first.upper()} axis"
-    return " ".join(
+    said = " ".join(
         [first[:1].upper() + first[1:], *(r.upper() if len(r) == 1 else r for r in rest)]
     )
+    known = next((one for one in CHANNELS if re.fullmatch(one[0], name)), None)
+    return phrase(known[1], axis=name.split(".")[known[2]].upper()) if known else said
 
 
 def drawn_words(rows: int) -> str | None:
     """Say that a plot of so many rows is thinned, where it is."""
     if rows <= figures.MAX_POINTS:
         return None
-    return f"Drawn from {rows} samples; every peak is kept."
+    return phrase("Drawn from {count} samples; every peak is kept.", count=rows)
 
 
 def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace) -> Markup:
     """Draw recording, simulation and corrected, and under it what each leaves."""
     words, unit = channel["words"], answer.unit
-    left_words = "Residual, before and after" if answer.mismatch else "Residual"
+    left_words = phrase("Residual, before and after") if answer.mismatch else phrase("Residual")
     made = figures.figure(
-        [f"{words} [{unit}]", f"{left_words} [{unit}]"],
+        [figures.bracketed(words, unit), figures.bracketed(left_words, unit)],
         x_title=_x_title(trace),
         shares=(0.62, 0.38),
     )
@@ -56,12 +84,12 @@ def traces_over_time(channel: dict[str, str], answer: ChannelAnswer, trace: Chan
         made,
         f"{channel['id']}-over-{trace.x_name}",
         height_px=580,
-        label=f"{words}: recording, simulation and residual",
+        label=phrase("{channel}: recording, simulation and residual", channel=words),
     )
 
 
 def _x_title(trace: ChannelTrace) -> str:
-    return "Time [s]" if trace.x_name == "t" else "Cut number"
+    return phrase("Time [s]") if trace.x_name == "t" else phrase("Cut number")
 
 
 def _stretches(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[float, float]]:
@@ -81,7 +109,7 @@ def located(
     for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
         around = AROUND * (high - low)
         near = part(trace, low - around, high + around)
-        label = f"{channel['words']}: the stretch where the mismatch sits"
+        label = phrase("{channel}: the stretch where the mismatch sits", channel=channel["words"])
         name = f"located-{number}"
         plot = _near(channel, answer, near, name, label=label, shaded=[(low, high)])
         found.append((plot, drawn_words(len(near.x))))
@@ -95,7 +123,7 @@ def close_up(
     if trace.close_up is None:
         return []
     near = part(trace, *trace.close_up)
-    label = f"{channel['words']}: some turns of the spindle"
+    label = phrase("{channel}: some turns of the spindle", channel=channel["words"])
     return [(_near(channel, answer, near, "turns", label=label), drawn_words(len(near.x)))]
 
 
@@ -121,7 +149,9 @@ def _near(
     label: str,
     shaded: Sequence[tuple[float, float]] = (),
 ) -> Markup:
-    made = figures.figure([f"{channel['words']} [{answer.unit}]"], x_title=_x_title(near))
+    made = figures.figure(
+        [figures.bracketed(channel["words"], answer.unit)], x_title=_x_title(near)
+    )
     figures.shade(made, shaded)
     for tone, values, _ in _curves(answer, near):
         made.add_trace(_curve(near, values, tone))
@@ -130,22 +160,22 @@ def _near(
 
 def _curves(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[str, Array, Array | None]]:
     """Name, values, and what they leave; without a mismatch nothing was corrected."""
-    rows: list[tuple[str, Array, Array | None]] = [("recording", trace.recording, None)]
-    rows.append(("simulation", trace.simulation, trace.recording - trace.simulation))
+    rows: list[tuple[str, Array, Array | None]] = [(msgid("recording"), trace.recording, None)]
+    rows.append((msgid("simulation"), trace.simulation, trace.recording - trace.simulation))
     if answer.mismatch:
-        rows.append(("corrected", trace.corrected, trace.recording - trace.corrected))
+        rows.append((msgid("corrected"), trace.corrected, trace.recording - trace.corrected))
     return rows
 
 
 def _curve(trace: ChannelTrace, values: Array, name: str) -> go.Scatter:
     if trace.x_name == "cut":
         style = {"mode": "lines+markers", "marker": {"size": 7}, "line": {"width": 1}}
-        return figures.line_trace(trace.x, values, tone=name, name=name, **style)
+        return figures.line_trace(trace.x, values, tone=name, name=phrase(name), **style)
     steps = np.diff(trace.x)
     gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) if steps.size else None
     if gaps is None or not gaps.size:
-        return figures.line_trace(trace.x, values, tone=name, name=name)
-    return figures.broken_line(trace.x, values, gaps, tone=name, name=name)
+        return figures.line_trace(trace.x, values, tone=name, name=phrase(name))
+    return figures.broken_line(trace.x, values, gaps, tone=name, name=phrase(name))
 
 
 def against_signals(
@@ -163,14 +193,14 @@ def _against(
 ) -> Markup:
     unit = unit_of(signal)
     made = figures.figure(
-        [f"Residual [{answer.unit}]"],
-        x_title=channel_words(signal) + (f" [{unit}]" if unit else ""),
+        [figures.bracketed(phrase("Residual"), answer.unit)],
+        x_title=figures.bracketed(channel_words(signal), unit or ""),
     )
     figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
     x = trace.regime_signals[signal]
     for name, _, left in _curves(answer, trace):
         if left is not None:
             mark = {"size": 5, "opacity": 0.45}
-            made.add_trace(figures.points(x, left, tone=name, name=name, marker=mark))
-    label = f"Residual against {channel_words(signal)}"
+            made.add_trace(figures.points(x, left, tone=name, name=phrase(name), marker=mark))
+    label = phrase("Residual against {signal}", signal=channel_words(signal))
     return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)

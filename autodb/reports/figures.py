@@ -20,7 +20,10 @@ from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from autodb.cutting.turning import ROLE_WORDS, force_role
+from autodb.reports import said_in_pages
+from autodb.reports.plot_words import locale_config
 from autodb.reports.written import library_tag
+from autodb.wording import amount_words, day, localized, msgid, phrase, presentation, shop_amount
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -67,7 +70,38 @@ def force_title(component: str, operations: Iterable[str]) -> str:
     ('Force Y (cutting force Fc)', 'Force X')
     """
     role = ROLE_WORDS[force_role(component, operations)]
-    return f"Force {component.upper()}" + (f" ({role})" if role else "")
+    axis = component.upper()
+    return phrase("Force {axis} ({role})", axis=axis, role=phrase(role)) if role else force_of(axis)
+
+
+def force_of(axis: str) -> str:
+    """Return what the force along an axis is called, whatever is made."""
+    return phrase("Force {axis}", axis=axis.upper())
+
+
+QUANTITY_TITLES = {
+    "torque.spindle": msgid("Spindle torque"), "spindle.power": msgid("Cutting power"),
+}  # fmt: skip
+
+
+def quantity_title(channel: str, operations: Iterable[str]) -> str:
+    """Return the title of a predicted quantity by its channel."""
+    named = QUANTITY_TITLES.get(channel)
+    return phrase(named) if named else force_title(channel[-1], operations)
+
+
+def bracketed(what: str, unit: str) -> str:
+    """Return the title of an axis, with its unit as the reader has it; of the unit 1 none.
+
+    >>> bracketed("Time", "s"), bracketed("Share", "1")
+    ('Time [s]', 'Share')
+    """
+    return what if unit in ("", "1") else f"{what} [{shop_amount(1.0, unit)[1]}]"
+
+
+def plot_scale(unit: str) -> float:
+    """Return how many of the reader's units one of ours is: what a plot's numbers are times it."""
+    return shop_amount(1.0, unit)[0]
 
 
 def colour(name: str) -> str:
@@ -85,7 +119,7 @@ def number(value: float, *, like: float | None = None) -> str:
     ('1230', '0.420', '−0.00310', '0.004')
     """
     if not math.isfinite(value):
-        return "not known"
+        return phrase("not known")
     if not like:
         value = like = float(f"{value:.2e}")
     if value == 0.0 == like:
@@ -95,7 +129,7 @@ def number(value: float, *, like: float | None = None) -> str:
         text = f"{value / 10.0**exponent:.2f} × 10{_raised(exponent)}"
     else:
         text = f"{value:.{max(0, 2 - _exponent(like))}f}"
-    return text.replace("-", "−")
+    return localized(text.replace("-", "−"))
 
 
 def _exponent(value: float) -> int:
@@ -112,6 +146,7 @@ def quantity(value: float, unit: str) -> str:
     >>> quantity(0.42, "A"), quantity(1.1, "1")
     ('0.420\\xa0A', '1.10')
     """
+    value, unit = shop_amount(value, unit)
     return number(value) + suffix(unit)
 
 
@@ -126,8 +161,10 @@ def span(low: float, high: float, unit: str) -> str:
     >>> span(0.4, 0.44, "A"), span(14.19, 14.21, "s")
     ('0.400 to 0.440\\xa0A', '14.19 to 14.21\\xa0s')
     """
+    (low, _), (high, unit) = shop_amount(low, unit), shop_amount(high, unit)
     like = _shown_digits(max(abs(low), abs(high)), 100.0 * (high - low))
-    return f"{number(low, like=like)} to {number(high, like=like)}{suffix(unit)}"
+    ends = phrase("{low} to {high}", low=number(low, like=like), high=number(high, like=like))
+    return f"{ends}{suffix(unit)}"
 
 
 def plus_minus(value: float, half_width: float, unit: str) -> str:
@@ -136,6 +173,7 @@ def plus_minus(value: float, half_width: float, unit: str) -> str:
     >>> plus_minus(2051.0, 65.0, "N"), plus_minus(2051.0, 0.4, "N")
     ('2051 ± 65\\xa0N', '2051.00 ± 0.40\\xa0N')
     """
+    (value, _), (half_width, unit) = shop_amount(value, unit), shop_amount(half_width, unit)
     like = _shown_digits(abs(value), 10.0 * half_width)
     return f"{number(value, like=like)} ± {number(half_width, like=like)}{suffix(unit)}"
 
@@ -304,7 +342,8 @@ def as_html(made: go.Figure, name: str, *, height_px: int, label: str) -> Markup
     if tall:
         made.update_layout(margin_t=made.layout.margin.t + BUTTONS_PX)
     made.for_each_trace(_in_few_bytes)
-    config = json.dumps({**CONFIG, "displayModeBar": "hover" if tall else False})
+    bar = {"displayModeBar": "hover" if tall else False}
+    config = json.dumps({**CONFIG, **bar, **locale_config()})
     data = f'{{"figure": {made.to_json(validate=False)}, "config": {config}}}'
     frame = Markup(
         '<div class="plot" role="{role}" aria-label="{label}" style="height:{height}px">'
@@ -341,7 +380,12 @@ def _templates() -> Environment:
         lstrip_blocks=True,
     )
     env.filters.update(number=number)
-    env.globals.update(quantity=quantity, span=span, suffix=suffix)
+    env.globals.update(
+        _=said_in_pages.page_sentence, _n=said_in_pages.page_sentences, told=said_in_pages.told,
+        say=phrase, code=said_in_pages.code, link=said_in_pages.link_to,
+        sign_in_link=said_in_pages.sign_in_link, amount=amount_words, day=day, localized=localized,
+        quantity=quantity, span=span, suffix=suffix,
+    )  # fmt: skip
     return env
 
 
@@ -359,7 +403,9 @@ def _exchanges() -> Markup:
 
 def fragment(template: str, **context: Any) -> Markup:
     """Return a piece of a page from a template; every text in ``context`` is escaped."""
-    return Markup(_templates().get_template(template).render(**context))
+    language = presentation().language
+    made = _templates().get_template(template).render(language=language, **context)
+    return Markup(made)
 
 
 def whole_page(template: str, **context: Any) -> str:

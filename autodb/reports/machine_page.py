@@ -32,6 +32,7 @@ from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms.vocabulary import all_terms
+from autodb.wording import Worded, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ LEARNT_SHARE = 0.7
 """Share of a pair's cuts, the oldest, that the page learns from to predict the others."""
 LADDER = (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144)
 """Cuts after which the page shows the posterior."""
-AXIS_NAMES = {"x": "X axis", "z": "Z axis", "spindle": "Spindle"}
+AXIS_NAMES = {"x": msgid("X axis"), "z": msgid("Z axis"), "spindle": msgid("Spindle")}
 
 
 def machine_page(store: Store, machine: str, prediction_id: int) -> Page:
@@ -89,9 +90,12 @@ def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     its = np.array([not found.holds.against(cut) for cut in holds_of(table, row.axis)])
     force_N = np.where(its, table[f"force.{row.component}"], np.nan)
     points = calibration_points(table, row.axis, force_N=force_N)
-    name = AXIS_NAMES.get(row.axis, row.axis)
+    name = phrase(AXIS_NAMES.get(row.axis, row.axis))
+    if found.holds != ANY:
+        holds = Worded(found.holds.words(), "en")  # conditions are said in English alone
+        name = phrase("{axis} ({conditions})", axis=name, conditions=holds)
     return CalibrationPlot(
-        axis=f"{name} ({found.holds.words()})" if found.holds != ANY else name,
+        axis=name,
         component=row.component,
         estimate=found.form.value(found.coefficients, points.sensed),
         target=points.target,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -100,7 +101,11 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
 def equation_words(plot: CalibrationPlot) -> str:
     """Return the equation, with its scatter."""
     scatter = figures.quantity(plot.rmse, plot.unit)
-    return f"{plot.equation}; scatter {scatter} rms. I: current range above air cutting."
+    return phrase(
+        "{equation}; scatter {scatter} rms. I: current range above air cutting.",
+        equation=localized(plot.equation),
+        scatter=scatter,
+    )
 
 
 def learnt_words(curve: LearningCurve) -> str:
@@ -128,41 +133,57 @@ def _inside(check: PredictedSensed) -> NDArray[np.bool_]:
 def calibration_plot(n: int, plot: CalibrationPlot) -> Markup:
     """Return the plot of a calibration, the n-th of a page."""
     tone = "corrected" if plot.offered else "recording"
+    what = _sensed_as(plot)
     made = figures.figure(
-        [f"{_sensed_as(plot)} from a reference [{plot.unit}]"],
-        x_title=f"{_sensed_as(plot)} from the current [{plot.unit}]",
+        [figures.bracketed(phrase("{quantity} from a reference", quantity=what), plot.unit)],
+        x_title=figures.bracketed(phrase("{quantity} from the current", quantity=what), plot.unit),
     )
+    scale = figures.plot_scale(plot.unit)
     sensed = np.isfinite(plot.estimate) & np.isfinite(plot.target)
     made.add_trace(
-        figures.points(plot.estimate[sensed], plot.target[sensed], tone=tone, name="standard cut")
+        figures.points(
+            scale * plot.estimate[sensed],
+            scale * plot.target[sensed],
+            tone=tone,
+            name=phrase("standard cut"),
+        )
     )
     if np.any(sensed):
-        ends = np.array([np.min(plot.estimate[sensed]), np.max(plot.estimate[sensed])])
+        ends = scale * np.array([np.min(plot.estimate[sensed]), np.max(plot.estimate[sensed])])
         dash = {"dash": "solid" if plot.offered else "dot", "width": 2}
         made.add_trace(
-            figures.line_trace(ends, ends, tone="simulation", name="the same", line=dash)
+            figures.line_trace(ends, ends, tone="simulation", name=phrase("the same"), line=dash)
         )
-    label = f"{plot.axis}: reference against estimate from the current, {plot.verdict}"
+    label = phrase(
+        "{axis}: {quantity} from a reference against that from the current",
+        axis=plot.axis,
+        quantity=what,
+    )
     return figures.as_html(made, f"calibration-{n}", height_px=320, label=label)
 
 
 def _sensed_as(plot: CalibrationPlot) -> str:
-    return "Torque" if plot.unit == "N·m" else f"Force {plot.component.upper()}"
+    return phrase("Torque") if plot.unit == "N·m" else figures.force_of(plot.component)
 
 
 def learning_plot(n: int, curve: LearningCurve) -> Markup:
     """Return the plot of a curve, the n-th of a page."""
-    mean, sd = curve.mean, curve.sd
-    made = figures.figure(["[N]"], x_title="Cuts in the fit")
+    scale = figures.plot_scale("N")
+    mean, sd = scale * curve.mean, scale * curve.sd
+    made = figures.figure([figures.bracketed("", "N").strip()], x_title=phrase("Cuts in the fit"))
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
-        made.add_trace(figures.line_trace(curve.n, edge, tone="corrected", name="± 2 sd", **band))
+        made.add_trace(
+            figures.line_trace(curve.n, edge, tone="corrected", name=phrase("± 2 sd"), **band)
+        )
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
-    made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name="mean", **mark))
+    made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name=phrase("mean"), **mark))
     made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
     force = figures.force_title(curve.component, [curve.operation])
-    label = f"{force} of {curve.cut}: {learnt_words(curve)}"
+    label = phrase(
+        "{force} of {cut}: {value}", force=force, cut=curve.cut, value=learnt_words(curve)
+    )
     return figures.as_html(made, f"learning-{n}", height_px=260, label=label)
 
 

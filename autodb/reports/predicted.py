@@ -17,6 +17,7 @@ from autodb.forward.limits import standings_in_words
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import Interval
 from autodb.reports import figures
+from autodb.wording import amount_words, msgid, phrase, shop_amount
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ NAMED = 24
 FAR = 3.0
 """A limit this many times beyond what is predicted would press it flat: only the title says it.
 Chosen."""
-UNKNOWN = "not known: no length is stated"
+UNKNOWN = msgid("not known: no length is stated")
 GAP = 0.06
 """What is left between two quantities, a share of the picture."""
 PLACES = {"start": -0.24, "mean": -0.08, "peak": 0.08, "end": 0.24}
@@ -68,30 +69,36 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
 def figure_rows(its: CutFigures) -> list[tuple[str, str]]:
     """Return what a planner counts of a cut: what it is, and how much."""
     return [
-        ("Time", _amount(its.time_s, "s")),
-        ("Removal rate", _amount(its.removal_cm3_min, "cm³/min")),
-        ("Specific force", _reach(its.specific_N_mm2, "N/mm²")),
-        ("Energy", _reach(its.energy_kJ, "kJ")),
+        (phrase("Time"), _amount(its.time_s, "s")),
+        (phrase("Removal rate"), _amount(its.removal_cm3_min, "cm³/min")),
+        (phrase("Specific force"), _reach(its.specific_N_mm2, "N/mm²")),
+        (phrase("Energy"), _reach(its.energy_kJ, "kJ")),
     ]
 
 
 def total_rows(its: JobTotals) -> list[tuple[str, str]]:
     """Return what a planner counts of a job: what it is, and how much."""
     return [
-        ("Time", _amount(its.time_s, "s")),
-        ("Removed", _amount(its.removed_cm3, "cm³")),
-        ("Energy", _reach(its.energy_kJ, "kJ")),
+        (phrase("Time"), _amount(its.time_s, "s")),
+        (phrase("Removed"), _amount(its.removed_cm3, "cm³")),
+        (phrase("Energy"), _reach(its.energy_kJ, "kJ")),
     ]
 
 
 def _amount(value: float | None, unit: str) -> str:
-    return UNKNOWN if value is None else figures.quantity(value, unit)
+    return phrase(UNKNOWN) if value is None else figures.quantity(value, unit)
 
 
 def _reach(one: Interval | None, unit: str) -> str:
     if one is None:
-        return UNKNOWN
-    return f"{figures.number(one.value)} ({figures.span(one.low, one.high, unit)})"
+        return phrase(UNKNOWN)
+    return _in_interval(one, unit)
+
+
+def _in_interval(one: Interval, unit: str) -> str:
+    """Return a value, and its interval with the unit."""
+    value, _ = shop_amount(one.value, unit)
+    return f"{figures.number(value)} ({figures.span(one.low, one.high, unit)})"
 
 
 def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
@@ -99,7 +106,7 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
     operations = [cut.operation for cut in answer.cuts]
     given = {one: [one.limit(limits, cut) for cut in answer.cuts] for one in QUANTITIES}
     titles = [_title(one, operations, given[one]) for one in QUANTITIES]
-    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(titles), gap=GAP)
+    made = figures.figure(titles, x_title=phrase("Cut"), shares=[1.0] * len(titles), gap=GAP)
     for row, one in enumerate(QUANTITIES, start=1):
         traces = _traces(one, answer)
         for trace in traces:
@@ -113,20 +120,23 @@ def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
         made.update_xaxes(tickmode="array", tickvals=numbers, ticktext=names)
     made.update_yaxes(rangemode="tozero")
     made.update_xaxes(range=[0.5, len(numbers) + 0.5])
-    label = f"predicted force, torque and power of {len(numbers)} cuts with 95 % intervals"
+    label = phrase(
+        "predicted force, torque and power of {count} cuts with 95 % intervals", count=len(numbers)
+    )
     return figures.as_html(made, "predicted", height_px=PLOT_PX * len(titles), label=label)
 
 
 def _title(
     one: PredictedQuantity, operations: Sequence[str], limits: Sequence[float | None]
 ) -> str:
-    what = {"torque.spindle": "Spindle torque", "spindle.power": "Cutting power"}
-    name = what.get(one.channel) or figures.force_title(one.channel[-1], operations)
+    name = figures.bracketed(figures.quantity_title(one.channel, operations), one.unit)
     stated = sorted({limit for limit in limits if limit is not None})
     if not stated:
-        return f"{name} [{one.unit}]"
-    least = "" if len(stated) == 1 else " at least"
-    return f"{name} [{one.unit}], limit{least} ± {stated[0]:.4g} {one.unit}"
+        return name
+    least = amount_words(stated[0], one.unit, ".4g")
+    if len(stated) == 1:
+        return phrase("{quantity}, limit ± {limit}", quantity=name, limit=least)
+    return phrase("{quantity}, limit at least ± {limit}", quantity=name, limit=least)
 
 
 def _traces(one: PredictedQuantity, answer: JobAnswer) -> list[go.Scatter]:
@@ -147,11 +157,11 @@ def _marked(
     some: Sequence[tuple[float, Interval, str]], name: str, tone: str, unit: str
 ) -> go.Scatter:
     x = np.array([at for at, _, _ in some])
-    value, low, high = (np.array([getattr(i, end) for _, i, _ in some])
+    scale = figures.plot_scale(unit)
+    value, low, high = (scale * np.array([getattr(i, end) for _, i, _ in some])
                         for end in ("value", "low", "high"))  # fmt: skip
     hover = [
-        f"{figures.plain_text(cut)}, {name}<br>{figures.number(i.value)} "
-        f"({figures.span(i.low, i.high, unit)})"
+        f"{figures.plain_text(cut)}, {phrase(name)}<br>{_in_interval(i, unit)}"
         for _, i, cut in some
     ]
     bars = {
@@ -163,7 +173,7 @@ def _marked(
         x=x,
         y=value,
         mode="markers",
-        name=name,
+        name=phrase(name),
         marker={"color": figures.colour(tone), "size": 8, "symbol": symbol},
         error_y=bars,
         text=hover,
@@ -194,8 +204,9 @@ def _draw_limit(
     for reach, side in ((max(ends), 1.0), (-min(ends), -1.0)):
         if reach * FAR >= np.nanmin(level):
             line = {"dash": "dash", "width": 1.5, "shape": "hv"}
+            shown = side * figures.plot_scale(one.unit) * level
             made.add_trace(
-                figures.line_trace(across, side * level, tone="warn", name="limit", line=line),
+                figures.line_trace(across, shown, tone="warn", name=phrase("limit"), line=line),
                 row=row,
                 col=1,
             )

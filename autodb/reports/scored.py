@@ -14,6 +14,7 @@ from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
 from autodb.reports import figures
 from autodb.reports.against import PredictedMade, plot_against
+from autodb.wording import msgid, phrase
 
 PLOT_PX = 190
 """Height of one quantity."""
@@ -23,7 +24,7 @@ SHOWN = 200
 """Cuts that are drawn, the newest ones. Chosen: more hide one another."""
 NUMBERED = 24
 """Cuts up to which each has its number at the axis. Chosen: more do not fit beside each other."""
-TONES = {"predicted": "corrected", "made": "simulation"}
+TONES = {msgid("predicted"): "corrected", msgid("made"): "simulation"}
 BESIDE = 0.12
 """How far what was made stands beside what was predicted, in cuts."""
 
@@ -51,15 +52,15 @@ def plot_of_scores(found: PredictionScores) -> Markup | None:
     rows = [one for one in QUANTITIES if one.channel in there]
     if not rows:
         return None
-    titles = [f"{one.channel} [{one.unit}]" for one in rows]
-    made = figures.figure(titles, x_title="Cut", shares=[1.0] * len(rows), gap=GAP)
+    titles = [figures.bracketed(one.channel, one.unit) for one in rows]
+    made = figures.figure(titles, x_title=phrase("Cut"), shares=[1.0] * len(rows), gap=GAP)
     for row, one in enumerate(rows, start=1):
         for trace in _traces(one, cuts):
             made.add_trace(trace, row=row, col=1)
     made.update_xaxes(range=[0.5, len(cuts) + 0.5])
     if len(cuts) <= NUMBERED:
         made.update_xaxes(dtick=1)
-    label = f"predicted and made forces of {len(cuts)} cuts with 95 % intervals"
+    label = phrase("predicted and made forces of {count} cuts with 95 % intervals", count=len(cuts))
     return figures.as_html(made, "scored", height_px=PLOT_PX * len(rows), label=label)
 
 
@@ -83,7 +84,10 @@ def plots_against(found: PredictionScores) -> list[Markup]:
             made_sd=np.array([s.sd or 0.0 for _, s in some]),
             held=np.array([s.held for _, s in some]),
         )
-        words = f"{int(np.sum(made.held))} of {len(some)} lie in their predicted interval"
+        inside = int(np.sum(made.held))
+        words = phrase(
+            "{inside} of {count} lie in their predicted interval", inside=inside, count=len(some)
+        )
         plots.append(plot_against(f"against-{quantity.channel}", made, words=words))
     return plots
 
@@ -97,10 +101,11 @@ def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]
                 places.append(float(number))
                 some.append(scored)
                 names.append(f"{cut.job}, {cut.name}")
-    asked = np.array([(s.predicted.value, s.predicted.low, s.predicted.high) for s in some])
-    half = np.array([NORMAL_95 * (s.sd or 0.0) for s in some])
+    scale = figures.plot_scale(one.unit)
+    asked = scale * np.array([(s.predicted.value, s.predicted.low, s.predicted.high) for s in some])
+    half = scale * np.array([NORMAL_95 * (s.sd or 0.0) for s in some])
     x, value, low, high = np.array(places), asked[:, 0], asked[:, 1], asked[:, 2]
-    made = np.array([s.made for s in some])
+    made = scale * np.array([s.made for s in some])
     hover = [_hover(name, s, one.unit) for name, s in zip(names, some, strict=True)]
     return [
         _marks(x - BESIDE, np.array([value, low, high]), "predicted", hover),
@@ -110,8 +115,10 @@ def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]
 
 def _hover(name: str, one: Scored, unit: str) -> str:
     ends = figures.span(one.predicted.low, one.predicted.high, unit)
-    said = f"predicted {figures.number(one.predicted.value)} ({ends})"
-    return f"{figures.plain_text(name)}<br>{said}<br>made {figures.number(one.made)} {unit}"
+    value = figures.number(figures.plot_scale(unit) * one.predicted.value)
+    predicted = phrase("predicted {value} ({reach})", value=value, reach=ends)
+    made = phrase("made {value}", value=figures.quantity(one.made, unit))
+    return "<br>".join((figures.plain_text(name), predicted, made))
 
 
 def _marks(x: figures.Array, ends: figures.Array, name: str, hover: list[str]) -> go.Scatter:
@@ -126,7 +133,7 @@ def _marks(x: figures.Array, ends: figures.Array, name: str, hover: list[str]) -
         x=x,
         y=value,
         mode="markers",
-        name=name,
+        name=phrase(name),
         marker={"color": tone, "size": 7},
         error_y=bars,
         text=hover,

@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.fitting import NORMAL_95
+from autodb.wording import msgid
 
-DRIVE, NETWORK, TABLE = "drive model", "network", "table dynamometer"
+DRIVE, NETWORK, TABLE = msgid("drive model"), msgid("network"), msgid("table dynamometer")
 
 
 Array = NDArray[np.float64]

@@ -17,6 +17,7 @@ from autodb.store import open_store
 from autodb.store.watched import Watched
 from autodb.web import pages
 from autodb.web.http import static
+from autodb.web.http.chosen import Presented
 from autodb.web.http.guard import Guard, Rate
 from autodb.web.http.logs import TEXT, Metrics
 from autodb.web.http.problems import problems
@@ -139,6 +140,7 @@ def make_app(settings: Settings) -> FastAPI:
     app.include_router(static.router)
     for shown in pages.PAGES:
         app.include_router(shown.router, include_in_schema=False)
+    app.add_middleware(Presented, settings=settings)
     app.add_middleware(Guard, settings=settings, metrics=metrics)
     with_units(app)
     return app

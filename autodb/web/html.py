@@ -8,9 +8,13 @@ from fastapi.responses import HTMLResponse
 
 from autodb import __version__
 from autodb.agent.operate.access import Access, Role
+from autodb.files.units import SYSTEMS, shown_system
 from autodb.reports import figures
+from autodb.web.http.chosen import NO_PAGES
 from autodb.web.http.static import at
 from autodb.web.service import service_of
+from autodb.wording import presentation
+from autodb.wording.catalogues import LANGUAGES
 
 POLICY = "; ".join(
     (
@@ -24,7 +28,6 @@ POLICY = "; ".join(
         "frame-ancestors 'none'",
     )
 )
-NO_PAGES = ("/api/", "/static/", "/healthz", "/metrics")
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,8 @@ class Site:
 
     ``who`` and ``role`` of who is signed in, None: nobody; ``operates``: whether this page may
     change something; ``csrf``: the number that its forms bring; ``machine``: that it is of, and
-    ``here``: which of the machine's pages.
+    ``here``: which of the machine's pages. ``then``: the page itself, with its query;
+    ``languages`` and ``systems``: what else its reader may choose, code and words.
     """
 
     who: str | None
@@ -44,6 +48,9 @@ class Site:
     machine: str | None
     here: str
     at: str
+    then: str
+    languages: list[tuple[str, str]]
+    systems: list[tuple[str, str]]
     version: str
 
 
@@ -62,13 +69,21 @@ def service_page(
     content = figures.fragment(
         f"site/{template}", title=title, site=site, path=path, static=at, **context
     )
-    return HTMLResponse(content, status, {"Content-Security-Policy": POLICY})
+    return HTMLResponse(content, status, _headers())
 
 
 def piece(template: str, **context: object) -> HTMLResponse:
     """Return a piece of a page, which the page's script puts in; every text is escaped."""
     content = figures.fragment(f"site/{template}", **context)
-    return HTMLResponse(content, headers={"Content-Security-Policy": POLICY})
+    return HTMLResponse(content, headers=_headers())
+
+
+def _headers() -> dict[str, str]:
+    return {
+        "Content-Security-Policy": POLICY,
+        "Content-Language": presentation().language,
+        "Vary": "Accept-Language, Cookie",
+    }
 
 
 def is_page(request: Request) -> bool:
@@ -96,5 +111,14 @@ def _site(request: Request, machine: str | None, here: str) -> Site:
         machine=machine,
         here=here,
         at=request.url.path,
+        then=_then(request),
+        languages=[one for one in LANGUAGES.items() if one[0] != presentation().language],
+        systems=[(one, words) for one, words in SYSTEMS.items() if one != shown_system()],
         version=__version__,
     )
+
+
+def _then(request: Request) -> str:
+    """Return the page that a request is of, with its query where that asks again for the same."""
+    query = request.url.query if request.method == "GET" else ""
+    return f"{request.url.path}?{query}" if query else request.url.path

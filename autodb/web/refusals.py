@@ -12,11 +12,19 @@ from autodb.errors import NotThere, UnusableInput
 from autodb.files.excuses import excuse
 from autodb.web import html
 from autodb.web.http.problems import first_of, problem
+from autodb.wording import Worded, language_of, msgid, phrase
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
-ELSEWHERE = "see /api/v1/openapi.json for what it accepts"
 UNREAD = "There was an error parsing the body"
 """What FastAPI says of a body that is no JSON at all."""
+FAILED = msgid("Internal Server Error")
+TITLES = {
+    400: msgid("Bad Request"), 401: msgid("Unauthorized"), 403: msgid("Forbidden"),
+    404: msgid("Not Found"), 405: msgid("Method Not Allowed"), 408: msgid("Request Timeout"),
+    409: msgid("Conflict"), 413: msgid("Content Too Large"), 422: msgid("Unprocessable Content"),
+    429: msgid("Too Many Requests"), 503: msgid("Service Unavailable"),
+}  # fmt: skip
+"""Titles of pages that refuse, by their status; in English those of HTTP (RFC 9110)."""
 
 
 def answer_refusal(
@@ -27,10 +35,10 @@ def answer_refusal(
         return problem(status, detail, headers)
     if status == 401:
         return html.service_page(
-            request, "sign_in.html.j2", title="Sign in", status=status, said=detail,
+            request, "sign_in.html.j2", title=phrase("Sign in"), status=status, said=detail,
             then=request.url.path,
         )  # fmt: skip
-    title = HTTPStatus(status).phrase
+    title = phrase(TITLES.get(status, FAILED))
     return html.service_page(request, "problem.html.j2", title=title, status=status, said=detail)
 
 
@@ -46,7 +54,7 @@ def handle(app: FastAPI) -> None:
 
 async def _unusable(request: Request, error: Exception) -> Response:
     return answer_refusal(
-        request, NOT_THERE if isinstance(error, NotThere) else UNUSABLE, str(error)
+        request, NOT_THERE if isinstance(error, NotThere) else UNUSABLE, _line(error)
     )
 
 
@@ -59,9 +67,12 @@ async def _refused(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException | StarletteHTTPException)
     headers = dict(error.headers) if error.headers else None
     unsaid = error.detail == HTTPStatus(error.status_code).phrase
-    said = f"{error.detail}: {ELSEWHERE}" if unsaid else str(error.detail)
+    said = error.detail
+    if unsaid:
+        what = phrase(TITLES.get(error.status_code, FAILED))
+        said = phrase("{what}: see /api/v1/openapi.json for what it accepts", what=what)
     if error.detail == UNREAD:
-        said = f"the body is no JSON in UTF-8: {ELSEWHERE}"
+        said = phrase("the body is no JSON in UTF-8: see /api/v1/openapi.json for what it accepts")
     return answer_refusal(request, error.status_code, said, headers)
 
 
@@ -73,4 +84,9 @@ async def _away(request: Request, error: Exception) -> Response:
 
 
 async def _failed(request: Request, _error: Exception) -> Response:
-    return answer_refusal(request, 500, "an error of autodb; the service's log has it")
+    return answer_refusal(request, 500, phrase("an error of autodb; the service's log has it"))
+
+
+def _line(error: Exception) -> Worded:
+    """Return what an error says, with its language."""
+    return Worded(str(error), language_of(error))

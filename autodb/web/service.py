@@ -22,6 +22,7 @@ from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.apart import Task
 from autodb.web.receive.children import Children, Unable
 from autodb.web.receive.imports import Imports
+from autodb.wording import Worded, language_of, phrase
 
 BEARER = "bearer "
 HELD_S = 5.0
@@ -78,7 +79,9 @@ class Service:
             return signed_in
         if self.settings.anonymous and not _was_passed_on(request):
             return ANYONE_HERE
-        raise HTTPException(401, "a token is needed; make one with 'autodb token add'", CHALLENGE)
+        raise HTTPException(
+            401, phrase("a token is needed; make one with 'autodb token add'"), CHALLENGE
+        )
 
     def by_token(self, request: Request, secret: str) -> Access:
         """Return whose token it is; raises HTTPException where it is not valid.
@@ -93,8 +96,8 @@ class Service:
         wait_s = self._guesses.wait_s(client)
         self._guesses.note(client)
         if wait_s:
-            raise _too_often(f"{GUESSES} tokens that are not valid", wait_s)
-        raise HTTPException(401, "the token is not valid", CHALLENGE)
+            raise _too_often(phrase("{count} tokens that are not valid", count=GUESSES), wait_s)
+        raise HTTPException(401, phrase("the token is not valid"), CHALLENGE)
 
     def _signed_in(self, request: Request, brought: str | None) -> Access | None:
         """Return who is signed in with a browser, None: nobody.
@@ -107,7 +110,7 @@ class Service:
         if session is None or found is None:
             return None
         if request.method not in SAFE and not session.brought(brought):
-            raise HTTPException(403, "not sent by a page of this service; send it from one")
+            raise HTTPException(403, phrase("not sent by a page of this service; send it from one"))
         return found
 
     def _of(self, secret: str) -> Access | None:
@@ -127,7 +130,8 @@ class Service:
         client = client_of(request)
         wait_s = self.sends.wait_s(client)
         if wait_s:
-            raise _too_often(f"{self.settings.limits.a_minute} files within a minute", wait_s)
+            most = self.settings.limits.a_minute
+            raise _too_often(phrase("{count} files within a minute", count=most), wait_s)
         self.sends.note(client)
 
     def needs_machine(self, machine: str) -> None:
@@ -158,7 +162,8 @@ def _was_passed_on(request: Request) -> bool:
 
 
 def _too_often(what: str, wait_s: int) -> HTTPException:
-    return HTTPException(429, f"{what}; try again in {wait_s} s", {"Retry-After": str(wait_s)})
+    said = phrase("{what}; try again in {wait} s", what=what, wait=wait_s)
+    return HTTPException(429, said, {"Retry-After": str(wait_s)})
 
 
 def service_of(request: Request) -> Service:
@@ -175,13 +180,13 @@ async def made_apart(service: Service, task: Task, kind: Any, bounds: ReaderBoun
     is refused.
     """
     if service.reading.statistics().tasks_waiting >= service.settings.limits.at_once:
-        said = f"too many files are read; try again in {WAIT_S} s"
+        said = phrase("too many files are read; try again in {wait} s", wait=WAIT_S)
         raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
     work = partial(service.children.do, task, kind, bounds)
     try:
         return await to_thread.run_sync(work, limiter=service.reading)
     except Unable as error:
-        raise HTTPException(503, str(error)) from None
+        raise HTTPException(503, Worded(str(error), language_of(error))) from None
 
 
 def may(role: Role, *, changes: bool = False) -> Callable[[Request], Awaitable[Access]]:
@@ -203,12 +208,21 @@ def allowed(request: Request, role: Role, brought: str | None, *, changes: bool)
     request.state.who = access.who
     request.state.access = access
     if changes and not service.settings.writes:
-        raise HTTPException(403, "served read-only; run 'autodb serve --write'")
+        raise HTTPException(403, phrase("served read-only; run 'autodb serve --write'"))
     if access.role < role:
         if access.token_id is None:
-            said = f"a token is needed of role {role.word}; make one with 'autodb token add'"
+            said = phrase(
+                "a token is needed of role {role}; make one with 'autodb token add'",
+                role=role.word,
+            )
             raise HTTPException(401, said, CHALLENGE)
-        raise HTTPException(403, f"'{access.who}' may {access.role.word}, not {role.word}")
+        raise HTTPException(
+            403,
+            phrase(
+                "'{who}' may {role}, not {other}",
+                who=access.who, role=access.role.word, other=role.word,
+            ),
+        )  # fmt: skip
     return access
 
 

@@ -32,6 +32,7 @@ WORDS = {
     "readers": "a format each",
     "signals": "filters, ranges",
     "timing": "stamps, even rows",
+    "wording": "languages, marks, units",
     "fitting": "least squares",
     "store": "the database",
     "files": "job, tool, machine files",

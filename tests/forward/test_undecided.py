@@ -36,7 +36,7 @@ def _undecided(
         excluded=np.array(excluded),
         off=both,
         sd=np.where(np.isnan(both), np.nan, SD),
-        words="mismatch 1",
+        waiting=((1, "force.y", "tool_wear"),),
     )
 
 

@@ -16,9 +16,18 @@ CUT: dict[str, Any] = {
 MILLED = {"operation": "slot", "depth_mm": 2.0, "feed_mm_tooth": 0.05, "speed_m_min": 100.0}
 
 
-def client_of(url: str, host: str = "127.0.0.1", **more: Any) -> TestClient:
+def client_of(
+    url: str,
+    host: str = "127.0.0.1",
+    headers: dict[str, str] | None = None,
+    cookies: dict[str, str] | None = None,
+    **more: Any,
+) -> TestClient:
     made = make_app(Settings(url, host=host, **more))
-    return TestClient(made, base_url="http://localhost", raise_server_exceptions=False)
+    return TestClient(
+        made, base_url="http://localhost", raise_server_exceptions=False, headers=headers,
+        cookies=cookies,
+    )  # fmt: skip
 
 
 def detail(response: Any) -> str:

@@ -15,6 +15,7 @@ from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, open_store
 from tests.helpers import shops
 from tests.helpers.asked import client_of
+from tests.helpers.site import filled
 
 
 @pytest.fixture(scope="session")
@@ -31,6 +32,14 @@ def learnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     add_machine(store, "a/b c", LATHE)
     refresh(store, "lathe-0")
     store.close()
+    return path
+
+
+@pytest.fixture(scope="session")
+def sampled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a database whose machine learnt from the sample's cuts, with mismatches that wait."""
+    path = tmp_path_factory.mktemp("site") / "made.sqlite3"
+    filled(path)
     return path
 
 

@@ -144,7 +144,7 @@ def _shown(page: Page, path: str) -> None:
 def _sign_in(page: Page, site: Site) -> None:
     page.goto("/sign-in")
     page.get_by_label("Token").fill(site.token)
-    page.get_by_role("button", name="Sign in").click()
+    page.locator("main button").click()
     expect(page.get_by_text("operator (operate)")).to_be_visible()
 
 
@@ -239,6 +239,23 @@ def test_a_job_is_planned_by_keyboard_alone(page: Page) -> None:
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="What it will take")).to_be_visible()
     assert "depth_mm=1.25" in page.url
+
+
+def test_a_job_is_planned_in_german_and_in_inches(page: Page, site: Site) -> None:
+    page.goto(site.pages["plan"])
+    page.get_by_role("button", name="Deutsch").click()
+    page.get_by_role("button", name="Einheiten: inch, lbf").click()
+    expect(page.locator("html")).to_have_attribute("lang", "de")
+    expect(page.get_by_label("Schnitttiefe [in]")).to_have_value("0,0984252")
+    page.get_by_role("button", name="Schnitt hinzufügen").click()
+    expect(page.get_by_text("Schnitt 2", exact=True)).to_be_visible()
+    page.get_by_label("Schnitttiefe [in]").nth(1).fill("0,125")
+    page.get_by_role("button", name="Vorhersagen", exact=True).click()
+    expect(page.get_by_text("Schnitttiefe 0,125 in").first).to_be_attached()
+    page.goto(site.pages["recordings"])
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Als CSV speichern").click()
+    assert "Nr.;Datei;Aufgenommen (UTC);Länge" in saved.value.path().read_text("utf-8-sig")
 
 
 def test_a_mismatch_is_decided_on(page: Page, site: Site) -> None:
@@ -336,11 +353,16 @@ def test_anyone_can_use_every_page(
     assert watched.wrong == []
 
 
-@pytest.mark.parametrize("width_px", first(1, [390, 1280]))
+@pytest.mark.parametrize(
+    ("locale", "width_px"), first(1, [("de-DE", 390), ("en-US", 390), ("de-DE", 1280)])
+)
 def test_what_is_pressed_is_large_enough_and_nothing_runs_off_the_screen(
-    browser: Browser, site: Site, width_px: int
+    browser: Browser, site: Site, locale: str, width_px: int
 ) -> None:
-    context = browser.new_context(base_url=site.at, viewport={"width": width_px, "height": 800})
+    """In German first: its words are longer."""
+    context = browser.new_context(
+        base_url=site.at, locale=locale, viewport={"width": width_px, "height": 800}
+    )
     page = context.new_page()
     _sign_in(page, site)
     for name, path in site.pages.items():

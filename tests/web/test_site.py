@@ -16,19 +16,17 @@ from autodb.store import Store, models
 from autodb.web.http.static import FILES, at
 from autodb.web.routes.asked import as_cut
 from tests.helpers.asked import client_of
-from tests.helpers.site import STRANGE, filled
+from tests.helpers.site import STRANGE
 
 MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
        "speed_m_min": "220"}  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def learnt(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def learnt(sampled: Path) -> Path:
     """Return a database whose machine has learnt a pair and has mismatches that wait."""
-    path = tmp_path_factory.mktemp("site") / "made.sqlite3"
-    filled(path)
-    return path
+    return sampled
 
 
 @pytest.fixture

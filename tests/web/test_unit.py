@@ -34,7 +34,8 @@ def _unit(cli: Cli, *options: object) -> str:
 
 def test_the_unit_serves_as_it_was_said(cli: Cli) -> None:
     Path("kept recordings").mkdir()
-    options = ("--host", "0.0.0.0", "--recordings", "kept recordings", "--upload-mib", 64)
+    options = ("--host", "0.0.0.0", "--recordings", "kept recordings", "--upload-mib", 64,
+               "--units", "inch")  # fmt: skip
     names = ("--name", "a.example", "--name", "b.example")
     unit = _parsed(_unit(cli, *options, *names, "--proxy", "192.0.2.1"))
     service = unit["Service"]
@@ -45,6 +46,7 @@ def test_the_unit_serves_as_it_was_said(cli: Cli) -> None:
     assert said["--db"] == f"sqlite:///{here / 'autodb.sqlite3'}"
     assert words[words.index("--recordings") + 1] == str(here / "kept recordings")
     assert words[words.index("--upload-mib") + 1] == "64"
+    assert words[words.index("--units") + 1] == "inch"
     assert [words[k + 1] for k, word in enumerate(words) if word == "--name"] == [
         "a.example", "b.example"
     ]  # fmt: skip

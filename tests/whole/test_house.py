@@ -109,11 +109,12 @@ def test_the_wheel_holds_the_kits_and_nothing_else(tmp_path: Path) -> None:
         "autodb/proofs/cases/tables/published_tables.csv",
         "autodb/reports/templates/page.html.j2",
         "autodb/reports/templates/site/site.js",
+        "autodb/wording/de.po",
         "autodb/py.typed",
     ):
         assert part in names
     allowed = re.compile(
-        r"autodb/(?!_assets).*\.(py|typed|j2|js)|autodb/proofs/cases/tables/published_tables\.csv|"
+        r"autodb/(?!_assets).*\.(py|typed|j2|js|po)|autodb/proofs/cases/tables/published_tables\.csv|"
         r"autodb/_assets/(calibration|schema|sample_jobs)/.*"
         r"\.(py|mako|toml|csv|parquet|json|md|nc)|autodb-[^/]+\.dist-info/.*"
     )

@@ -8,7 +8,7 @@ its limit. Values between are tried in steps that get finer; all of a step are w
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import floor, log10
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -17,9 +17,10 @@ from autodb.errors import UnusableInput, near
 from autodb.files.job import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
+from autodb.wording import amount_words, localized, msgid, phrase
 
 Wanted = Literal["feed", "depth", "speed"]
-WHAT: tuple[str, ...] = get_args(Wanted)
+WHAT: tuple[str, ...] = (msgid("feed"), msgid("depth"), msgid("speed"))
 FASTEST_M_MIN = 2000.0
 """Cutting speed up to which is searched. Chosen: aluminium is milled so."""
 SMALLEST = 1e-3
@@ -49,11 +50,16 @@ class Largest:
     @property
     def statement(self) -> str:
         """The answer to the question, in a line."""
-        kept = f"{100 * self.share:.4g} % of each limit with {100 * self.sure:.4g} % probability"
-        said = f"largest {self.what} within {kept}: {self.value:.4g} {self.unit}"
+        said = phrase(
+            "largest {what} within {share} % of each limit with {sure} % probability: {value}",
+            what=phrase(self.what),
+            share=localized(f"{100 * self.share:.4g}"),
+            sure=localized(f"{100 * self.sure:.4g}"),
+            value=amount_words(self.value, self.unit, ".4g"),
+        )
         if self.ends is None:
-            return f"{said}, beyond which is not searched"
-        return f"{said}; what ends it is {self.ends.axis} {self.ends.quantity}"
+            return phrase("{said}, beyond which is not searched", said=said)
+        return phrase("{said}; what ends it is {what}", said=said, what=self.ends.what)
 
 
 def largest_value(
@@ -75,8 +81,11 @@ def largest_value(
         stands = [limit_standings([one], limits) for one in found]
         if all(one.standing == "not entered" for one in stands[0]):
             raise UnusableInput(
-                f"machine '{basis.machine}' states no limit; state one, such as "
-                "axes.spindle.limits.torque_N_m, with 'autodb machine update'"
+                phrase(
+                    "machine '{machine}' states no limit; state one, such as "
+                    "axes.spindle.limits.torque_N_m, with 'autodb machine update'",
+                    machine=basis.machine,
+                )
             )
         kept = [_beyond(one, sure) is None for one in stands]
         first = kept.index(False) if False in kept else STEPS
@@ -90,8 +99,12 @@ def largest_value(
     if best is None:
         over = _beyond(stands[0], sure)
         raise UnusableInput(
-            f"no {what} is small enough: {'' if over is None else over.words} at {tried[0]:.3g} "
-            f"{unit}; state other numbers of the cut"
+            phrase(
+                "no {what} is small enough: {limit} at {value}; state other numbers of the cut",
+                what=phrase(what),
+                limit="" if over is None else over.words,
+                value=amount_words(float(tried[0]), unit, ".3g"),
+            )
         )
     there = _with(cut, key, _rounded_down(best))
     return Largest(what, getattr(there, key), unit, share, sure, ends, there, basis.look_up(there))
@@ -100,14 +113,19 @@ def largest_value(
 def _asked(cut: JobCut, what: str) -> tuple[str, float, str]:
     """Return the key of what is asked for, the largest that is tried, and its unit."""
     if what not in WHAT:
-        raise UnusableInput(f"'{what}' is nothing to look for{near(what, WHAT)}")
+        raise UnusableInput(
+            phrase("'{what}' is nothing to look for{hint}", what=what, hint=near(what, WHAT))
+        )
     keys = KEYS[cut.operation]
     most = MOST_CUT[keys.kind]
     if what == "speed":
         return "speed_m_min", FASTEST_M_MIN, "m/min"
     if what == "depth":
         if "depth_mm" not in keys.needs:
-            raise UnusableInput(f"operation '{cut.operation}' has no depth; use feed or speed")
+            raise UnusableInput(
+                phrase("operation '{operation}' has no depth; use feed or speed",
+                    operation=cut.operation)
+            )  # fmt: skip
         return "depth_mm", most["depth_mm"], "mm"
     key = "feed_mm_tooth" if "feed_mm_tooth" in keys.needs else "feed_mm_rev"
     return key, most[key], "mm/tooth" if key == "feed_mm_tooth" else "mm/rev"

@@ -32,6 +32,7 @@ from autodb.pairs.next_cut import MAY_EXCEED, SensedComponent, SharedError, targ
 from autodb.pairs.observed import Observed, PairCuts
 from autodb.pairs.posterior import DAY, PairPosterior
 from autodb.store import Store, models
+from autodb.wording import msgid
 
 Array = NDArray[np.float64]
 
@@ -179,12 +180,12 @@ class _Search:
             return ()
         first = self._job.cut[0]
         changes = {
-            "a cut at half the feed": {
+            msgid("a cut at half the feed"): {
                 name: 0.5 * value
                 for name in ("feed_mm_rev", "feed_mm_tooth")
                 if (value := getattr(first, name)) is not None
             },
-            "a cut at twice the speed": {
+            msgid("a cut at twice the speed"): {
                 name: 2.0 * value
                 for name in ("speed_rpm", "speed_m_min")
                 if (value := getattr(first, name)) is not None

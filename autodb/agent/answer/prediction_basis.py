@@ -25,6 +25,7 @@ from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near
+from autodb.files.channels import axis_words
 from autodb.files.job import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
@@ -35,10 +36,11 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
+from autodb.wording import Worded, amount_words, listed, localized, msgid, phrase, shop_amount
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""
-RANGES = ((DEPTH, "depth", "mm"), (FEED, "feed", "mm"))
+RANGES = ((DEPTH, msgid("depth"), "mm"), (FEED, msgid("feed"), "mm"))
 
 
 class AskedCut(Protocol):
@@ -71,6 +73,39 @@ class LookedUp:
     exceeds: tuple[Exceeding, ...]
     limits: tuple[LimitStanding, ...]
     figures: CutFigures
+
+
+@dataclass(frozen=True)
+class UsedBeyond:
+    """A calibration, by number, that sensed a force beyond the range of its cuts.
+
+    ``parameters``: the version that was learnt with it, by number; None: none is kept.
+    """
+
+    component: str
+    calibration: int
+    axis: str
+    version: int
+    parameters: int | None
+
+    @property
+    def words(self) -> str:
+        """What that does to the intervals, and the remedy."""
+        where = (
+            ""
+            if self.parameters is None
+            else phrase("; 'autodb trace parameters {number}' has it", number=self.parameters)
+        )
+        return phrase(
+            "force.{component} was sensed beyond the cuts that calibration {number} (axis {axis} "
+            "version {version}) was made with: the intervals are wider by what it may be off there"
+            "{where}; calibrate with cuts like these to narrow them",
+            component=self.component,
+            number=self.calibration,
+            axis=axis_words(self.axis),
+            version=self.version,
+            where=where,
+        )
 
 
 @dataclass(frozen=True)
@@ -109,7 +144,7 @@ class PredictionBasis:
     open: OpenCauses = NONE_OPEN
     undecided: UndecidedCuts | None = None
     apart: tuple[str, ...] = ()
-    beyond: tuple[str, ...] = ()
+    beyond: tuple[UsedBeyond, ...] = ()
 
     @property
     def stamp(self) -> Stamp | None:
@@ -228,11 +263,17 @@ class PredictionBasis:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
             start = self.known.behind.started_from
-            yield f"{self.machine} has no parameters of {name}{hint}; predicted from {start}"
+            yield phrase(
+                "{machine} has no parameters of {pair}{hint}; predicted from {start}",
+                machine=self.machine,
+                pair=name,
+                hint=hint,
+                start=Worded(start or "", "en"),  # kept as it was said
+            )
         yield from _assumed(self.known, cuts)
         if self.states is not None:
             yield from _outside(self.states.usual, cuts, self.known.tool)
-        yield from self.beyond
+        yield from (one.words for one in self.beyond)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
         yield from self.waiting
@@ -255,28 +296,27 @@ def prediction_basis_of(
         open=waiting,
         undecided=None if number is None else undecided_cuts(session, number, waiting),
         apart=said_of_open(session, waiting),
-        beyond=tuple(_said_beyond(session, known)),
+        beyond=tuple(_used_beyond(session, known)),
     )
 
 
-def _said_beyond(session: Session, known: KnownPair) -> Iterable[str]:
-    """Say which calibrations sensed forces behind an answer beyond the range of their cuts."""
+def _used_beyond(session: Session, known: KnownPair) -> Iterable[UsedBeyond]:
+    """Give the calibrations that sensed forces behind an answer beyond the range of their cuts."""
     for row in used_beyond(session, (one.key for one in known.posterior.shared)):
-        where = "" if known.row is None else f"; 'autodb trace parameters {known.row.id}' has it"
-        yield (
-            f"force.{row.component} was sensed beyond the cuts that calibration {row.id} (axis "
-            f"{row.axis} version {row.version}) was made with: the intervals are wider by what it "
-            f"may be off there{where}; calibrate with cuts like these to narrow them"
-        )
+        number = None if known.row is None else known.row.id
+        yield UsedBeyond(row.component, row.id, row.axis, row.version, number)
 
 
 def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say which cuts are predicted in another process state than the usual one."""
     for number, cut in enumerate(cuts, start=1):
         if cut.state is not None:
-            yield (
-                f"cut {number} '{cut.name}': in the state '{cut.state}', which its speed or the "
-                "wear of its edge implies"
+            yield phrase(
+                "cut {number} '{name}': in the state '{state}', which its speed or the wear of its "
+                "edge implies",
+                number=number,
+                name=cut.name,
+                state=cut.state,
             )
 
 
@@ -284,10 +324,11 @@ def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts go to a diameter that is not stated: what they take is that of their start."""
     for number, cut in enumerate(cuts, start=1):
         if cut.operation in PROFILED and cut.end_diameter_mm is None:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield (
-                f"cut {number}{name}: its torque and power are those at its start, "
-                f"{cut.diameter_mm:g} mm; state end_diameter_mm for their mean and end"
+            yield phrase(
+                "{cut}: its torque and power are those at its start, {diameter}; state "
+                "end_diameter_mm for their mean and end",
+                cut=_cut_words(number, cut.name),
+                diameter=amount_words(cut.diameter_mm or 0.0, "mm"),
             )
 
 
@@ -295,10 +336,11 @@ def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
     """Say which cuts have an older edge than any that a pair without wear was learnt from."""
     for number, cut in enumerate(cuts, start=1):
         if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield (
-                f"cut {number}{name}: no edge had cut for more than {longest_s:g} s; its intervals "
-                "leave room for the wear of an older one"
+            yield phrase(
+                "{cut}: no edge had cut for more than {longest}; its intervals leave room for the "
+                "wear of an older one",
+                cut=_cut_words(number, cut.name),
+                longest=amount_words(longest_s, "s"),
             )
 
 
@@ -307,10 +349,11 @@ def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
     kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
     said = [one.words for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
     if said:
-        listed = ", ".join(dict.fromkeys(said))
-        yield (
-            f"assumed for {known.tool.name}, because it is not stated: {listed}; state it in a "
-            "tool file to narrow the intervals"
+        yield phrase(
+            "assumed for {tool}, because it is not stated: {numbers}; state it in a tool file to "
+            "narrow the intervals",
+            tool=known.tool.name,
+            numbers=listed(dict.fromkeys(said)),
         )
 
 
@@ -318,9 +361,10 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
     """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
     for operation in dict.fromkeys(cut.operation for cut in cuts):
         if operation not in made.operations:
-            yield (
-                f"operation '{operation}' was never cut; its forces come from the law alone, "
-                "with wider intervals"
+            yield phrase(
+                "operation '{operation}' was never cut; its forces come from the law alone, with "
+                "wider intervals",
+                operation=operation,
             )
     for number, asked in enumerate(cuts, start=1):
         stated = asked.ranges(tool.diameter_mm)
@@ -330,7 +374,21 @@ def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterab
             (least, most), (low, high) = stated[channel], made.ranges[channel]
             if not (low * 0.999 <= least and most <= high * 1.001):
                 value = most if most > high * 1.001 else least
-                which = f"cut {number} '{asked.name}': " if asked.name or len(cuts) > 1 else ""
-                yield (
-                    f"{which}{what} {value:.4g} {unit} was never cut ({low:g} to {high:g} {unit})"
+                said = phrase(
+                    "{what} {value} was never cut ({low} to {high})",
+                    what=phrase(what),
+                    value=amount_words(value, unit, ".4g"),
+                    low=localized(f"{shop_amount(low, unit)[0]:g}"),
+                    high=amount_words(high, unit),
                 )
+                if asked.name or len(cuts) > 1:
+                    name = _cut_words(number, asked.name)
+                    said = phrase("{cut}: {said}", cut=name, said=said)
+                yield said
+
+
+def _cut_words(number: int, name: str) -> str:
+    """Return which cut it is, by its number and its name."""
+    if not name:
+        return phrase("cut {number}", number=number)
+    return phrase("cut {number} '{name}'", number=number, name=name)

@@ -95,7 +95,7 @@ def undecided_cuts(session: Session, parameters: int, causes: OpenCauses) -> Und
         excluded=there,
         off=off,
         sd=sd,
-        words=_words(named, int(there.sum())),
+        waiting=tuple((row.id, row.channel, row.term) for row in named),
     )
 
 
@@ -151,14 +151,3 @@ def _off(
             off[k, column] = (force.value_N - mean[row, column]) / mean[row, column]
             sd[k, column] = np.hypot(force.sd_N or 0.0, np.sqrt(own[row, column])) / size
     return off, sd
-
-
-def _words(rows: Sequence[models.Mismatch], cuts: int) -> str:
-    """Say why intervals are wider, and what decides."""
-    listed = ", ".join(f"{row.id} ({row.channel}: {row.term})" for row in rows)
-    several = len(rows) > 1
-    return (
-        f"intervals hold what {cuts} excluded cut{'s' if cuts > 1 else ''} showed beside what was "
-        f"learnt, until mismatch{'es' if several else ''} {listed} {'are' if several else 'is'} "
-        f"decided: 'autodb mismatch confirm {rows[0].id}' or 'autodb mismatch reject {rows[0].id}'"
-    )

@@ -13,8 +13,9 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
+from autodb.wording import Worded, msgid, phrase, phrase_many
 
-CONFIRMS = (
+CONFIRMS = msgid(
     "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "
     "the pair's parameters, and 5 cuts with another cause make a cutting state of their own"
 )
@@ -68,9 +69,17 @@ class RefreshReport:
     @property
     def forces_words(self) -> str:
         """How many forces were measured, sensed and not sensed."""
-        measured = f"{self.measured} forces measured, " if self.measured else ""
-        of_what = "" if self.measured else " forces"
-        return f"{measured}{self.sensed}{of_what} sensed, {self.not_sensed} not sensed"
+        sensed, not_sensed = self.sensed, self.not_sensed
+        if not self.measured:
+            return phrase(
+                "{sensed} forces sensed, {other} not sensed", sensed=sensed, other=not_sensed
+            )
+        return phrase(
+            "{measured} forces measured, {sensed} sensed, {other} not sensed",
+            measured=self.measured,
+            sensed=sensed,
+            other=not_sensed,
+        )
 
     def also(self, other: "RefreshReport") -> None:
         """Add what a later pass did."""
@@ -93,30 +102,53 @@ class RefreshReport:
         if self.anything:
             said.append(self.forces_words)
         else:
-            said.append("nothing new: every cut is sensed and every pair is up to date")
-        said += [f"{pair}: version {version} from {n} cuts" for pair, version, n in self.versions]
+            said.append(phrase("nothing new: every cut is sensed and every pair is up to date"))
+        said += [
+            phrase("{pair}: version {version} from {cuts} cuts", pair=pair, version=version, cuts=n)
+            for pair, version, n in self.versions
+        ]
         said += [one.words for one in self.shifts]
-        said += [f"excluded: {sentence}" for sentence in self.set_aside]
+        said += [phrase("excluded: {what}", what=_kept(one)) for one in self.set_aside]
         said += self.mismatches
         if self.mismatches:
-            said.append(CONFIRMS)
+            said.append(phrase(CONFIRMS))
         elif self.waiting:
             said.append(
-                f"{self.waiting} mismatches are undecided; list them with 'autodb mismatch list'"
+                phrase(
+                    "{count} mismatches are undecided; list them with 'autodb mismatch list'",
+                    count=self.waiting,
+                )
             )
         if self.predicted:
-            cuts = f"{self.predicted} cuts were" if self.predicted > 1 else "1 cut was"
-            said.append(f"{cuts} predicted before; see 'autodb predictions score'")
+            said.append(
+                phrase_many(
+                    "{count} cut was predicted before; see 'autodb predictions score'",
+                    "{count} cuts were predicted before; see 'autodb predictions score'",
+                    self.predicted,
+                )
+            )
         said += self.asked
-        said += [f"calibration due: {sentence}" for sentence in self.due]
+        said += [phrase("calibration due: {what}", what=_kept(one)) for one in self.due]
         return said + self.retained
+
+
+def _kept(sentence: str) -> Worded:
+    """Return a sentence as it was kept, in English."""
+    return Worded(sentence, "en")
 
 
 def _of_file(one: CameIn) -> str:
     if one.status == "refused":
-        return f"{one.file}: refused: {one.reason}"
-    again = f", {one.again} there already" if one.again else ""
-    return f"{one.file}: recording {one.recording}, {one.cuts} new cuts{again}"
+        return phrase("{file}: refused: {why}", file=one.file, why=_kept(one.reason or ""))
+    said = phrase(
+        "{file}: recording {number}, {cuts} new cuts",
+        file=one.file,
+        number=one.recording,
+        cuts=one.cuts,
+    )
+    return (
+        phrase("{said}, {count} there already", said=said, count=one.again) if one.again else said
+    )
 
 
 def files_since(session: Session, machine_id: int) -> Sequence[models.InboxFile]:

@@ -13,6 +13,7 @@ from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
+from autodb.wording import Worded, amount_words, localized, phrase, shop_amount
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,23 @@ class ForceShift:
     @property
     def words(self) -> str:
         """Return it as a sentence."""
-        return (
-            f"{self.pair}: force.{self.component} of a typical cut ({self.cut}) moved from "
-            f"{self.before_N:.0f} ± {self.half_N:.0f} N to {self.after_N:.0f} ± "
-            f"{self.half_after_N:.0f} N"
+        ends = (
+            (self.before_N, self.half_N),
+            (self.after_N, self.half_after_N),
         )
+        before, after = (f"{_mean(mean)} ± {amount_words(half, 'N', '.0f')}" for mean, half in ends)
+        return phrase(
+            "{pair}: force.{axis} of a typical cut ({cut}) moved from {before} to {after}",
+            pair=self.pair,
+            axis=self.component,
+            cut=Worded(self.cut, "en"),  # kept as it was said
+            before=before,
+            after=after,
+        )
+
+
+def _mean(force_N: float) -> str:
+    return localized(f"{shop_amount(force_N, 'N')[0]:.0f}")
 
 
 def shifts(

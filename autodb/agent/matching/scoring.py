@@ -10,8 +10,9 @@ from autodb.agent.rows.machines import find_machine
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.scored import Score, Width, score_of, width_of
 from autodb.store import Store
+from autodb.wording import msgid
 
-LEARNT, NOT_LEARNT = "learnt pair", "card, relative or metal"
+LEARNT, NOT_LEARNT = msgid("learnt pair"), msgid("card, relative or metal")
 """What a prediction was made from."""
 
 

@@ -15,6 +15,7 @@ from autodb.agent.operate.fitting_confirmed import fit_with, keep_version
 from autodb.agent.operate.refreshing import learn_confirmed
 from autodb.agent.operate.reversing import take_back
 from autodb.agent.rows.machines import find_machine
+from autodb.agent.rows.mismatches import decided_words
 from autodb.agent.rows.posteriors import as_posterior, pair_name
 from autodb.agent.sense.identifying import KeptModel
 from autodb.errors import NotThere, UnusableInput, near
@@ -24,6 +25,7 @@ from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
 from autodb.terms import Home
 from autodb.terms.vocabulary import effect_called, of_the_machine, where_kept
+from autodb.wording import listed, phrase
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,9 @@ def _count(session: Session, row: models.Mismatch) -> None:
 def _refuse_lot(term: str, lot: str | None) -> None:
     """Raise UnusableInput where a lot is named of what belongs to none."""
     if lot is not None and effect_called(term).belongs_to != "lot":
-        raise UnusableInput(f"--lot: {term} is of no lot of material; leave out --lot")
+        raise UnusableInput(
+            phrase("--lot: {term} is of no lot of material; leave out --lot", term=term)
+        )
 
 
 def _in_calibrations(
@@ -245,8 +249,11 @@ def mismatch(session: Session, number: int) -> models.Mismatch:
     row = session.get(models.Mismatch, number)
     if row is None:
         raise NotThere(
-            f"there is no mismatch {number}; list a machine's with "
-            "'autodb mismatch list --machine NAME'"
+            phrase(
+                "there is no mismatch {number}; list a machine's with "
+                "'autodb mismatch list --machine NAME'",
+                number=number,
+            )
         )
     return row
 
@@ -256,7 +263,13 @@ def _wanted(row: models.Mismatch, term: str | None) -> str:
     names = [row.term, *(row.alternatives or ())]
     if term is not None and term not in names:
         raise UnusableInput(
-            f"--as: mismatch {row.id} may be {' or '.join(names)}, not '{term}'{near(term, names)}"
+            phrase(
+                "--as: mismatch {number} may be {names}, not '{term}'{hint}",
+                number=row.id,
+                names=listed(names, phrase(" or ")),
+                term=term,
+                hint=near(term, names),
+            )
         )
     return term or row.term
 
@@ -271,11 +284,15 @@ def _is_decided(row: models.Mismatch, status: str, term: str | None) -> bool:
         return False
     if (row.status, row.confirmed_term) == (status, term):
         return True
-    was = f"{row.status} as {row.confirmed_term}" if row.confirmed_term else row.status
-    by = f" by {row.decided_by}" if row.decided_by else ""
+    was = decided_words(row.status, row.confirmed_term, row.decided_by)
     raise UnusableInput(
-        f"mismatch {row.id} was {was}{by} on {row.decided_at} already; take that back first with "
-        f"'autodb mismatch reopen {row.id}'"
+        phrase(
+            "mismatch {number} was {decided} on {day} already; take that back first with "
+            "'autodb mismatch reopen {number}'",
+            number=row.id,
+            decided=was,
+            day=row.decided_at,
+        )
     )
 
 

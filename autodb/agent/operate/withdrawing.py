@@ -18,6 +18,7 @@ from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
+from autodb.wording import phrase
 
 
 @dataclass
@@ -47,11 +48,19 @@ def withdraw(
             return Withdrawn(number, 0, already=True)
         if row.withdrawn_at is not None:
             raise UnusableInput(
-                f"recording {number} was withdrawn on {row.withdrawn_at} ({row.withdrawn_why})"
+                phrase(
+                    "recording {number} was withdrawn on {day} ({why})",
+                    number=number,
+                    day=row.withdrawn_at,
+                    why=row.withdrawn_why,
+                )
             )
         if row.looked_at is not None:
             raise UnusableInput(
-                f"recording {number} was imported only to be explained; nothing depends on it"
+                phrase(
+                    "recording {number} was imported only to be explained; nothing depends on it",
+                    number=number,
+                )
             )
         cuts = counted_cuts(row)
         done = Withdrawn(number, len(cuts), _taken_back(session, row))
@@ -81,8 +90,12 @@ def _recording(session: Session, machine: str, number: int) -> models.StoredReco
     row = session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
         raise NotThere(
-            f"machine '{machine}' has no recording {number}; find those behind a number with "
-            "'autodb trace'"
+            phrase(
+                "machine '{machine}' has no recording {number}; find those behind a number with "
+                "'autodb trace'",
+                machine=machine,
+                number=number,
+            )
         )
     return row
 

@@ -19,6 +19,7 @@ from autodb.files.machine import (
 )
 from autodb.files.toml import ReferenceValue
 from autodb.store import Store, models
+from autodb.wording import phrase
 
 _MACHINE = ("dialect", "units", "diameter", "shares")
 _RETENTION = ("compress_after_days", "drop_after_days")
@@ -291,6 +292,10 @@ def find_machine(session: Session, name: str) -> models.Machine:
     machine = session.scalar(select(models.Machine).where(models.Machine.name == name))
     if machine is None:
         names = list(session.scalars(select(models.Machine.name)))
-        hint = near(name, names) if names else f"; add it with 'autodb machine add {name}'"
-        raise NotThere(f"no machine '{name}'{hint}")
+        hint = (
+            near(name, names)
+            if names
+            else phrase("; add it with 'autodb machine add {name}'", name=name)
+        )
+        raise NotThere(phrase("no machine '{name}'{hint}", name=name, hint=hint))
     return machine

@@ -2,7 +2,11 @@
 
 from autodb.store import models
 from autodb.terms.sensor import GAIN
+from autodb.wording import day, listed, msgid, phrase, phrase_many
 
+STATES = (msgid("open"), msgid("confirmed"), msgid("rejected"))
+"""What a mismatch may be."""
+KINDS = (msgid("missing"), msgid("mistuned"))
 GAIN_TERM = GAIN.name
 SINCE = "since"
 """Of what a drifted gain was found in: the recording, by id, from which on an axis reads so."""
@@ -29,16 +33,32 @@ def found_words(row: models.Mismatch) -> str:
     recordings = len(row.recordings)
     found = row.found_in
     if recordings == 1 or found is None:
-        return "" if recordings == 1 else f"{recordings} recordings"
+        return "" if recordings == 1 else phrase("{count} recordings", count=recordings)
+    said = phrase(
+        "{cuts} cuts of {count} recordings, {excluded} excluded",
+        cuts=found["cuts"],
+        count=recordings,
+        excluded=found["excluded"],
+    )
     edges = found["edges"]
-    on = f", edge{'s' if len(edges) > 1 else ''} {', '.join(edges)}" if edges else ""
-    return f"{found['cuts']} cuts of {recordings} recordings, {found['excluded']} excluded{on}"
+    if not edges:
+        return said
+    names = ", ".join(edges)
+    on = phrase_many("edge {edges}", "edges {edges}", len(edges), edges=names)
+    return listed([said, on])
 
 
 def decision_words(row: models.MismatchDecision) -> str:
     """Return a decision as a line: what, by whom, when and why."""
-    what = {"open": "reopened"}.get(row.status, row.status)
-    called = f" as {row.term}" if row.term else ""
-    by = f" by {row.decided_by}" if row.decided_by else ""
-    why = f": {row.why}" if row.why else ""
-    return f"{what}{called}{by} on {row.decided_at}{why}"
+    status = {"open": msgid("reopened")}.get(row.status, row.status)
+    what = decided_words(status, row.term, row.decided_by)
+    said = phrase("{decided} on {day}", decided=what, day=day(row.decided_at))
+    return phrase("{said}: {why}", said=said, why=row.why) if row.why else said
+
+
+def decided_words(status: str, term: str | None, by: str | None) -> str:
+    """Return what was decided, as which term and by whom, as far as that is known."""
+    said = phrase(status)
+    if term:
+        said = phrase("{decided} as {term}", decided=said, term=term)
+    return phrase("{decided} by {who}", decided=said, who=by) if by else said

@@ -15,6 +15,7 @@ from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
 from autodb.sensing.drives.moves.motion import protocol_of
 from autodb.store import models
+from autodb.wording import phrase
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,12 @@ def drive_map(session: Session, machine: str, channel: str) -> DriveMap:
     row = newest_model(session, owner.id, channel)
     if row is None:
         known = modelled_channels(session, owner.id)
-        raise NotThere(f"machine '{machine}' has no model of '{channel}'{near(channel, known)}")
+        raise NotThere(
+            phrase(
+                "machine '{machine}' has no model of '{channel}'{hint}",
+                machine=machine, channel=channel, hint=near(channel, known),
+            )
+        )  # fmt: skip
     terms = stored_terms(row)
     moves = _moves(row)
     drawn = None

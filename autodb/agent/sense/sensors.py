@@ -18,8 +18,9 @@ from autodb.files.channels import LINEAR_AXES
 from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
+from autodb.wording import amount_words, listed, msgid, phrase, phrase_many
 
-RANGE, INSPECTED, TOGETHER = "current range", "finished part", "together"
+RANGE, INSPECTED, TOGETHER = msgid("current range"), msgid("finished part"), msgid("together")
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def _ranges(session: Session, owner: models.Machine) -> Iterator[Sensor]:
                 version=row.version,
                 error=row.scores["rmse"],
                 unit=row.unit,
-                of="held-out cuts",
+                of=msgid("held-out cuts"),
                 since=row.created_at,
                 why_not=None if row.offered else row.verdict,
             )
@@ -93,9 +94,9 @@ def _drives(session: Session, owner: models.Machine) -> Iterator[Sensor]:
             version=row.version,
             error=worst * (newtons or 1.0),
             unit=row.unit if newtons is None else "N",
-            of="held-out moves in air, the worst",
+            of=msgid("held-out moves in air, the worst"),
             since=row.created_at,
-            why_not=None if newtons else "its force constant (N/A) is not known",
+            why_not=None if newtons else phrase("its force constant (N/A) is not known"),
         )
 
 
@@ -103,22 +104,28 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
     """Give what senses forces over time beside drive models, and all of it together."""
     for row in newest(session, owner.id, LSTM):
         air = (row.normalisation or {}).get("on_air")
-        of = "held-out moves in air" if air else "held-out recordings"
+        of = msgid("held-out moves in air") if air else msgid("held-out recordings")
         yield _over_time(row, NETWORK, _recordings(row), of)
     for row in newest(session, owner.id, DYNAMOMETER):
-        yield _over_time(row, TABLE, _recordings(row), "moves in air")
+        yield _over_time(row, TABLE, _recordings(row), msgid("moves in air"))
     for row in newest(session, owner.id, INSPECTION):
         bar = (row.model or {})["bar"]
-        source = f"a bar of {bar['diameter_mm']:g} mm, {bar['length_mm']:g} mm free"
-        yield replace(_over_time(row, INSPECTED, source, "its stiffness alone"), unit="of it")
+        source = phrase(
+            "a bar of {diameter}, {length} free",
+            diameter=amount_words(bar["diameter_mm"], "mm"),
+            length=amount_words(bar["length_mm"], "mm"),
+        )
+        yield replace(
+            _over_time(row, INSPECTED, source, msgid("its stiffness alone")), unit="of it"
+        )
     for row in newest(session, owner.id, FUSION):
-        names = " and ".join((row.model or {})["names"])
-        yield _over_time(row, TOGETHER, names, "held-out recordings")
+        names = listed(map(phrase, (row.model or {})["names"]), phrase(" and "))
+        yield _over_time(row, TOGETHER, names, msgid("held-out recordings"))
 
 
 def _recordings(row: models.Estimator) -> str:
     count = len(row.recordings)
-    return f"{count} recording{'s' if count != 1 else ''}"
+    return phrase_many("{count} recording", "{count} recordings", count)
 
 
 def _over_time(row: models.Estimator, kind: str, source: str, of: str) -> Sensor:

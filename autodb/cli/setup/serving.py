@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -78,6 +78,12 @@ UploadMib = Annotated[
         help="Largest recording that may be sent, in MiB, with --write; default: 256.",
     ),
 ]
+PageUnits = Annotated[
+    Literal["si", "inch"],
+    typer.Option(
+        "--units", help="Units of the pages, where their reader has chosen none: si, or inch."
+    ),
+]
 Unit = Annotated[
     bool, typer.Option("--unit", help="Print a systemd unit that serves so; serve nothing.")
 ]
@@ -93,6 +99,7 @@ def serve(
     key: KeyFile = None,
     recordings: RecordingsFolder = None,
     upload_mib: UploadMib = None,
+    units: PageUnits = "si",
     unit: Unit = False,
     db: Database = None,
 ) -> None:
@@ -111,7 +118,7 @@ def serve(
     tls = _certificate(certificate, key)
     settings = Settings(
         database_url(db), host, port, write, tuple(name or ()), tls is not None, recordings,
-        _limits(upload_mib), _proxies(proxy or ()),
+        _limits(upload_mib), _proxies(proxy or ()), units,
     )  # fmt: skip
     _refuse_idle(settings, upload_mib)
     _refuse_unusable(settings, db)
@@ -183,10 +190,14 @@ def _print_unit(settings: "Settings", certificate: Path | None, key: Path | None
 
 def _options(settings: "Settings", certificate: Path | None, key: Path | None) -> list[str]:
     """Return the options that say these settings."""
+    from autodb.web.http.settings import Settings
+
     paths = {"--certificate": certificate, "--key": key, "--recordings": settings.recordings}
     said = [word for o, path in paths.items() if path for word in (o, str(path.resolve()))]
     said += [word for name in settings.names for word in ("--name", name)]
     said += [word for proxy in settings.proxies for word in ("--proxy", proxy)]
+    if settings.units != Settings.units:
+        said += ["--units", settings.units]
     if settings.writes:
         said += ["--write", "--upload-mib", str(settings.limits.recording_MiB)]
     return ["--host", settings.host, "--port", str(settings.port), *said]

@@ -20,6 +20,7 @@ from autodb.web.http.logs import LOG, Metrics
 from autodb.web.http.problems import problem
 from autodb.web.http.sessions import SAFE
 from autodb.web.http.settings import MIB, Settings
+from autodb.wording import phrase
 
 BODY_MOST = MIB
 """Bytes of a request's body, but where a route takes more."""
@@ -143,7 +144,7 @@ def _bounded(receive: Receive, most: int) -> Receive:
 
 
 def _too_large(most: int) -> str:
-    return f"larger than {most / MIB:g} MiB; send it in parts"
+    return phrase("larger than {most} MiB; send it in parts", most=f"{most / MIB:g}")
 
 
 def _name(host: str) -> str:

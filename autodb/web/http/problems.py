@@ -6,6 +6,8 @@ from typing import Any
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 
+from autodb.wording import Worded, language_of, phrase
+
 
 class HttpProblem(BaseModel):
     """Why there is no answer; ``detail`` is one line, which ends in the remedy."""
@@ -36,12 +38,16 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 def problem(status: int, detail: str, headers: dict[str, str] | None = None) -> JSONResponse:
     """Return the response for what could not be answered."""
-    return JSONResponse(HttpProblem(detail=detail).model_dump(), status, headers)
+    language = {"Content-Language": language_of(detail)}
+    made = HttpProblem(detail=str(detail)).model_dump()
+    return JSONResponse(made, status, {**language, **(headers or {})})
 
 
 def first_of(errors: Sequence[Any]) -> str:
     """Return the first error of a model in one line: where, and why."""
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"] if part != "body")
-    message = first["msg"].removeprefix("Value error, ")
-    return f"{where}: {message}" if where else str(message)
+    raised = first.get("ctx", {}).get("error")  # what a model of ours says, in its language
+    own = isinstance(raised, ValueError) and bool(raised.args)
+    message = raised.args[0] if own else Worded(first["msg"], "en")
+    return phrase("{where}: {problem}", where=where, problem=message) if where else message

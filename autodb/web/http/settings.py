@@ -4,6 +4,7 @@ import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 
+from autodb.files.units import SI
 from autodb.store import file_of, on_server
 
 HERE = "127.0.0.1"
@@ -58,7 +59,7 @@ class Settings:
     may be changed; ``names``: by which hosts' names it may be asked, none: by any; ``tls``: whether
     it is reached over TLS; ``recordings``: the folder that keeps recordings which were sent, None:
     one beside the database's file; ``proxies``: addresses, or networks, of proxies that are
-    believed for whom they ask.
+    believed for whom they ask; ``units``: system of units of its pages, where a browser chose none.
     """
 
     url: str
@@ -70,6 +71,7 @@ class Settings:
     recordings: Path | None = None
     limits: RequestLimits = RequestLimits()
     proxies: tuple[str, ...] = ()
+    units: str = SI
 
     @property
     def keeps_in(self) -> Path | None:

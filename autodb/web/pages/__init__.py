@@ -1,6 +1,7 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
 
 from autodb.web.pages import (
+    choosing,
     health,
     importing,
     machine,
@@ -16,6 +17,6 @@ from autodb.web.pages import (
 
 PAGES = (
     signing, machines, mismatches, planner, program, recordings, health, pairs, scores, importing,
-    machine,
+    choosing, machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -1,16 +1,18 @@
 """Cuts as a form states them, and as a page says them."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from starlette.datastructures import QueryParams
 
 from autodb.errors import UnusableInput
-from autodb.files.cut_words import FIELDS
+from autodb.files.cut_words import FIELDS, shown_fields
 from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
-from autodb.reports.figures import force_title, number, span
-from autodb.web.routes.asked import as_cut
+from autodb.reports.figures import quantity, quantity_title, span
+from autodb.web.pages.typed import Typed, typed_now, written_cut
+from autodb.wording import phrase
 
 MOST = 50
 """Cuts of a form. Chosen: more come as a program or by the API."""
@@ -29,7 +31,13 @@ def stated_rows(query: QueryParams) -> list[dict[str, str]]:
     """
     operations = query.getlist("operation")
     if len(operations) > MOST:
-        raise UnusableInput(f"{len(operations)} cuts are too many; send {MOST}, or a program")
+        raise UnusableInput(
+            phrase(
+                "{count} cuts are too many; send {most}, or a program",
+                count=len(operations),
+                most=MOST,
+            )
+        )
     columns = {name: query.getlist(name) for name in ("name", *(one.key for one in FIELDS))}
     return [
         {"operation": operation}
@@ -38,26 +46,35 @@ def stated_rows(query: QueryParams) -> list[dict[str, str]]:
     ]
 
 
-def read_cuts(rows: Sequence[Mapping[str, str]]) -> list[JobCut]:
+def read_cuts(rows: Sequence[Mapping[str, str]], typed: Typed) -> list[JobCut]:
     """Return the cuts that rows of a form state; raises UnusableInput naming cut and key."""
     found = []
     for k, row in enumerate(rows, start=1):
         try:
-            found.append(as_cut(row))
+            found.append(typed.cut(row))
         except UnusableInput as error:
-            raise UnusableInput(f"cut {k}: {error}") from None
+            raise UnusableInput(
+                phrase("cut {number}: {problem}", number=k, problem=error)
+            ) from None
     return found
 
 
-def cut_rows(cuts: Sequence[JobCut]) -> list[dict[str, str]]:
-    """Return what a form shows of cuts: texts by key."""
-    return [
-        {
-            key: f"{value:g}" if isinstance(value, float) else str(value)
-            for key, value in cut.model_dump(exclude_none=True).items()
-        }
-        for cut in cuts
-    ]
+def form_of_cuts(rows: Sequence[Mapping[str, str]]) -> dict[str, Any]:
+    """Return what the template shows of a form of cuts: its rows, fields and operations."""
+    return {
+        "rows": rows,
+        "fields": shown_fields(),
+        "shown": SHOWN,
+        "operations": [(one, phrase(one)) for one in OPERATIONS],
+        "typed": typed_now(),
+    }
+
+
+def rewritten(
+    rows: Sequence[Mapping[str, str]], cuts: Sequence[JobCut], typed: Typed
+) -> list[Mapping[str, str]]:
+    """Return rows as they were typed, or, where the reader writes numbers otherwise now, anew."""
+    return list(rows) if typed == typed_now() else [written_cut(cut) for cut in cuts]
 
 
 def prediction_spans(
@@ -68,21 +85,19 @@ def prediction_spans(
     ``beside``: cuts that share its column titles.
     """
     operations = [one.operation for one in (cut, *beside)]
-    titles = [*(force_title(name, operations) for name in "xyz"), "Spindle torque", "Cutting power"]
-    rows = zip(titles, QUANTITIES, strict=True)
     return [
         (
-            what,
-            *_in_words(quantity.of(cut), quantity.unit),
+            quantity_title(one.channel, operations),
+            *_in_words(one.of(cut), one.unit),
             [
-                (name, "{} ({})".format(*_in_words(quantity.of(some), quantity.unit)))
+                (phrase(name), "{} ({})".format(*_in_words(one.of(some), one.unit)))
                 for name, some in cut.statistics
             ],
         )
-        for what, quantity in rows
+        for one in QUANTITIES
     ]
 
 
 def _in_words(one: Interval | None, unit: str) -> tuple[str, str]:
     assert one is not None
-    return f"{number(one.value)} {unit}", span(one.low, one.high, unit)
+    return quantity(one.value, unit), span(one.low, one.high, unit)

@@ -6,8 +6,9 @@ from autodb.agent.answer.shown.axis_courses import AxisCourse, machine_course
 from autodb.agent.answer.shown.due_lines import DueLine, due_on
 from autodb.reports.axis_course import plot_of_axis
 from autodb.web.html import path, piece, service_page
-from autodb.web.pages.reading import day, read_state
+from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
+from autodb.wording import phrase
 
 router = APIRouter()
 
@@ -19,7 +20,7 @@ def health_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "health.html.j2",
-        title=f"{machine}: health",
+        title=phrase("{machine}: health", machine=machine),
         machine=machine,
         here="health",
         due=[(one.words, _place(machine, one)) for one in due],
@@ -34,7 +35,6 @@ def axes_piece(request: Request, _access: Reads, machine: str) -> Response:
         "_axes.html.j2",
         machine=path("machines", machine),
         axes=[(one, plot_of_axis(one), _rows(machine, one)) for one in found.axes],
-        day=day,
     )
 
 
@@ -55,5 +55,8 @@ def _rows(machine: str, course: AxisCourse) -> list[tuple[str, str, str]]:
     ]
     recordings = path("machines", machine, "recordings")
     shown = {one.evidence: one.at for one in (*course.air, *course.residual)}
-    read = [(at, f"recording {number}", f"{recordings}/{number}") for number, at in shown.items()]
+    read: list[tuple[str, str, str]] = [
+        (at, phrase("recording {number}", number=number), f"{recordings}/{number}")
+        for number, at in shown.items()
+    ]
     return sorted(done + read, reverse=True)

@@ -6,6 +6,7 @@ from autodb.agent.rows.owner import owner_named
 from autodb.web.html import service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads, service_of
+from autodb.wording import phrase
 
 router = APIRouter()
 
@@ -18,7 +19,7 @@ def import_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "import.html.j2",
-        title=f"{machine}: import",
+        title=phrase("{machine}: import", machine=machine),
         machine=owner.name,
         here="import",
         keeps=settings.keeps_in is not None,

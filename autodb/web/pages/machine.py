@@ -9,6 +9,7 @@ from autodb.agent.learn.passes import last_passes_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.drive_maps import DriveMap, drive_map, modelled_channels
 from autodb.agent.sense.sensors import Sensor, sensors_of
+from autodb.files.channels import axis_words
 from autodb.files.machine import AxisLimits
 from autodb.reports import axis
 from autodb.reports.figures import quantity
@@ -16,8 +17,9 @@ from autodb.reports.machine_page import calibration_plots
 from autodb.reports.page import CalibrationPlot, calibration_plot, equation_words
 from autodb.store import models
 from autodb.web.html import service_page
-from autodb.web.pages.reading import day, read_state
+from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
+from autodb.wording import amount_words, day, listed, localized, phrase
 
 PASSES = 20
 """Refreshes that are shown. Chosen."""
@@ -41,7 +43,7 @@ def refreshes_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "moved.html.j2",
-        title=f"{machine}: what moved",
+        title=phrase("{machine}: what moved", machine=machine),
         machine=machine,
         here="moved",
         passes=read_state(request, asked),
@@ -63,8 +65,7 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
         title=f"{machine}: {channel}",
         machine=machine,
         drive=found,
-        made=day(found.made_at),
-        error=f"{100.0 * found.relative_error:.2g} %",
+        error=f"{localized(f'{100.0 * found.relative_error:.2g}')} %",
         terms=[axis.term_row(one) for one in found.terms],
         maps=maps,
     )
@@ -90,7 +91,7 @@ def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
             (one, calibration_plot(n, one), equation_words(one)) for n, one in enumerate(plots)
         ],
         channels=channels,
-        day=day,
+        axis_words=axis_words,
     )
 
 
@@ -107,16 +108,20 @@ def _of(
 def _limits(one: AxisLimits) -> str:
     """Return what an axis may carry, in words; empty where nothing is stated."""
     stated = ((getattr(one, key), unit) for key, unit in LIMITS)
-    said = [f"{value:g} {unit}" for value, unit in stated if value is not None]
+    said = [amount_words(value, unit) for value, unit in stated if value is not None]
     if one.travel_low_mm is not None and one.travel_high_mm is not None:
-        said.append(f"{one.travel_low_mm:g} to {one.travel_high_mm:g} mm")
+        low, high = amount_words(one.travel_low_mm, "mm"), amount_words(one.travel_high_mm, "mm")
+        said.append(phrase("{low} to {high}", low=low, high=high))
     for curve, unit in ((one.torque_curve, "N·m"), (one.power_curve, "W")):
-        if curve is not None:
-            said.append(", ".join(f"{value:g} {unit} at {rpm:g} rpm" for rpm, value in curve))
+        for rpm, value in curve or ():
+            at = amount_words(rpm, "rpm")
+            said.append(phrase("{value} at {speed}", value=amount_words(value, unit), speed=at))
     if one.efficiency is not None:
-        said.append(f"efficiency {one.efficiency:g}")
-    return ", ".join(said)
+        said.append(phrase("efficiency {share}", share=localized(f"{one.efficiency:g}")))
+    return listed(said)
 
 
 def _error(one: Sensor) -> str:
-    return "" if one.error is None else f"{quantity(one.error, one.unit)} on {one.of}"
+    if one.error is None:
+        return ""
+    return phrase("{error} on {what}", error=quantity(one.error, one.unit), what=phrase(one.of))

@@ -6,8 +6,9 @@ from fastapi import APIRouter, Query, Request, Response
 
 from autodb.agent.answer.overview import machines_seen
 from autodb.web.html import service_page
-from autodb.web.pages.reading import day, read_state
+from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
+from autodb.wording import phrase
 
 MOST = 60
 """Machines of one page. Chosen."""
@@ -29,11 +30,10 @@ def machines_page(
     return service_page(
         request,
         "machines.html.j2",
-        title="Machines",
+        title=phrase("Machines"),
         here="machines",
         machines=found,
         more=found[-1].name if len(found) == MOST else None,
         like=like,
         after=after,
-        day=day,
     )

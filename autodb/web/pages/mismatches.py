@@ -11,13 +11,15 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.overview import MismatchSaid, mismatch_said
 from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject, reopen
+from autodb.agent.rows.mismatches import decided_words
 from autodb.errors import UnusableInput
-from autodb.reports.explanation import certainty_words, term_words
+from autodb.reports.explanation import certainty_words, parameter_words, term_words, told_statement
 from autodb.web.html import path, piece, service_page
-from autodb.web.pages.reading import day, read_state
+from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import MismatchToExplain
 from autodb.web.routes.machines import Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
+from autodb.wording import day, listed, phrase
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -43,9 +45,10 @@ def of_machine(
     return service_page(
         request,
         "mismatches.html.j2",
-        title=f"{machine}: mismatches",
+        title=phrase("{machine}: mismatches", machine=machine),
         machine=machine,
         here="mismatches",
+        told_statement=told_statement,
         mismatches=[(one, term_words(one.term), day(one.created_at)) for one in reversed(found)],
         decided=decided,
     )
@@ -93,9 +96,11 @@ def decide_page(
         elif word in OTHERS:
             OTHERS[word](service.store, number, by=who, why=reason, also=also)
         else:
-            raise HTTPException(422, f"word: '{word}'; use {', '.join(NOTED)}")
+            raise HTTPException(
+                422, phrase("word: '{word}'; use {words}", word=word, words=listed(NOTED))
+            )
     except UnusableInput as error:
-        return _shown(request, number, said=str(error), status=422)
+        return _shown(request, number, said=error, status=422)
     return RedirectResponse(path("mismatches", str(number)), SEE_OTHER)
 
 
@@ -103,7 +108,7 @@ def _said(term: str, why: str) -> dict[str, str | None]:
     return {"term": term or None, "why": why or None}
 
 
-def _shown(request: Request, number: int, *, said: str = "", status: int = 200) -> Response:
+def _shown(request: Request, number: int, *, said: object = "", status: int = 200) -> Response:
     def asked(session: Session) -> tuple[MismatchSaid, dict[str, object]]:
         row = mismatch(session, number)
         evidence: dict[str, object] = {
@@ -118,13 +123,24 @@ def _shown(request: Request, number: int, *, said: str = "", status: int = 200) 
         request,
         "mismatch.html.j2",
         title=f"{term_words(found.term)} ({found.channel})",
+        parameter_words=parameter_words,
+        told_statement=told_statement,
+        decided=_decided(found),
         status=status,
         machine=found.machine,
         here="mismatches",
         mismatch=found,
         words=term_words,
         sure=certainty_words(found.confidence),
-        day=day,
         said=said,
         **evidence,
     )
+
+
+def _decided(found: MismatchSaid) -> str:
+    """Return what was decided of a mismatch whose decisions were not kept one by one."""
+    term = found.confirmed_term and term_words(found.confirmed_term)
+    said = decided_words(found.status, term, found.decided_by)
+    if found.decided_at is None:
+        return said
+    return phrase("{decided}, {day} UTC.", decided=said, day=day(found.decided_at))

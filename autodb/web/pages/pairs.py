@@ -1,6 +1,7 @@
 """Pairs of a work material and a tool: what is known of them, and how that tightened."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
@@ -16,26 +17,21 @@ from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.coefficients import BoundedValue
-from autodb.files.cut_words import FIELDS, cut_in_words
+from autodb.files.cut_words import cut_in_words
 from autodb.files.job import JobCut
 from autodb.forward.limits import standings_in_words
-from autodb.reports.figures import force_title, number
+from autodb.reports.figures import force_title, number, quantity
 from autodb.reports.page import learning_plot, learnt_words
 from autodb.reports.pair import force_map_plots
 from autodb.reports.predicted import figure_rows
 from autodb.web.html import service_page
-from autodb.web.pages.cuts import (
-    SHOWN,
-    cut_rows,
-    prediction_spans,
-    read_cuts,
-    stated_rows,
-)
-from autodb.web.pages.reading import day, read_state
-from autodb.web.routes.asked import typed_number
+from autodb.web.pages.cuts import form_of_cuts, prediction_spans, read_cuts, stated_rows
+from autodb.web.pages.reading import read_state
+from autodb.web.pages.typed import Typed, as_typed, typed_as, written_cut
 from autodb.web.service import Reads, service_of
+from autodb.wording import localized, msgid, phrase, shop_amount
 
-UNITS = {"1": "", "N/mm^2": "N/mm²"}
+UNITS = {"N/mm^2": "N/mm²"}
 """How units of coefficients are printed."""
 
 router = APIRouter()
@@ -48,10 +44,10 @@ def pairs_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "pairs.html.j2",
-        title=f"{machine}: pairs",
+        title=phrase("{machine}: pairs", machine=machine),
         machine=machine,
         here="pairs",
-        pairs=[(one, day(one.learnt_at)) for one in listed],
+        pairs=listed,
     )
 
 
@@ -66,15 +62,17 @@ def pair(
     largest: Annotated[str, Query(max_length=20)] = "",
     share: Annotated[str, Query(max_length=20)] = "80",
     sure: Annotated[str, Query(max_length=20)] = "95",
+    typed: Annotated[str, Query(max_length=20)] = "",
 ) -> Response:
     """Show what a pair takes: of one cut, over feed and depth, and how well that is known.
 
     ``largest``: what the largest is asked of, that keeps a share of each limit.
     """
     basis = service_of(request).lookup_cache.basis(machine, material, tool).basis
-    stated = read_cuts(stated_rows(request.query_params))
+    how = typed_as(typed)
+    stated = read_cuts(stated_rows(request.query_params), how)
     asked = stated[0] if stated else _usual(request, machine, material, tool)
-    found, said = _largest(basis, asked, largest, share, sure)
+    found, said = _largest(basis, asked, largest, _Kept(share, sure, how))
     asked = asked if found is None else found.cut
     known = basis.look_up(asked)
     drawn = force_map(basis, asked)
@@ -97,14 +95,12 @@ def pair(
         said=said,
         answered=found is not None,
         whats=WHAT,
-        share=share,
-        sure=sure,
+        share=_again(share, how),
+        sure=_again(sure, how),
         spans=prediction_spans(known.cut),
         figures=figure_rows(known.figures),
         limits=list(standings_in_words(known.limits)),
-        fields=FIELDS,
-        shown=SHOWN,
-        rows=cut_rows([asked]),
+        **form_of_cuts([written_cut(asked)]),
         force_title=force_title,
         curves=[(one, learnt_words(one), learning_plot(n, one)) for n, one in enumerate(curves)],
         maps=force_map_plots(drawn),
@@ -117,9 +113,18 @@ def pair(
     )
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """What share of limits is kept and how surely, per cent as it was typed."""
+
+    share: str
+    sure: str
+    typed: Typed
+
+
 def _largest(
-    basis: PredictionBasis, cut: JobCut, what: str, share: str, sure: str
-) -> tuple[Largest | None, str]:
+    basis: PredictionBasis, cut: JobCut, what: str, kept: _Kept
+) -> tuple[Largest | None, object]:
     """Return the largest that is asked for, if anything is, and what is said of it."""
     if not what:
         return None, ""
@@ -128,19 +133,26 @@ def _largest(
             basis,
             cut,
             what,
-            share=_per_cent("share", share, low=1.0, high=100.0),
-            sure=_per_cent("sure", sure, low=50.0, high=99.9),
+            share=_per_cent(msgid("share"), kept.typed.number("share", kept.share), 1.0, 100.0),
+            sure=_per_cent(msgid("sure"), kept.typed.number("sure", kept.sure), 50.0, 99.9),
         )
     except UnusableInput as error:
-        return None, str(error)
+        return None, error
     return found, found.statement
 
 
-def _per_cent(name: str, text: str, *, low: float, high: float) -> float:
+def _per_cent(name: str, value: float, low: float, high: float) -> float:
     """Return a share that was typed in per cent; raises UnusableInput outside of its ends."""
-    value = typed_number(name, text)
     if not low <= value <= high:
-        raise UnusableInput(f"{name}: {value:g} % is not from {low:g} to {high:g}; type another")
+        raise UnusableInput(
+            phrase(
+                "{name}: {value} % is not from {low} to {high}; type another",
+                name=phrase(name),
+                value=localized(f"{value:g}"),
+                low=f"{low:g}",
+                high=localized(f"{high:g}"),
+            )
+        )
     return value / 100.0
 
 
@@ -159,7 +171,21 @@ def _coefficients(
     edge = found.orthogonal_edge
     named: Mapping[str, BoundedValue] = {**edge.kienzle, **edge.linear}
     return [
-        (name, f"{number(one.value)} {UNITS.get(one.unit, one.unit)}".strip(),
-         f"{number(one.lower, like=one.value)} to {number(one.upper, like=one.value)}")
+        (name, quantity(one.value, UNITS.get(one.unit, one.unit)),
+         _ends(one, UNITS.get(one.unit, one.unit)))
         for name, one in named.items()
     ]  # fmt: skip
+
+
+def _ends(one: BoundedValue, unit: str) -> str:
+    """Return the 95 % interval of a coefficient, with the decimals of its value."""
+    value, low, high = (shop_amount(end, unit)[0] for end in (one.value, one.lower, one.upper))
+    return phrase("{low} to {high}", low=number(low, like=value), high=number(high, like=value))
+
+
+def _again(text: str, how: Typed) -> str:
+    """Return a share as it was typed, where it was not a number; else as the reader writes it."""
+    try:
+        return as_typed(how.number("", text), "1")
+    except UnusableInput:
+        return text

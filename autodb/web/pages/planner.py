@@ -1,6 +1,6 @@
 """The job planner: what a job's cuts take, which limits they may exceed, what to cut next."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
@@ -12,22 +12,24 @@ from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
-from autodb.files.cut_words import FIELDS, cut_in_words, job_in_words
+from autodb.files.cut_words import cut_in_words, job_in_words
 from autodb.files.job import Job, JobCut
 from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
 from autodb.reports import predicted
-from autodb.reports.figures import number
+from autodb.reports.figures import force_of, number
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import (
-    SHOWN,
-    cut_rows,
+    form_of_cuts,
     prediction_spans,
     read_cuts,
+    rewritten,
     stated_rows,
 )
 from autodb.web.pages.reading import read_state
+from autodb.web.pages.typed import typed_as, written_cut
 from autodb.web.service import Reads, service_of
+from autodb.wording import phrase, shop_amount
 
 router = APIRouter()
 NAME = "planned"
@@ -40,20 +42,25 @@ def planner(
     machine: str,
     material: Annotated[str, Query(max_length=200)] = "",
     tool: Annotated[str, Query(max_length=200)] = "",
+    *,
     cut_next: Annotated[bool, Query(alias="next")] = False,
+    typed: Annotated[str, Query(max_length=20)] = "",
 ) -> Response:
     """Show the form of a job, and what the job takes once it is stated."""
     known = read_state(request, lambda session: PairReader(session, machine).pairs())
-    said = ""
-    rows: list[dict[str, str]] = []
+    said: object = ""
+    rows: list[Mapping[str, str]] = []
     answered: JobAnswer | None = None
     proposed: ProposedCuts | None = None
     try:
-        rows = stated_rows(request.query_params)
-        cuts = read_cuts(rows)
+        rows.extend(stated_rows(request.query_params))
+        cuts = read_cuts(rows, typed_as(typed))
+        rows = rewritten(rows, cuts, typed_as(typed))
         if cuts and material and tool:
             named = tuple(
-                cut if cut.name else cut.model_copy(update={"name": f"cut {k}"})
+                cut
+                if cut.name
+                else cut.model_copy(update={"name": str(phrase("cut {number}", number=k))})
                 for k, cut in enumerate(cuts, start=1)
             )
             job = Job(name=NAME, material=material, tool=tool, cut=named)
@@ -61,23 +68,22 @@ def planner(
             answered = answer_of(service.lookup_cache.basis(machine, material, tool).basis, job)
             proposed = plan_cuts(service.store, machine, job) if cut_next else None
     except UnusableInput as error:
-        said = str(error)
+        said = error
     if not rows:
         first = read_state(request, lambda session: _first(session, machine, known, material, tool))
-        rows = cut_rows([first])
+        rows = [written_cut(first)]
     return service_page(
         request,
         "plan.html.j2",
-        title=f"{machine}: plan a job",
+        title=phrase("{machine}: plan a job", machine=machine),
         machine=machine,
         here="plan",
         materials=sorted({one.material for one in known}),
         tools=sorted({one.tool for one in known}),
         material=material or (known[0].material if known else ""),
         tool=tool or (known[0].tool if known else ""),
-        fields=FIELDS,
-        shown=SHOWN,
-        rows=rows,
+        **form_of_cuts(rows),
+        length_unit=shop_amount(1.0, "mm")[1],
         said=said,
         **_answered(request, machine, answered),
         proposed=None if proposed is None else _proposed(proposed),
@@ -133,7 +139,7 @@ def _proposed(found: ProposedCuts) -> dict[str, object]:
         "now": _percent(found.now),
         "cuts": [(cut_in_words(one.cut), _percent(one.left)) for one in found.proposed],
         "targets": [
-            (one.cut, f"force {one.component.upper()}", _percent(one.now), _percent(one.after))
+            (one.cut, force_of(one.component), _percent(one.now), _percent(one.after))
             for one in found.targets
         ],
         "hardly": found.hardly,

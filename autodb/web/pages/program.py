@@ -1,6 +1,8 @@
 """A job planned by dropping its NC program: what its lines that cut will take."""
 
-from fastapi import APIRouter, Request, Response
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request, Response
 
 from autodb.agent.rows.owner import owner_named
 from autodb.files.cut_words import job_in_words
@@ -8,6 +10,7 @@ from autodb.reports import predicted
 from autodb.web.html import piece
 from autodb.web.pages.planner import limits_shown, shown_cuts
 from autodb.web.pages.reading import read_state
+from autodb.web.pages.typed import typed_as
 from autodb.web.routes.programs import predicted_program
 from autodb.web.service import Reads
 
@@ -18,9 +21,14 @@ router = APIRouter()
 
 
 @router.post("/machines/{machine:path}/plan/program")
-async def of_program(request: Request, _access: Reads, machine: str) -> Response:
+async def of_program(
+    request: Request,
+    _access: Reads,
+    machine: str,
+    typed: Annotated[str, Query(max_length=20)] = "",
+) -> Response:
     """Answer with the piece of the planner that says what a program will take."""
-    answer = await predicted_program(request, machine)
+    answer = await predicted_program(request, machine, typed_as(typed).length)
     limits = read_state(request, lambda session: owner_named(session, machine).limits)
     heaviest = sorted(
         range(len(answer.cuts)),

@@ -17,6 +17,6 @@ def read_state(request: Request, asked: Callable[[Session], Found]) -> Found:
         return asked(session)
 
 
-def day(at: str) -> str:
-    """Return the day and minute of a stored time, which is UTC."""
-    return f"{at[:10]} {at[11:16]}"
+def here(path: str) -> str:
+    """Return a path of this service; of any other address, the first page's."""
+    return path if path.startswith("/") and not path.startswith(("//", "/\\")) else "/"

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.shown.recorded import course_of
 from autodb.agent.answer.shown.recordings import (
     WITHDRAWN,
+    RecordedChannel,
     RecordingSaid,
     RecordingSeen,
     recording_said,
@@ -25,11 +26,12 @@ from autodb.reports.figures import number as said_number
 from autodb.reports.recorded import plot_of_course
 from autodb.store import models
 from autodb.web.html import path, piece, service_page
-from autodb.web.pages.reading import day, read_state
+from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import RecordingToShow
 from autodb.web.routes.kept_recordings import NOTED
 from autodb.web.routes.machines import MOST_ID, Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
+from autodb.wording import listed, phrase, phrase_many, shop_amount
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -51,7 +53,7 @@ def recordings_page(
     return service_page(
         request,
         "recordings.html.j2",
-        title=f"{machine}: recordings",
+        title=phrase("{machine}: recordings", machine=machine),
         machine=machine,
         here="recordings",
         recordings=[(one, _began(one), length_words(one)) for one in found],
@@ -94,22 +96,24 @@ def withdraw_page(
     access = allowed(request, Role.OPERATE, csrf, changes=True)
     store = service_of(request).store
     if word not in NOTED:
-        raise HTTPException(422, f"word: '{word}'; use {', '.join(NOTED)}")
+        raise HTTPException(
+            422, phrase("word: '{word}'; use {words}", word=word, words=listed(NOTED))
+        )
     also = noting(access, NOTED[word], "recording", why=why or None)
     try:
         if word != "withdraw":
             take_again(store, machine, number, also=also)
         elif not why.strip() or not sure:
-            raise UnusableInput("say why, and that you are sure; then it is withdrawn")
+            raise UnusableInput(phrase("say why, and that you are sure; then it is withdrawn"))
         else:
             withdraw(store, machine, number, why=why.strip(), also=also)
     except UnusableInput as error:
-        return _shown(request, machine, number, said=str(error), status=422)
+        return _shown(request, machine, number, said=error, status=422)
     return RedirectResponse(path("machines", machine, "recordings", str(number)), SEE_OTHER)
 
 
 def _shown(
-    request: Request, machine: str, number: int, *, said: str = "", status: int = 200
+    request: Request, machine: str, number: int, *, said: object = "", status: int = 200
 ) -> Response:
     def asked(session: Session) -> tuple[RecordingSaid, Markup | None, list[tuple[str, ...]]]:
         row = stored_recording(session, machine, number)
@@ -123,7 +127,7 @@ def _shown(
     return service_page(
         request,
         "recording.html.j2",
-        title=f"{machine}: recording {number}",
+        title=phrase("{machine}: recording {number}", machine=machine, number=number),
         status=status,
         machine=machine,
         here="recordings",
@@ -131,7 +135,7 @@ def _shown(
         plot=plot,
         cuts=cuts,
         length=length_words(found.seen),
-        day=day,
+        channels=[(one.name, shop_amount(1.0, one.unit)[1], _range(one)) for one in found.channels],
         said=said,
         WITHDRAWN=WITHDRAWN,
     )
@@ -140,17 +144,27 @@ def _shown(
 def _cut_row(one: models.Cut) -> tuple[str, ...]:
     """Return what is listed of a cut: number, operation, material, tool, whether it counts."""
     pair = ("", "") if one.pair is None else (one.pair.material.name, one.pair.tool.name)
-    return f"{one.number:g}", one.operation or "", *pair, "no" if one.superseded_at else "yes"
+    operation = phrase(one.operation) if one.operation else ""
+    return f"{one.number:g}", operation, *pair, phrase("no") if one.superseded_at else phrase("yes")
 
 
 def _began(one: RecordingSeen) -> str:
     """Return when a recording began, or came in where nobody stated that."""
-    return day(one.began_at or one.imported_at)
+    return one.began_at or one.imported_at
 
 
 def length_words(one: RecordingSeen) -> str:
     """Return how long a recording is: its time, or its cuts where it is a table of them."""
     if one.kind == "cuts" or one.length_s is None:
-        return f"{one.rows} rows"
+        return phrase_many("{count} row", "{count} rows", one.rows)
     minutes, seconds = divmod(one.length_s, 60.0)
     return f"{minutes:.0f} min {seconds:.0f} s" if minutes else f"{said_number(seconds)} s"
+
+
+def _range(one: RecordedChannel) -> list[str]:
+    """Return what is known of a channel's values: smallest, largest, mean, standard deviation."""
+    every = (one.minimum, one.maximum, one.mean, one.sd)
+    return [
+        phrase("not known") if value is None else said_number(shop_amount(value, one.unit)[0])
+        for value in every
+    ]

@@ -9,6 +9,7 @@ from autodb.reports.scored import SHOWN, plot_of_scores, plots_against
 from autodb.web.html import service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.service import Reads
+from autodb.wording import phrase
 
 router = APIRouter()
 LISTED = 60
@@ -22,7 +23,7 @@ def scores_page(request: Request, _access: Reads, machine: str) -> Response:
     return service_page(
         request,
         "scores.html.j2",
-        title=f"{machine}: predictions and cuts",
+        title=phrase("{machine}: predictions and cuts", machine=machine),
         machine=machine,
         here="scores",
         made=len(found.cuts),

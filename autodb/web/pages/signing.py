@@ -6,7 +6,9 @@ from fastapi import APIRouter, Form, HTTPException, Request, Response
 from fastapi.responses import RedirectResponse
 
 from autodb.web.html import service_page
+from autodb.web.pages.reading import here
 from autodb.web.service import service_of
+from autodb.wording import phrase
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -15,7 +17,7 @@ SEE_OTHER = 303
 @router.get("/sign-in")
 def sign_in_page(request: Request, then: str = "/") -> Response:
     """Ask for a token."""
-    return service_page(request, "sign_in.html.j2", title="Sign in", said="", then=then)
+    return service_page(request, "sign_in.html.j2", title=phrase("Sign in"), said="", then=then)
 
 
 @router.post("/sign-in")
@@ -27,12 +29,12 @@ def sign_in(
     try:
         request.state.who = service.by_token(request, token.strip()).who
     except HTTPException as error:
-        said = str(error.detail)
+        said = error.detail
         return service_page(
-            request, "sign_in.html.j2", title="Sign in", status=error.status_code, said=said,
-            then=then,
+            request, "sign_in.html.j2", title=phrase("Sign in"), status=error.status_code,
+            said=said, then=then,
         )  # fmt: skip
-    response = RedirectResponse(_here(then), SEE_OTHER)
+    response = RedirectResponse(here(then), SEE_OTHER)
     tls = service.settings.tls or request.url.scheme == "https"  # as a proxy that is believed says
     service.sessions.begin(response, token.strip(), tls=tls)
     return response
@@ -47,8 +49,3 @@ def sign_out(request: Request, csrf: Annotated[str, Form()] = "") -> Response:
     if session is not None and session.brought(csrf):
         service.sessions.end(request, response)
     return response
-
-
-def _here(path: str) -> str:
-    """Return a path of this service; of any other address, the first page's."""
-    return path if path.startswith("/") and not path.startswith(("//", "/\\")) else "/"

@@ -22,8 +22,10 @@ from autodb.agent.operate.receiving import Sent, take_in_sent
 from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.files.job import Job
+from autodb.files.units import SI, shop_units
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
+from autodb.wording import ENGLISH, Presentation, language_of, presentation, presented
 
 Tell = Callable[[str], None]
 PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"
@@ -45,7 +47,8 @@ class Import:
 
     def do(self, store: Store, tell: Tell) -> bytes:
         """Return what came in, as JSON."""
-        return TypeAdapter(Imported).dump_json(take_in_sent(store, self.sent, tell))
+        with presented(ENGLISH):  # the database is
+            return TypeAdapter(Imported).dump_json(take_in_sent(store, self.sent, tell))
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,8 @@ class ProgramToPredict:
         assert self.job.program is not None
         program = self.job.program.model_copy(update={"file": str(self.path)})
         job = self.job.model_copy(update={"program": program})
-        answer = answer_job(store, self.machine, job)
+        with presented(ENGLISH):  # programs get the same answer
+            answer = answer_job(store, self.machine, job)
         return TypeAdapter(JobAnswer).dump_json(replace(answer, job=self.job))
 
 
@@ -82,7 +86,8 @@ class MismatchToExplain:
 
         with store.reading() as session:
             explained = explain_mismatch(session, mismatch(session, self.mismatch))
-        return _text(explanation_fragment(explained))
+        with presented(Presentation(presentation().language)):  # its numbers stay in SI units
+            return _text(explanation_fragment(explained))
 
 
 @dataclass(frozen=True)
@@ -109,11 +114,13 @@ Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be done, with which database, and within which bounds."""
+    """What is to be done, with which database, within which bounds, and for whom it is said."""
 
     url: str
     bounds: ReaderBounds
     task: Task
+    language: str = "en"
+    units: str = SI
 
 
 def main() -> None:
@@ -122,7 +129,7 @@ def main() -> None:
     os.dup2(2, 1)  # what libraries print is no answer
     request = TypeAdapter(Request).validate_json(sys.stdin.buffer.readline())
     hold(request.bounds, largest_MiB=_size_MiB(request.url))
-    with says:
+    with says, presented(Presentation(request.language, shop_units(request.units))):
         do_asked(request, says)
 
 
@@ -159,7 +166,7 @@ def do_asked(request: Request, says: BinaryIO) -> None:
         finally:
             store.close()
     except MemoryError:
-        say(REFUSED, _text(_too_much(request)))
+        say(REFUSED, _refusal(_too_much(request), "en"))
     except BrokenPipeError:
         raise SystemExit(1) from None  # nobody listens any more: nothing was written
     except Exception as error:
@@ -167,7 +174,8 @@ def do_asked(request: Request, says: BinaryIO) -> None:
         if said is None:
             raise
         said = said.replace(f"{request.task.path.resolve().parent}/", "")
-        say(REFUSED if isinstance(error, UnusableInput) else AWAY, _text(said))
+        refused = REFUSED if isinstance(error, UnusableInput) else AWAY
+        say(refused, _refusal(said, language_of(error)))
 
 
 def _too_much(request: Request) -> str:
@@ -179,6 +187,11 @@ def _too_much(request: Request) -> str:
 
 def _text(said: str) -> bytes:
     return json.dumps(said).encode()
+
+
+def _refusal(said: str, language: str) -> bytes:
+    """Return why there is no answer, and the language that it is said in."""
+    return json.dumps([said, language]).encode()
 
 
 def _size_MiB(url: str) -> int:

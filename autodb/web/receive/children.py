@@ -12,10 +12,12 @@ from contextlib import contextmanager
 from typing import IO, Any
 
 from autodb.errors import UnusableInput
+from autodb.files.units import shown_system
 from autodb.web.http.logs import LOG
 from autodb.web.http.responses import adapter
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
+from autodb.wording import Worded, language_of, phrase, presentation
 
 COMMAND = (sys.executable, "-P", "-m", "autodb.web.receive.apart")
 LINE_MOST = 64 * MIB
@@ -26,7 +28,14 @@ THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THR
 
 
 class Unable(Exception):  # noqa: N818 - the name says what it is to the reader of the message
-    """It could not be tried: the database is away, or the service ends."""
+    """It could not be tried: the database is away, or the service ends.
+
+    ``language``: the one that it is said in.
+    """
+
+    def __init__(self, line: str) -> None:
+        self.language = language_of(line)
+        super().__init__(line)
 
 
 class Children:
@@ -58,7 +67,10 @@ class Children:
         said: dict[str, Any] = {}
         with tempfile.TemporaryFile() as printed:
             with self._started(printed) as process, self._in_time(process.pid, bounds) as late:
-                _ask(process, Request(self._url, bounds, task))
+                _ask(
+                    process,
+                    Request(self._url, bounds, task, presentation().language, shown_system()),
+                )
                 for key, value in _lines(process):
                     tell(value) if key == PROGRESS else said.update({key: value})
                 os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
@@ -68,9 +80,9 @@ class Children:
                     raise _too_long(name, bounds)
                 raise self._broken(name, status, printed)
         if AWAY in said:
-            raise Unable(said[AWAY])
+            raise Unable(Worded(*said[AWAY]))
         if REFUSED in said:
-            raise UnusableInput(said[REFUSED])
+            raise UnusableInput(Worded(*said[REFUSED]))
         return adapter(kind).validate_python(said[DONE])
 
     @contextmanager
@@ -79,7 +91,7 @@ class Children:
         env = {name: value for name, value in os.environ.items() if name != "AUTODB_DB"} | THREADS
         with self._lock:
             if self._closed:
-                raise Unable("the service ends; send it again when the service answers")
+                raise Unable(phrase("the service ends; send it again when the service answers"))
             process = subprocess.Popen(
                 COMMAND, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=printed,
                 start_new_session=True, env=env,
@@ -121,14 +133,18 @@ class Children:
     def _broken(self, name: str, status: int, printed: IO[bytes]) -> Exception:
         """Return why a process said nothing of what came of its task."""
         if self._closed:
-            return Unable("the service ended before it was read; send it again")
+            return Unable(phrase("the service ended before it was read; send it again"))
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - TAIL))
         text = printed.read().decode("utf-8", "replace")
         LOG.error("reading %s: status %d: %s", name, status, text)
         how = signal.Signals(-status).name if status < 0 else f"status {status}"
         return UnusableInput(
-            f"{name}: reading it broke the process that read it ({how}); send another copy, or "
-            "run 'autodb import' on the service's computer"
+            phrase(
+                "{file}: reading it broke the process that read it ({how}); send another copy, or "
+                "run 'autodb import' on the service's computer",
+                file=name,
+                how=how,
+            )
         )
 
     def close(self) -> None:
@@ -155,5 +171,10 @@ def _lines(process: subprocess.Popen[bytes]) -> Iterator[tuple[str, Any]]:
 
 
 def _too_long(name: str, bounds: ReaderBounds) -> UnusableInput:
-    may = f"the {bounds.seconds} s that it may take"
-    return UnusableInput(f"{name}: reading it takes longer than {may}; send it in parts")
+    return UnusableInput(
+        phrase(
+            "{file}: reading it takes longer than the {most} s that it may take; send it in parts",
+            file=name,
+            most=bounds.seconds,
+        )
+    )

@@ -29,6 +29,7 @@ from autodb.web.receive import landing
 from autodb.web.receive.accepted import Accepted, Claim, accept, left
 from autodb.web.receive.apart import Import
 from autodb.web.receive.children import Children, Unable
+from autodb.wording import msgid, phrase
 
 REMEMBERED = 1000
 """Imports that can be asked for; beyond, the oldest is forgotten. Chosen: some 1 kB each."""
@@ -36,7 +37,7 @@ WAIT_S = 30
 """When to try again where too many wait. Chosen: some imports take so long."""
 STOPS_S = 30.0
 """How long what is decided of the last import is waited for when the service ends. Chosen."""
-NO_FOLDER = "the database is on a server; run 'autodb serve --recordings FOLDER'"
+NO_FOLDER = msgid("the database is on a server; run 'autodb serve --recordings FOLDER'")
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,10 @@ class Imports:
         with self._lock:
             found = self._known.get(number)
         if found is None:
-            raise NotThere(f"no import {number}; use the number that sending a recording gave")
+            raise NotThere(
+                phrase("no import {number}; use the number that sending a recording gave",
+                    number=number)
+            )  # fmt: skip
         return found
 
     @contextmanager
@@ -92,7 +96,7 @@ class Imports:
         """
         folder = self._settings.keeps_in
         if folder is None:
-            raise HTTPException(403, NO_FOLDER)
+            raise HTTPException(403, phrase(NO_FOLDER))
         self._hold()
         made: Place | None = None
         try:
@@ -151,7 +155,10 @@ class Imports:
         with self._lock:
             most = self._settings.limits.waiting
             if self._held >= most:
-                said = f"{most} recordings wait already; try again in {WAIT_S} s"
+                said = phrase(
+                    "{count} recordings wait already; try again in {wait} s",
+                    count=most, wait=WAIT_S,
+                )  # fmt: skip
                 raise HTTPException(503, said, {"Retry-After": str(WAIT_S)})
             self._held += 1
         self._metrics.importing.inc()

@@ -21,6 +21,7 @@ from starlette.requests import ClientDisconnect
 
 from autodb.errors import UnusableInput, near
 from autodb.web.http.settings import MIB
+from autodb.wording import phrase
 
 FORM = "multipart/form-data"
 CALLED_MOST = 100
@@ -47,7 +48,9 @@ async def receive_parts(
         async with asyncio.timeout(within_s):
             return await _parts(request, folder, most)
     except TimeoutError:
-        said = f"sending it takes longer than {within_s:g} s; send it in parts"
+        said = phrase(
+            "sending it takes longer than {most} s; send it in parts", most=f"{within_s:g}"
+        )
         raise HTTPException(408, said) from None
 
 
@@ -62,7 +65,7 @@ async def _parts(request: Request, folder: Path, most: Mapping[str, int]) -> dic
             async for piece in request.stream():
                 await run_in_threadpool(writer.take, piece)
     if not writer.whole:
-        raise UnusableInput("the body was cut off; send it whole")
+        raise UnusableInput(phrase("the body was cut off; send it whole"))
     return writer.parts
 
 
@@ -125,7 +128,13 @@ class _Writer:
         self._left -= end - start
         if self._left < 0:
             most = self._most[self._field] / MIB
-            raise HTTPException(413, f"{self._field}: larger than {most:g} MiB; send it in parts")
+            raise HTTPException(
+                413,
+                phrase(
+                    "{part}: larger than {most} MiB; send it in parts",
+                    part=self._field, most=f"{most:g}",
+                ),
+            )  # fmt: skip
         self._file.write(memoryview(data)[start:end])
 
     def ends(self) -> None:

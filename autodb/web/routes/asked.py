@@ -1,7 +1,7 @@
 """What a request asks of a cut, from its query or from a line, as a job file would say it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -9,12 +9,15 @@ from pydantic import ValidationError
 from autodb.errors import UnusableInput, near
 from autodb.files.job import JobCut
 from autodb.web.http.problems import first_of
+from autodb.wording import listed, phrase
 
 TEXTS = ("name", "operation")
 PAIR = ("material", "tool")
 LOT = "lot"
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
-"""A comma that may stand for a thousand as well."""
+_GROUPED = {
+    ".": re.compile(r"[-+]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[-+]?[1-9]\d{0,2}\.\d{3}")
+}  # fmt: skip
+"""By the decimal mark: the other sign that may stand for a thousand as well."""
 EXAMPLES = {
     "name": "rough", "operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0,
     "feed_mm_rev": 0.25, "speed_m_min": 220.0,
@@ -25,7 +28,9 @@ def pair_of(query: Mapping[str, str]) -> tuple[str, str]:
     """Return the material and the tool that a query names; raises UnusableInput."""
     lacking = [name for name in PAIR if not query.get(name)]
     if lacking:
-        raise UnusableInput(f"{' and '.join(lacking)}: missing; send both of a pair")
+        raise UnusableInput(
+            phrase("{keys}: missing; send both of a pair", keys=listed(lacking, phrase(" and ")))
+        )
     return query["material"], query["tool"]
 
 
@@ -41,11 +46,57 @@ def cut_of_query(query: Mapping[str, str]) -> JobCut:
     return as_cut(stated)
 
 
-def as_cut(stated: Mapping[str, str]) -> JobCut:
-    """Return the cut that texts state by key; raises UnusableInput naming the key."""
-    read = {
-        name: text if name in TEXTS else typed_number(name, text) for name, text in stated.items()
-    }
+def typed_number(name: str, text: str, mark: str = ".") -> float:
+    """Return the number that someone typed; raises UnusableInput, which calls it ``name``.
+
+    A comma is a decimal comma, and a point a decimal point, where it cannot part thousands; the
+    ``mark`` of who typed it never does.
+
+    >>> typed_number("feed_mm_rev", "0,25"), typed_number("depth_mm", "2.5")
+    (0.25, 2.5)
+    >>> typed_number("length_mm", "1,125", mark=",")
+    1.125
+    """
+    plain = text.strip().replace("−", "-")
+    if _GROUPED[mark].fullmatch(plain):
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' may be {point} or {whole}; type one of them",
+                name=name,
+                text=text,
+                point=plain.replace(",", ".").replace(".", mark),
+                whole=plain.replace(",", "").replace(".", ""),
+            )
+        )
+    if plain.count(",") > 1 or ("," in plain and "." in plain):
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' has more than a decimal sign; type it without signs between "
+                "thousands, such as {example}",
+                name=name,
+                text=text,
+                example=f"1234{mark}5",
+            )
+        )
+    try:
+        return float(plain.replace(",", ".").replace("_", "?"))
+    except ValueError:
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' is not a number; send a number such as {example}",
+                name=name,
+                text=text,
+                example=f"2{mark}5",
+            )
+        ) from None
+
+
+def as_cut(stated: Mapping[str, str], number: Callable[[str, str], float] = typed_number) -> JobCut:
+    """Return the cut that texts state by key; raises UnusableInput naming the key.
+
+    ``number`` reads one, of which the key is said.
+    """
+    read = {name: text if name in TEXTS else number(name, text) for name, text in stated.items()}
     try:
         return JobCut.model_validate(read)
     except ValidationError as error:
@@ -58,32 +109,6 @@ def read_cut(line: bytes) -> JobCut:
         return JobCut.model_validate_json(line)
     except ValidationError as error:
         raise UnusableInput(first_of(error.errors())) from None
-
-
-def typed_number(name: str, text: str) -> float:
-    """Return the number that someone typed; raises UnusableInput, which calls it ``name``.
-
-    A comma is a decimal comma, where it cannot part thousands.
-
-    >>> typed_number("feed_mm_rev", "0,25"), typed_number("depth_mm", "2.5")
-    (0.25, 2.5)
-    """
-    plain = text.strip().replace("−", "-")
-    commas = plain.count(",")
-    if _GROUPED.fullmatch(plain):
-        point, whole = plain.replace(",", "."), plain.replace(",", "")
-        raise UnusableInput(f"{name}: '{text}' may be {point} or {whole}; type one of them")
-    if commas > 1 or (commas and "." in plain):
-        raise UnusableInput(
-            f"{name}: '{text}' has more than a decimal sign; type it without signs between "
-            "thousands, such as 1234.5"
-        )
-    try:
-        return float(plain.replace(",", ".").replace("_", "?"))
-    except ValueError:
-        raise UnusableInput(
-            f"{name}: '{text}' is not a number; send a number such as 2.5"
-        ) from None
 
 
 def parameters_of_a_cut() -> list[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 import json
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +75,12 @@ async def predict_program(request: Request, _access: Reads, machine: MachineName
     return json_answer(JobAnswer, await predicted_program(request, machine), mark)
 
 
-async def predicted_program(request: Request, machine: str) -> JobAnswer:
+async def predicted_program(
+    request: Request, machine: str, number: Callable[[str, str], float] = typed_number
+) -> JobAnswer:
     """Return what is predicted of the job and the program that a request brings.
+
+    ``number`` reads what was typed of the stock, by its key.
 
     Raises HTTPException where too many are sent or read, UnusableInput where they cannot be used.
     """
@@ -86,13 +90,16 @@ async def predicted_program(request: Request, machine: str) -> JobAnswer:
     with tempfile.TemporaryDirectory(prefix="autodb-") as name:
         limits = service.settings.limits
         most = {JOB: BODY_MOST, PROGRAM: limits.program_MiB * MIB}
-        task = _task(machine, await receive_parts(request, Path(name), most, limits.receive_s))
+        parts = await receive_parts(request, Path(name), most, limits.receive_s)
+        task = _task(machine, parts, number)
         found: JobAnswer = await made_apart(service, task, JobAnswer, limits.predicting)
     service.metrics.cuts.inc(len(found.cuts))
     return found
 
 
-def _task(machine: str, parts: Mapping[str, SentPart]) -> ProgramToPredict:
+def _task(
+    machine: str, parts: Mapping[str, SentPart], number: Callable[[str, str], float]
+) -> ProgramToPredict:
     """Return what is to be predicted of what was sent; raises UnusableInput."""
     lacking = [field for field in (JOB, PROGRAM) if field not in parts]
     if lacking:
@@ -101,15 +108,15 @@ def _task(machine: str, parts: Mapping[str, SentPart]) -> ProgramToPredict:
     folder = parts[PROGRAM].path.parent / "named"
     folder.mkdir()
     path = parts[PROGRAM].path.rename(folder / called)
-    return ProgramToPredict(machine, _job(parts[JOB].path.read_bytes(), called), path)
+    return ProgramToPredict(machine, _job(parts[JOB].path.read_bytes(), called, number), path)
 
 
-def _job(text: bytes, called: str) -> Job:
+def _job(text: bytes, called: str, number: Callable[[str, str], float]) -> Job:
     """Return a job of which the program is called so; raises UnusableInput naming the key."""
     try:
         said = from_json(text)
         if isinstance(said, dict) and isinstance(said.get("program"), dict):
-            said["program"] = _numbers(said["program"]) | {"file": called}
+            said["program"] = _numbers(said["program"], number) | {"file": called}
         job = Job.model_validate(said)
     except ValidationError as error:
         raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
@@ -120,7 +127,7 @@ def _job(text: bytes, called: str) -> Job:
     return job
 
 
-def _numbers(said: dict[str, Any]) -> dict[str, Any]:
+def _numbers(said: dict[str, Any], number: Callable[[str, str], float]) -> dict[str, Any]:
     """Return what is said of a program, its stock in numbers where it was typed."""
     typed = {key: text for key, text in said.items() if key in STOCK and isinstance(text, str)}
-    return said | {key: typed_number(key, text) for key, text in typed.items()}
+    return said | {key: number(key, text) for key, text in typed.items()}

@@ -152,7 +152,7 @@ def test_what_is_wrong_gets_one_line(url: str, tmp_path: Path, monkeypatch: Any)
         says = io.BytesIO()
         apart.do_asked(apart.Request(url, ReaderBounds(), apart.Import(sent)), says)
         *_, last = says.getvalue().splitlines()
-        key, said = apart.received_line(last)
+        key, (said, _language) = apart.received_line(last)
         assert (key, line in said) == (apart.REFUSED, True), said
         assert said.isprintable()
         assert str(tmp_path) not in said

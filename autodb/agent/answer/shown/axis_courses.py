@@ -20,6 +20,7 @@ from autodb.sensing.ranges.forms import MeasuredCuts
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
 from autodb.terms.friction import COULOMB
+from autodb.wording import phrase
 
 NEWEST = 100
 """Recordings whose air currents are shown. Chosen: about as many as a plot tells apart."""
@@ -245,7 +246,12 @@ def _marks(
 ) -> list[AxisMark]:
     """Return calibrations of an axis, and decisions on mismatches in what it senses."""
     found = [
-        AxisMark(one.created_at, "calibration", one.id, f"calibration, version {one.version}")
+        AxisMark(
+            one.created_at,
+            "calibration",
+            one.id,
+            phrase("calibration, version {version}", version=one.version),
+        )
         for one in calibrations
     ]
     decision, mismatch = models.MismatchDecision, models.Mismatch
@@ -260,6 +266,7 @@ def _marks(
         .order_by(decision.id)
     )
     for taken, of in session.execute(query):
-        words = f"{of.term} {'taken back' if taken.status == 'open' else taken.status}"
+        status = phrase("taken back") if taken.status == "open" else phrase(taken.status)
+        words = phrase("{term}: {status}", term=of.term, status=status)
         found.append(AxisMark(taken.decided_at, "mismatch", of.id, words))
     return sorted(found, key=lambda one: one.at)

@@ -10,6 +10,8 @@ from autodb.agent.learn.passes import last_passes_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.store import models
+from autodb.terms.vocabulary import effect_called
+from autodb.wording import Worded, phrase, phrase_many
 
 
 @dataclass(frozen=True)
@@ -30,12 +32,18 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
     """Yield what waits: calibrations as the last refresh said, mismatches, recordings."""
     for done in last_passes_of(session, owner.id, most=1):
         for said in done.done.due:
-            yield DueLine("calibration", None, f"Calibrate {said}")
+            what = Worded(said, "en")  # kept as it was said
+            yield DueLine("calibration", None, phrase("Calibrate {what}", what=what))
     mismatch, table = models.Mismatch, models.StoredRecording
     open_ones = select(mismatch).join(table, table.id == mismatch.recording_id)
     own = table.machine_id == owner.id, mismatch.status == "open"
     for one in session.scalars(open_ones.where(*own).order_by(mismatch.id)):
-        yield DueLine("mismatch", one.id, f"Decide on mismatch {one.id}: {one.statement}")
+        said = phrase(
+            "Decide on mismatch {number}: {effect}",
+            number=one.id,
+            effect=phrase(effect_called(one.term).title),
+        )
+        yield DueLine("mismatch", one.id, said)
     mark, cut = last_mark(session, owner.id), models.Cut
     new = cut.id > (mark.cut if mark else 0), cut.superseded_at.is_(None)
     waiting = session.scalar(
@@ -44,5 +52,9 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
         .where(table.machine_id == owner.id, *new)
     )
     if waiting:
-        words = f"{waiting} recording{'s' if waiting > 1 else ''} came since the last refresh"
+        words = phrase_many(
+            "{count} recording came since the last refresh",
+            "{count} recordings came since the last refresh",
+            waiting,
+        )
         yield DueLine("recording", None, words)

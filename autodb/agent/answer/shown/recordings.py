@@ -14,8 +14,10 @@ from autodb.agent.rows.recordings import stated_start
 from autodb.errors import NotThere
 from autodb.sensing.ranges.sensed_force import PASSIVE_IN_NO_CURRENT
 from autodb.store import models
+from autodb.wording import Worded, day, msgid, phrase, phrase_many
 
-USED, WITHDRAWN, EXPLAINED = "used", "withdrawn", "only explained"
+MISSING = msgid("file missing")
+USED, WITHDRAWN, EXPLAINED = msgid("used"), msgid("withdrawn"), msgid("only explained")
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,12 @@ def stored_recording(session: Session, machine: str, number: int) -> models.Stor
     """Return a recording of a machine; raises NotThere where it has none of that number."""
     owner, row = find_machine(session, machine), session.get(models.StoredRecording, number)
     if row is None or row.machine_id != owner.id:
-        raise NotThere(f"machine '{machine}' has no recording {number}; look at all of them")
+        raise NotThere(
+            phrase(
+                "machine '{machine}' has no recording {number}; look at all of them",
+                machine=machine, number=number,
+            )
+        )  # fmt: skip
     return row
 
 
@@ -153,13 +160,15 @@ def _state(row: models.StoredRecording) -> str:
 def _flags(row: models.StoredRecording, not_sensed: int) -> tuple[str, ...]:
     """Return what there is to know of a recording's quality, a few words each."""
     uneven = time_sentences(row, but_even=True)
-    said = ["uneven time"] if uneven else []
+    said = [phrase("uneven time")] if uneven else []
     if not_sensed:
-        said.append(f"{not_sensed} force{'s' if not_sensed > 1 else ''} not sensed")
+        said.append(
+            phrase_many("{count} force not sensed", "{count} forces not sensed", not_sensed)
+        )
     if row.dropped_at is not None:
-        said.append("file not kept")
+        said.append(phrase("file not kept"))
     elif not any(Path(one).exists() for one in (row.path, row.stored_path) if one):
-        said.append("file missing")
+        said.append(phrase(MISSING))
     return tuple(said)
 
 
@@ -167,18 +176,24 @@ def _findings(
     session: Session, row: models.StoredRecording, seen: RecordingSeen
 ) -> tuple[str, ...]:
     """Return what was found of a recording's quality, a sentence each."""
-    said = [f"Time stamps: {one}." for one in time_sentences(row)]
+    stamps = (Worded(one, "en") for one in time_sentences(row))  # kept as they were said
+    said: list[str] = [phrase("Time stamps: {what}.", what=one) for one in stamps]
     if row.withdrawn_at is not None:
-        said.append(f"It was withdrawn on {row.withdrawn_at[:10]}: {row.withdrawn_why}.")
+        at = day(row.withdrawn_at[:10])
+        said.append(phrase("It was withdrawn on {day}: {why}.", day=at, why=row.withdrawn_why))
     if row.looked_at is not None:
-        said.append("It came in only to be explained: nothing is learnt from it.")
+        said.append(phrase("It came in only to be explained: nothing is learnt from it."))
     if row.dropped_at is not None:
-        said.append(f"Its file is not kept since {row.dropped_at[:10]}; what rests on it stays.")
-    elif "file missing" in seen.flags:
-        said.append(f"Its file is not under {row.path}: put it back to see it and to fit anew.")
+        at = day(row.dropped_at[:10])
+        said.append(phrase("Its file is not kept since {day}; what rests on it stays.", day=at))
+    elif phrase(MISSING) in seen.flags:
+        said.append(
+            phrase("Its file is not under {path}: put it back to see it and to fit anew.",
+                path=row.path)
+        )  # fmt: skip
     still = [one.name for one in row.channels if one.rows > 1 and one.minimum == one.maximum]
     if still:
-        said.append(f"The same number in every row: {', '.join(still)}.")
+        said.append(phrase("The same number in every row: {channels}.", channels=", ".join(still)))
     force, cut = models.SensedForce, models.Cut
     why = (
         select(force.component, force.reason, func.count())
@@ -188,8 +203,15 @@ def _findings(
         .order_by(func.count().desc())
     )
     for component, reason, count in session.execute(why):
-        cuts = f"{count} cut{'s' if count > 1 else ''}"
-        said.append(f"Force {component.upper()} of {cuts} was not sensed: {reason}.")
+        said.append(
+            phrase_many(
+                "Force {axis} of {count} cut was not sensed: {why}.",
+                "Force {axis} of {count} cuts was not sensed: {why}.",
+                count,
+                axis=component.upper(),
+                why=Worded(reason or "", "en"),  # kept as it was said
+            )
+        )
     return tuple(said)
 
 

@@ -8,7 +8,9 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.posteriors import pair_name
+from autodb.files.channels import axis_words
 from autodb.store import models
+from autodb.wording import amount_words, phrase
 
 MOST = 200
 """Versions of parameters that are listed of one recording, the newest. Chosen."""
@@ -80,25 +82,52 @@ def _mismatches(row: models.StoredRecording) -> Select[Any]:
 
 
 def _calibration(one: models.CalibrationVersion) -> str:
-    usable = "usable" if one.offered else "not usable"
-    return f"calibration of {one.axis}, version {one.version} ({usable})"
+    return phrase(
+        "calibration of {axis}, version {version} ({usable})",
+        axis=axis_words(one.axis),
+        version=one.version,
+        usable=phrase("usable") if one.offered else phrase("not usable"),
+    )
 
 
 def _model(one: models.ChannelModel) -> str:
-    return f"drive model of {one.channel}, version {one.version}"
+    return phrase(
+        "drive model of {channel}, version {version}", channel=one.channel, version=one.version
+    )
 
 
 def _scale(one: models.DriveScale) -> str:
-    return f"force constant of {one.axis}, version {one.version}: {one.per_ampere:.4g} N/A"
+    return phrase(
+        "force constant of {axis}, version {version}: {value}",
+        axis=axis_words(one.axis),
+        version=one.version,
+        value=amount_words(one.per_ampere, "N/A", ".4g"),
+    )
 
 
 def _sensor(one: models.Estimator) -> str:
-    return f"sensor {one.kind} of force {one.component.upper()}, version {one.version}"
+    return phrase(
+        "sensor {kind} of force {axis}, version {version}",
+        kind=one.kind,
+        axis=one.component.upper(),
+        version=one.version,
+    )
 
 
 def _version(one: models.CuttingParameters) -> str:
-    return f"{pair_name(one.pair)}, version {one.version} ({one.n_cuts} cuts)"
+    return phrase(
+        "{pair}, version {version} ({cuts} cuts)",
+        pair=pair_name(one.pair),
+        version=one.version,
+        cuts=one.n_cuts,
+    )
 
 
 def _mismatch(one: models.Mismatch) -> str:
-    return f"mismatch {one.id} in {one.channel}: {one.term}, {one.status}"
+    return phrase(
+        "mismatch {number} in {channel}: {term}, {status}",
+        number=one.id,
+        channel=one.channel,
+        term=one.term,
+        status=phrase(one.status),
+    )

@@ -1,6 +1,20 @@
 // What the pages do beside showing: load the plots, edit cuts.
 "use strict";
 
+// Words: the page has them in its language, with {names} to be filled in.
+const words = JSON.parse(document.querySelector("#words").textContent);
+const say = (key, values = {}) =>
+  words[key].replace(/\{(\w+)\}/g, (_, name) => values[name]);
+const language = document.documentElement.lang;
+const point = new Intl.NumberFormat(language).format(0.5)[1];
+// What was said in another language than the page's says so to who reads aloud.
+const put = (place, text, lang) => {
+  place.textContent = text;
+  if (lang && lang !== language) place.lang = lang;
+  else place.removeAttribute("lang");
+};
+const refusal = (text, lang) => Object.assign(new Error(text), { lang });
+
 // Plots: the library is large and is loaded only where there are some.
 const drawPlots = (() => {
   const load = (address) => new Promise((done) => {
@@ -24,7 +38,8 @@ drawPlots();
 // Tables: sorted by a column's title, downloaded as CSV, and on a narrow screen a card a row.
 const beginTables = (() => {
   const read = (cell) => (cell.dataset.value ?? cell.textContent.trim().replace(/\s+/g, " "));
-  const size = (text) => parseFloat(text.replace("−", "-"));
+  const size = (text) =>
+    parseFloat(text.replace("−", "-").replaceAll("\u202f", "").replace(point, "."));
   const before = (a, b) => {
     const [x, y] = [size(a), size(b)];
     if (!Number.isNaN(x) && !Number.isNaN(y) && !/^\d{4}-\d/.test(a)) return x - y;
@@ -41,8 +56,8 @@ const beginTables = (() => {
   };
   const csv = (table) => [...table.rows].map((row) => [...row.cells].map((cell) => {
     const text = cell.innerText.trim().replace(/\s+/g, " ");
-    return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
-  }).join(",")).join("\r\n");
+    return /[",;]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  }).join(point === "," ? ";" : ",")).join("\r\n");  // as tables of the language are read
   const save = (table, name) => {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob(["\ufeff", csv(table)], { type: "text/csv" }));
@@ -66,7 +81,7 @@ const beginTables = (() => {
     const button = document.createElement("button");
     button.type = "button";
     button.className = "plain";
-    button.textContent = "Download as CSV";
+    button.textContent = say("csv");
     button.addEventListener("click", () => save(table, table.dataset.table));
     const below = document.createElement("p");
     below.className = "below";
@@ -80,7 +95,7 @@ beginTables(document);
 // Pieces of a page that take a while to make: asked for, and put in when they are there.
 const askPiece = async (address, options, { status, into, button }) => {
   const begun = Date.now();
-  const tell = () => { status.textContent = `working: ${Math.round((Date.now() - begun) / 1000)} s`; };
+  const tell = () => put(status, say("working", { seconds: Math.round((Date.now() - begun) / 1000) }));
   const ticking = setInterval(tell, 1000);
   tell();
   button.disabled = true;
@@ -91,7 +106,8 @@ const askPiece = async (address, options, { status, into, button }) => {
     clearInterval(ticking);
     if (!got.ok) {
       const said = new DOMParser().parseFromString(text, "text/html").querySelector(".said");
-      throw new Error(said ? said.textContent : `status ${got.status}`);
+      const lang = said?.querySelector("[lang]")?.lang;
+      throw refusal(said ? said.textContent : say("status", { status: got.status }), lang);
     }
     into.innerHTML = text;
     into.hidden = false;
@@ -99,7 +115,7 @@ const askPiece = async (address, options, { status, into, button }) => {
     status.textContent = "";
     await drawPlots();
   } catch (error) {
-    status.textContent = error.message;
+    put(status, error.message, error.lang);
     status.className = "said";
   } finally {
     clearInterval(ticking);
@@ -166,7 +182,7 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     });
   };
   const number = () => all().forEach((cut, k) => {
-    cut.querySelector("legend").textContent = `Cut ${k + 1}`;
+    cut.querySelector("legend").textContent = say("cut", { number: k + 1 });
     cut.querySelector("[data-remove]").hidden = all().length === 1;
   });
   const begin = (cut) => {
@@ -216,8 +232,8 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     list.prepend(item);
     return { said, bar };
   };
-  const say = ({ said, bar }, text, state) => {
-    said.textContent = text;
+  const tell = ({ said, bar }, text, state, lang) => {
+    put(said, text, lang);
     if (state) {
       said.className = `said ${state}`;
       bar.remove();
@@ -227,44 +243,45 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     const request = new XMLHttpRequest();
     request.open("POST", drop.dataset.import);
     request.setRequestHeader("X-CSRF-Token", csrf);
+    request.setRequestHeader("X-Shown-In", language);
     request.upload.addEventListener("progress", (sent) => {
       if (!sent.lengthComputable) return;
       shown.bar.max = sent.total;
       shown.bar.value = sent.loaded;
-      say(shown, `sending: ${Math.round((100 * sent.loaded) / sent.total)} %`);
+      tell(shown, say("sending", { percent: Math.round((100 * sent.loaded) / sent.total) }));
     });
     request.addEventListener("load", () => {
       let answer;
       try {
         answer = JSON.parse(request.responseText);
       } catch {
-        answer = { detail: `status ${request.status}` };
+        answer = { detail: say("status", { status: request.status }) };
       }
       if (request.status === 202) done(answer);
-      else failed(new Error(answer.detail));
+      else failed(refusal(answer.detail, request.getResponseHeader("Content-Language")));
     });
-    request.addEventListener("error", () => failed(new Error("the service does not answer")));
+    request.addEventListener("error", () => failed(refusal(say("silent"))));
     const form = new FormData();
     form.append("recording", recording, recording.name);
     if (side) form.append("side", side, side.name);
     request.send(form);
   });
-  const words = ({ recording_id, cuts, already_there, timing, notes }) => [
-    already_there
-      ? `already there as recording ${recording_id}`
-      : `recording ${recording_id}, ${cuts} new cuts`,
-    ...timing.map((sentence) => `time: ${sentence}`),
-    ...notes,
-  ].join("; ");
+  // What the database keeps of a file is in English: then so is the whole line.
+  const came = ({ recording_id: number, cuts, already_there: there, timing, notes }) => {
+    const first = there ? say("there", { number }) : say("new", { number, cuts });
+    const also = [...timing.map((sentence) => say("time", { sentence })), ...notes];
+    return [[first, ...also].join("; "), also.length ? "en" : language];
+  };
   const follow = async (number, shown) => {
     shown.bar.removeAttribute("value");
     for (;;) {
-      const got = await fetch(`/api/v1/imports/${number}`);
+      const got = await fetch(`/api/v1/imports/${number}`, { headers: { "X-Shown-In": language } });
       const now = await got.json();
-      if (!got.ok) throw new Error(now.detail);
-      if (now.state === "refused") throw new Error(now.refused);
-      if (now.state === "done") return words(now.came_in);
-      say(shown, now.progress ? `${now.state}: ${now.progress}` : now.state);
+      if (!got.ok) throw refusal(now.detail, got.headers.get("Content-Language"));
+      if (now.state === "refused") throw refusal(now.refused, "en");
+      if (now.state === "done") return came(now.came_in);
+      if (now.progress) tell(shown, `${now.state}: ${now.progress}`, "", "en");
+      else tell(shown, say(now.state));
       await wait(400);
     }
   };
@@ -273,14 +290,15 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     const stem = (file) => file.name.replace(/\.[^.]+$/, "");
     const recordings = files.filter((file) => !sides.includes(file));
     sides.filter((side) => !recordings.some((file) => stem(file) === stem(side))).forEach((side) =>
-      say(line(side.name), "a side file without its recording; send both together", "bad"));
+      tell(line(side.name), say("alone"), "bad"));
     for (const file of recordings) {
       const shown = line(file.name);
       try {
         const begun = await send(file, sides.find((side) => stem(side) === stem(file)), shown);
-        say(shown, await follow(begun.number, shown), "good");
+        const [text, lang] = await follow(begun.number, shown);
+        tell(shown, text, "good", lang);
       } catch (error) {
-        say(shown, error.message, "bad");
+        tell(shown, error.message, "bad", error.lang);
       }
     }
   };

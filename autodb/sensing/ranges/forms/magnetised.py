@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
+from autodb.wording import amount_words, phrase
 
 Array = NDArray[np.float64]
 
@@ -145,7 +146,13 @@ class MagnetisedOfSpeed(Magnetised):
         base_rpm = np.exp(ln_base)
         plain = super().equation(coefficients, unit, current_unit).rsplit(", ", 1)[0]
         idle = f"T_air {t0:.3g} {t1:+.2g} · n/1000 rpm {unit}"
-        return f"{plain}, {idle}, above {base_rpm:.0f} rpm k times ({base_rpm:.0f}/n)"
+        return phrase(
+            "{plain}, {idle}, above {speed} k times ({base}/n)",
+            plain=plain,
+            idle=idle,
+            speed=amount_words(base_rpm, "rpm", ".0f"),
+            base=f"{base_rpm:.0f}",
+        )
 
 
 def _squares(sensed: MeasuredCuts) -> Array:

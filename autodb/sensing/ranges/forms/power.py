@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from autodb import fitting
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
+from autodb.wording import amount_words, phrase
 
 Array = NDArray[np.float64]
 
@@ -109,7 +110,13 @@ class Power:
     ) -> str:
         scale, base_rpm = np.exp(coefficients[0]), np.exp(coefficients[2])
         power = f"{scale:.4g} {unit} · (I/{current_unit})^{exponent}"
-        return f"{power}, above {base_rpm:.0f} rpm times ({base_rpm:.0f}/n){falls}"
+        return phrase(
+            "{power}, above {speed} times ({base}/n){falls}",
+            power=power,
+            speed=amount_words(base_rpm, "rpm", ".0f"),
+            base=f"{base_rpm:.0f}",
+            falls=falls,
+        )
 
 
 def _ln(current: Array) -> Array:

@@ -108,7 +108,7 @@ def test_what_waits_is_said_and_decisions_are_marked(weeks: Store) -> None:
         taken = {"status": "confirmed", "term": "gain", "decided_at": "2026-10-09T00:00:00+00:00"}
         session.add(models.MismatchDecision(mismatch_id=row.id, **taken))
         waits = [one for one in due_on(session, "lathe-1") if one.kind == "mismatch"]
-        assert [one.words for one in waits] == ["Decide on mismatch 1: Force Z reads too high."]
+        assert [one.words for one in waits] == ["Decide on mismatch 1: a changed scale"]
     z, x = _axis(weeks, "z"), _axis(weeks, "x")
     assert [one.kind for one in z.marks] == ["mismatch", "calibration"]
     assert [one.kind for one in x.marks] == ["calibration"]

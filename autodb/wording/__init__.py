@@ -1,0 +1,32 @@
+"""What is said, in the reader's language, and numbers with the reader's marks and units.
+
+Sentences are written in English where they are said; catalogues (``de.po``) have the others.
+"""
+
+from autodb.wording.amounts import amount_words, day, localized, shop_amount
+from autodb.wording.presentation import (
+    ENGLISH,
+    Presentation,
+    ShopUnit,
+    presentation,
+    presented,
+)
+from autodb.wording.sentences import Worded, language_of, listed, msgid, phrase, phrase_many
+
+__all__ = [
+    "ENGLISH",
+    "Presentation",
+    "ShopUnit",
+    "Worded",
+    "amount_words",
+    "day",
+    "language_of",
+    "listed",
+    "localized",
+    "msgid",
+    "phrase",
+    "phrase_many",
+    "presentation",
+    "presented",
+    "shop_amount",
+]

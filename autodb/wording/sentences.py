@@ -1,0 +1,79 @@
+"""Sentences, looked up in the reader's language."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from autodb.wording.presentation import presentation
+
+
+class Worded(str):
+    """A text that knows the language it is in."""
+
+    language: str
+
+    def __new__(cls, text: str, language: str) -> "Worded":
+        """Return a text in a language."""
+        made = super().__new__(cls, text)
+        made.language = language
+        return made
+
+    def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]  # its copies know it too
+        """Return what a copy is made of."""
+        return str(self), self.language
+
+
+def language_of(text: object) -> str:
+    """Return the language that a text is in; what does not say so is in English."""
+    return str(getattr(text, "language", "en"))
+
+
+def msgid(english: str) -> str:
+    """Return a text as it is, which is said later: it is one that catalogues have."""
+    return english
+
+
+def phrase(english: str, **values: object) -> Worded:
+    """Return a sentence in the reader's language, its ``{names}`` filled in.
+
+    One that the catalogue has not, or with a part that is in another language, is said in English:
+    it is in one language.
+    """
+    language = _language(values.values())
+    try:
+        text = _looked_up(language, english)
+    except LookupError:
+        text, language = english, "en"
+    return Worded(text.format(**values) if values else text, language)
+
+
+def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
+    """Return the sentence for a count, which it has as ``{count}``, as ``say`` does."""
+    language = _language(values.values())
+    try:
+        text = _looked_up(language, one, many, count)
+    except LookupError:
+        text, language = (one if count == 1 else many), "en"
+    return Worded(text.format(count=count, **values), language)
+
+
+def listed(some: Iterable[str], separator: str = ", ") -> Worded:
+    """Return texts one after another, in English where one of them is."""
+    every = list(some)
+    return Worded(separator.join(every), _language(every))
+
+
+def _looked_up(language: str, one: str, many: str = "", count: int = 1) -> str:
+    """Return a sentence in a language; raises LookupError where its catalogue has it not."""
+    if language == "en":
+        return one if count == 1 else many
+    from autodb.wording.catalogues import catalogue  # commands that say English need none
+
+    found = catalogue(language)
+    return found.ngettext(one, many, count) if many else found.gettext(one)
+
+
+def _language(values: Iterable[Any]) -> str:
+    """Return the reader's language, or English where a part is there in another."""
+    ours = presentation().language
+    known = (getattr(one, "language", ours) for one in values)
+    return ours if all(one == ours for one in known) else "en"
