@@ -1,4 +1,4 @@
-"""Which commands there are, in groups, and two examples of each."""
+"""Which commands there are, in the groups of the help."""
 
 GROUPS = {
     "Start": {

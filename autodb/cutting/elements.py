@@ -13,7 +13,8 @@ its feed and Z off the finished surface.
 A chip that comes off a curved edge is one piece: its elements cannot each push their own way. So a
 share λ of its thrust points along the mean over the chip's area (Young, Mathew and Oxley 1987), the
 rest across each element; what rubs, the edge's part, pushes across each. How large λ is, is fitted
-to cuts. Source of the rest: physics reference, section 6.
+to cuts. Source of the rest: Budak, Altintas and
+Armarego 1996.
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -9,7 +9,7 @@ feed (X), κ its entering angle, 90° but on the corner's radius r,
 f the feed of that tooth at that height (unequal pitch and helix share it unequally), ρ the angle of
 a ramp. A tooth that runs in cuts what those before it left. A slice cuts where its point lies
 within the band across the feed that the operation engages (contract: slot, side-up, side-down).
-Edges on the face of a square mill are not in it. Source: physics reference, section 6.
+Edges on the face of a square mill are not in it. Source: Budak, Altintas and Armarego 1996.
 """
 
 from collections.abc import Iterable

@@ -6,7 +6,7 @@ left, and turns up to the entering angle κ_r. With q the angle of an element to
     h = f sin q    b = r_ε dq on the nose, a straight edge behind it    height r_ε (1 - cos q)
 
 up to the depth of cut, so that the chip's cross-section is a_p f whatever the nose; the cusp that
-the feed leaves is not in it. Source: physics reference, section 6.
+the feed leaves is not in it.
 
 The inclination is ISO 3002's λ_s, positive where the tip is the first to meet the work: the rake
 face then pulls the tool towards the surface, and a negative one pushes it off. The law's i is that

@@ -4,7 +4,7 @@ Kienzle: specific tangential force k_c = F_t/(b h) = k_c1.1 h^-m_c, h in mm, k_c
 edge: F_t = K_tc h b + K_te b, and so for the thrust. Both are lines fitted to the law's own force
 over a range of chip thickness, the first in logarithms, so that they change with the posterior
 of the law; how far the law is off the line in that range is given too.
-Source: Kienzle 1952 as the physics reference, section 6, writes it.
+Source: Kienzle 1952.
 """
 
 from dataclasses import dataclass

@@ -3,8 +3,8 @@
 A normal posterior about the coordinates of the thin-shear-zone law and, behind them, what many cuts
 share: the errors of the calibrations that sensed them, and by what share the law is off in an
 operation. These stay in the posterior, so that a later cut sensed by the same calibration finds
-them as far known as they are: never taken for scatter, never averaged away (physics reference,
-section 7). Its size does not grow with the number of cuts.
+them as far known as they are: never taken for scatter, never averaged away. Its size
+does not grow with the number of cuts.
 """
 
 from collections.abc import Mapping

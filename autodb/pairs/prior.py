@@ -48,8 +48,8 @@ ANY_METAL = {
     "edge_mm": (0.008, 1.0),
 }
 """Middle and standard deviation, of the logarithm for those that are positive (of the angle: of
-its tangent), of the number itself for the others. Speed: physics reference, section 6; no force of
-the edge along itself: there too; rake and thickness: around what Budak, Altintas and Armarego 1996
+its tangent), of the number itself for the others. Speed, and no force of the edge along itself:
+chosen; rake and thickness: around what Budak, Altintas and Armarego 1996
 give for a titanium alloy; a chip that flows mostly as one: Young, Mathew and Oxley 1987; the others
 chosen, wide enough for aluminium to nickel alloys, around an edge of some micrometres and Stabler's
 rule."""

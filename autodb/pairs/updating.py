@@ -13,7 +13,7 @@ overshoots is shortened. The share that cuts scatter by is learnt along with it:
 maximisation, every round one step of both, Anderson's mixing over the last rounds
 (``fitting.stationary``). Learning ends where a round moves nothing by 1e-9 of its own standard
 deviation, so that the same cuts give one answer, whatever unit, order or processor they come in. A
-cut costs the same however many came before. Source: physics reference, section 7; Bell and Cathey
+cut costs the same however many came before. Source: Bell and Cathey
 1993 for the iterated filter as Gauss-Newton.
 """
 

@@ -8,7 +8,7 @@ differently: what one differs by is shared by its cuts and forgotten after them;
 is part of the interval.
 
 How it bends (p) and how much edges differ are the means of a few tried by their evidence. The
-edge's force as Armarego has it: physics reference, section 6; growth with cutting time: section 8.
+edge's force is as Armarego has it, and grows with cutting time.
 """
 
 from collections.abc import Callable, Sequence

@@ -150,7 +150,7 @@ def test_an_edge_that_cannot_follow_is_refused() -> None:
 
 
 def test_mean_slot_forces_are_the_closed_form() -> None:
-    """Physics reference, section 6: means of a slot, constant coefficients, within 0.1 %."""
+    """Means of a slot with constant coefficients, in closed form, within 0.1 %."""
     known = theta(shear_stress=500.0, chip_ratio=0.4, chip_ratio_thickness=0.0, K_ae=2.0)
     at = Edge(array(0.03), array(94.0), array(0.0), array(np.radians(30.0)))
     shear_t, shear_r, shear_a = (one[0] for one in shear.chip_coefficients(known, at))

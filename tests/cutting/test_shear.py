@@ -63,7 +63,7 @@ def _resolved(known: Array, at: Edge, flow: float) -> Array:
 
 
 def test_an_orthogonal_edge_is_armaregos() -> None:
-    """F_c and F_t of the physics reference, section 6, at three rakes."""
+    """F_c and F_t of a thin shear zone, at three rakes."""
     for rake_deg in (-5.0, 0.0, 10.0):
         at = edge(0.08, rake_deg=rake_deg)
         ratio, alpha = float(shear.chip_ratio(theta(), at)[0]), np.radians(rake_deg)

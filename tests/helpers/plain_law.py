@@ -26,7 +26,7 @@ PLAIN = {
     "flow_angle": 1.0,
     "edge_mm": 1e-9,
 }
-"""Ti6Al4V at rake 0: Budak, Altintas and Armarego 1996, as the physics reference quotes them."""
+"""Ti6Al4V at rake 0: Budak, Altintas and Armarego 1996."""
 
 
 def theta(**changed: float) -> Array:

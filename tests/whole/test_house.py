@@ -15,19 +15,14 @@ import pytest
 from hatchling.builders.wheel import WheelBuilder
 from packaging.requirements import Requirement
 
+from autodb.cli._listed import GROUPS
 from autodb.terms import TERMS
 from autodb.terms.vocabulary import vocabulary
 from docs.make.terms import MANY
 from tests.conftest import ROOT, Cli
 
 HEAVY = {"numpy", "pandas", "scipy", "pyarrow", "plotly", "sqlalchemy", "pydantic", "pint", "torch"}
-COMMANDS = {
-    "init", "machine", "look", "import", "calibrate", "identify", "refresh", "predict", "plan",
-    "lookup",
-    "explain", "trace", "doctor", "backup", "restore", "export", "demo", "prove", "standard",
-    "sweep", "reconstruct", "scale", "mismatch", "schedule", "sensors", "inspect",
-    "agent", "fleet", "serve", "token",
-}  # fmt: skip
+COMMANDS = {name for group in GROUPS.values() for name in group}
 MODULES = sorted(
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
     for path in (ROOT / "autodb").rglob("*.py")

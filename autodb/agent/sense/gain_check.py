@@ -15,7 +15,7 @@ from autodb.standard.protocol import StandardCut as CutOfKnownForce
 from autodb.store import models
 
 TRUTH_SHARE = 0.04
-"""Sd of a standard cut's force from machine to machine (physics reference, section 9: assumed)."""
+"""Sd of a standard cut's force from machine to machine (assumed)."""
 ALONG = {"y": (1.0, 0.0), "x": (0.0, 1.0), "z": (0.0, 1.0)}
 """Which gain, along the cutting speed or across it, a component in turning tells."""
 TURNING = ("turn", "face")

@@ -24,7 +24,7 @@ from autodb.store import Store, models
 Array = NDArray[np.float64]
 
 LEAST_SHARE = 0.05
-"""A torque constant of a data sheet is no surer than ± 5 %, 95 % (physics reference, section 3)."""
+"""A torque constant of a data sheet is no surer than ± 5 %, 95 % (assumed)."""
 MM_IN_M = 1000.0
 
 

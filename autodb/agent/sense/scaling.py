@@ -1,7 +1,7 @@
 """What an ampere of a feed drive is, told by a known load, and kept for the loads that follow.
 
 A mass clamped on adds mass over motor constant to the inertia; a force beside the load, or a cut
-whose force is known, gives newtons over the amperes it took (physics reference, section 3).
+whose force is known, gives newtons over the amperes it took.
 """
 
 from collections.abc import Callable

@@ -25,8 +25,7 @@ ROUNDINGS_MM = (0.0, 0.003, 0.006, 0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04)
 POWERS = np.linspace(0.5, 1.0, 51)
 """Powers of feed that the chip's part of a simulation may follow."""
 THIN_CHIP_MM = 0.03
-"""Uncut chip thickness below which edge force and size effect differ (physics reference, section
-8)."""
+"""Uncut chip thickness below which edge force and size effect differ. Chosen."""
 CHUNK = 4096
 """Cuts at a time: bounds the memory whatever the length of the table."""
 VARIABLES = (

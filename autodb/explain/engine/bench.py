@@ -33,7 +33,7 @@ class WhiteRows:
 
     Columns of candidates are built at every row, reduced to the working rate and kept so. The first
     ``firm`` own columns are the simulation's, with the coefficients ``own_sizes`` there; those that
-    ``loosen`` adds follow. ``gap``: rows at the working rate over which noise is correlated.
+    ``loosened`` adds follow. ``gap``: rows at the working rate over which noise is correlated.
     """
 
     def __init__(

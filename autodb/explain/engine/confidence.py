@@ -46,7 +46,7 @@ RARER = MARGIN
 """Evidence by which a named effect has to do better than a change of an own term: a number that the
 simulation has is off more often than a term that it lacks is there. Chosen: as for any effect."""
 DISCREPANCY = 0.03
-"""Share of what a law explains by which real effects leave it (physics reference, section 10)."""
+"""Share of what a law explains by which real effects leave it (measured on real axes)."""
 
 
 @dataclass(frozen=True)

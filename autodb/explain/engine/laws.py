@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 GAIN = 0.04
 """Share by which the held-out rms must fall with a law: by chance, on recordings of real axes that
-nothing was missing in, a column lowered it by 4.5 % at most (physics reference, section 10)."""
+nothing was missing in, a column lowered it by 4.5 % at most."""
 BESIDE_ITSELF = 3.0
 """Slow noise counts as so much more where what it might pass for was taken out of it: of what holds
 nothing a search takes out the strongest. Chosen on synthetic recordings of noise alone."""

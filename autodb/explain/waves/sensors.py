@@ -107,7 +107,7 @@ def _crosstalk(world: SimulatedWaves) -> Iterator[Candidate]:
 
 
 def _weight(world: SimulatedWaves) -> Iterator[Candidate]:
-    """A mass on the tilted table weighs. Physics reference 5."""
+    """A mass on the tilted table weighs. Source: P4."""
     if world.tilted is None:
         return
     weight = world.tilted.columns()[world.kept][..., :1]
@@ -117,7 +117,7 @@ def _weight(world: SimulatedWaves) -> Iterator[Candidate]:
 
 
 def _pull(world: SimulatedWaves) -> Iterator[Candidate]:
-    """A mass on the table pulls where it is swung. Physics reference 5."""
+    """A mass on the table pulls where it is swung. Source: P4."""
     if world.tilted is None:
         return
     swung = world.tilted.columns()[world.kept][..., 1:]

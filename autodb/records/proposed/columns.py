@@ -1,4 +1,4 @@
-"""ProposedBase channels of a time base: what speaks for each, and what is still missing."""
+"""Proposed channels of a time base: what speaks for each, and what is still missing."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""ProposedBase channels of moves over time: names first, and the physics that speaks for them."""
+"""Proposed channels of moves over time: names first, and the physics that speaks for them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

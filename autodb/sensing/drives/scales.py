@@ -1,6 +1,6 @@
 """Newtons an ampere of a feed drive, from a load that is known: a measured force, or a cut.
 
-Air moves give ratios only (physics reference, section 3). A load reconstructed in amperes, over the
+Air moves give ratios only. A load reconstructed in amperes, over the
 force that it is, gives the scale; its error is common to all that is sensed with it. The force of
 the work on the tool is minus the load.
 """

@@ -1,6 +1,6 @@
 """Two kinds of error of a sensed force: one cut's own, and what all cuts of a calibration share.
 
-More cuts average the first, never the second (physics reference, section 7). Shared are the errors
+More cuts average the first, never the second. Shared are the errors
 of the coefficients, of what one tool, material or day has of its own, and of the reference forces.
 """
 

@@ -54,7 +54,7 @@ def test_the_contracts_example() -> None:
 
 
 def test_mean_slot_forces_are_the_closed_form() -> None:
-    """Physics reference 6, within 0.1 %."""
+    """The closed form, within 0.1 %."""
     angle = np.arange(7200) * 2.0 * np.pi / 7200
     mean = _teeth(_slot(4, helix_deg=30.0), angle).forces(_law).mean(axis=1)
     z, a, f = 4, DEPTH, FEED
