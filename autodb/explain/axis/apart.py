@@ -1,9 +1,9 @@
 """The move on which two explanations of one recording would differ most for the noise there is.
 
 Both are fitted on the recording and carried to a move that follows it, where
-`explain.engine.telling` says how far they differ: in rows that the recording's filter makes white, of unit variance. The
-difference in the channel's unit is d − X δ with the move counted as one row: δ then only takes up
-what the recording leaves open. Shapes are held.
+`explain.engine.telling` says how far they differ: in rows that the recording's filter makes white,
+of unit variance. The difference in the channel's unit is d − X δ with the move counted as one row:
+δ then only takes up what the recording leaves open. Shapes are held.
 """
 
 from collections.abc import Sequence
