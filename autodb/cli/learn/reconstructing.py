@@ -161,6 +161,13 @@ def reconstruct_command(
         if page is not None:
             made_page = render_loads(recording.name, cut.t_s, made.sensed)
             write_page(page, made_page, self_contained=self_contained)
+    _say(cut, made, out, page, json=json)
+
+
+def _say(
+    cut: "records.Recording", made: "_Sensed", out: Path, page: Path | None, *, json: bool
+) -> None:
+    """Print what was estimated, and where it is."""
     if json:
         say_json({"load": out, "page": page, "axes": _sizes(made), "not_used": made.not_heard})
         return
