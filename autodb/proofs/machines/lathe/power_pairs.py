@@ -9,7 +9,7 @@ s(v) = 1 - g tanh(ln(v/150)). In turning the chip's thrust has one direction for
 mean over its area (Young, Mathew and Oxley 1987), ploughing has each place's own. Every number is
 drawn 25 % around what a shop would expect of the material; none is a published constant.
 Scatter: of the process, P1 Table 2 (tangential 1.89 %, thrust 5.49 %, each cut one factor on all
-of either); of sensing, P1 (18.5 N tangential, 16.1 N the others); of a
+of either); of sensing, physics reference section 9 (18.5 N tangential, 16.1 N the others); of a
 calibration's gain 5 %, common to a machine.
 """
 
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 SPREAD = 0.25  # of a pair around what is expected of its material; chosen
 GAIN = 0.05  # of a calibration, common to a machine; chosen
-SENSING_N = (16.1, 18.5, 16.1)  # x, y, z; P1
+SENSING_N = (16.1, 18.5, 16.1)  # x, y, z; physics reference section 9
 CHIP_MM = 0.2  # h0 of the law
 FAST_M_MIN = 150.0
 NOSE_STEPS = 120
