@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.wording import phrase
 
 Array = NDArray[np.float64]
@@ -85,9 +85,9 @@ def _intervals(one: PredictedMade, rows: Flags, tone: str, name: str) -> go.Scat
 
 
 def _hover(one: PredictedMade, row: np.intp) -> str:
-    reach = figures.span(float(one.low[row]), float(one.high[row]), one.unit)
-    made = figures.number(figures.plot_scale(one.unit) * float(one.made[row]))
-    sd = figures.quantity(2.0 * float(one.made_sd[row]), one.unit)
+    reach = amounts.span(float(one.low[row]), float(one.high[row]), one.unit)
+    made = amounts.number(figures.plot_scale(one.unit) * float(one.made[row]))
+    sd = amounts.quantity(2.0 * float(one.made_sd[row]), one.unit)
     lines = (
         phrase("predicted {reach}", reach=reach),
         phrase("measured {value} ± {sd}", value=made, sd=sd),

@@ -9,7 +9,7 @@ from autodb import __version__
 from autodb.files.channels import ROTARY_AXES
 from autodb.fitting import NORMAL_95
 from autodb.records import Recording
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amplitudes, readable
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
@@ -44,7 +44,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
         not_excited=model.not_excited,
         doubts=model.doubts,
         errors=_errors(model.errors, model.unit),
-        bandwidths=[figures.quantity(hz, "Hz") for hz in TOLD_HZ],
+        bandwidths=[amounts.quantity(hz, "Hz") for hz in TOLD_HZ],
         warmth=_warmth(model),
         thermal=_thermal(model, moves),
         protocol=str(model.protocol),
@@ -110,7 +110,7 @@ def _map(
 
 def term_row(term: IdentifiedTerm) -> tuple[str, str, str]:
     """Return name, value with its 95 % half width, and the sentence of a term's parameter."""
-    sure = figures.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
+    sure = amounts.plus_minus(term.value, NORMAL_95 * (term.sd or 0.0), term.unit)
     return f"{term.key} {term.parameter}", sure, phrase(term_called(term.term, term.form).statement)
 
 
@@ -120,7 +120,7 @@ def _errors(errors: DriveErrors | None, unit: str) -> list[tuple[str, list[str]]
         return []
     at = [BANDWIDTHS_HZ.index(hz) for hz in TOLD_HZ]
     return [
-        (name, [figures.quantity(errors.rms[row][column], unit) for row in at])
+        (name, [amounts.quantity(errors.rms[row][column], unit) for row in at])
         for column, name in enumerate(STATES)
     ]
 
@@ -133,7 +133,7 @@ def _warmth(model: Identified) -> str:
             "Warming is not in this model: friction is that of these moves, and falls by up to a "
             "fifth as an axis runs warm."
         )
-    share = figures.plus_minus(100.0 * drop.value, 100.0 * NORMAL_95 * (drop.sd or 0.0), "%")
+    share = amounts.plus_minus(100.0 * drop.value, 100.0 * NORMAL_95 * (drop.sd or 0.0), "%")
     return f"Warm after long running at 10 000 mm/min, friction is {share} lower than cold."
 
 

@@ -17,18 +17,18 @@ from autodb.explain.answer import (
     ChannelTrace,
     Considered,
     Explained,
-    Regime,
 )
 from autodb.explain.engine.candidates import UNKNOWN
-from autodb.files.channels import unit_of
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.explanation_plots import (
     against_signals,
     channel_words,
     close_up,
     drawn_words,
     located,
+    stretch_words,
     traces_over_time,
+    where_words,
 )
 from autodb.reports.said_in_pages import told
 from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
@@ -221,7 +221,7 @@ def _listed(names: Sequence[str], word: str) -> str:
 
 def _size_words(cause: Cause) -> str:
     size = cause.parameters["size"]
-    return figures.quantity(size.value, size.unit)
+    return amounts.quantity(size.value, size.unit)
 
 
 def share_words(share: float) -> str:
@@ -319,59 +319,6 @@ def certainty_words(probability: float) -> str:
     if probability > 0.99:
         return phrase("{words}, over 99 %", words=phrase(words))
     return phrase("{words}, {percent} %", words=phrase(words), percent=f"{100.0 * probability:.0f}")
-
-
-def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
-    """Return where the mismatch sits, one line a stretch or a regime."""
-    in_cuts = trace is not None and trace.x_name == "cut"
-    lines = []
-    for low, high in answer.where.intervals:
-        place = (
-            phrase("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
-            if in_cuts
-            else phrase("From {low} to {high} s", low=_second(low), high=_second(high))
-        )
-        if not _is_confined(answer):
-            place = phrase("{place}: one of the causes; the others act all along", place=place)
-        lines.append(place)
-    return lines + [regime_words(regime) for regime in answer.where.regime]
-
-
-def _is_confined(answer: ChannelAnswer) -> bool:
-    """Whether every cause has a stretch of its own."""
-    return len(answer.missing) <= len(answer.where.intervals)
-
-
-def stretch_words(answer: ChannelAnswer) -> str:
-    """Return what a shaded stretch is."""
-    if _is_confined(answer):
-        return phrase("where the mismatch sits")
-    return phrase("where one of the causes acts")
-
-
-def regime_words(regime: Regime) -> str:
-    """Return a regime as a line: its signal, its range, what it holds of the squared error."""
-    share = f"{100.0 * regime.share:.0f}"
-    holds = phrase("{share} % of the mismatch", share=share)
-    if regime.rows is not None:
-        rows = f"{100.0 * regime.rows:.0f}"
-        holds = phrase(
-            "{share} % of the squared error in {rows} % of the rows", share=share, rows=rows
-        )
-    unit, where = unit_of(regime.signal) or "", ""
-    if regime.signal.endswith(".direction"):
-        where = phrase("forwards") if regime.high > 0.0 else phrase("backwards")
-    elif regime.low == regime.high:
-        where = figures.quantity(regime.low, unit)
-    else:
-        where = figures.span(regime.low, regime.high, unit)
-    signal = channel_words(regime.signal)
-    return phrase("{signal} {where}: {holds}", signal=signal, where=where, holds=holds)
-
-
-def _second(t_s: float) -> str:
-    """A time is never rounded beyond a second."""
-    return figures.number(t_s) if abs(t_s) < 1000.0 else f"{t_s:.0f}"
 
 
 def bars(answer: ChannelAnswer) -> list[tuple[str, str, float, float]]:

@@ -1,4 +1,4 @@
-"""Plots of an explanation: traces over time, where the mismatch sits, close-ups, signals."""
+"""Plots of an explanation (traces over time, close-ups, signals), and where it sits in words."""
 
 import re
 from collections.abc import Sequence
@@ -8,9 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace
+from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace, Regime
 from autodb.files.channels import unit_of
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.wording import msgid, phrase
 
 AROUND = 0.2
@@ -204,3 +204,56 @@ def _against(
             made.add_trace(figures.points(x, left, tone=name, name=phrase(name), marker=mark))
     label = phrase("Residual against {signal}", signal=channel_words(signal))
     return figures.as_html(made, f"{channel['id']}-against-{number}", height_px=300, label=label)
+
+
+def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
+    """Return where the mismatch sits, one line a stretch or a regime."""
+    in_cuts = trace is not None and trace.x_name == "cut"
+    lines = []
+    for low, high in answer.where.intervals:
+        place = (
+            phrase("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
+            if in_cuts
+            else phrase("From {low} to {high} s", low=_second(low), high=_second(high))
+        )
+        if not _is_confined(answer):
+            place = phrase("{place}: one of the causes; the others act all along", place=place)
+        lines.append(place)
+    return lines + [regime_words(regime) for regime in answer.where.regime]
+
+
+def _is_confined(answer: ChannelAnswer) -> bool:
+    """Whether every cause has a stretch of its own."""
+    return len(answer.missing) <= len(answer.where.intervals)
+
+
+def stretch_words(answer: ChannelAnswer) -> str:
+    """Return what a shaded stretch is."""
+    if _is_confined(answer):
+        return phrase("where the mismatch sits")
+    return phrase("where one of the causes acts")
+
+
+def regime_words(regime: Regime) -> str:
+    """Return a regime as a line: its signal, its range, what it holds of the squared error."""
+    share = f"{100.0 * regime.share:.0f}"
+    holds = phrase("{share} % of the mismatch", share=share)
+    if regime.rows is not None:
+        rows = f"{100.0 * regime.rows:.0f}"
+        holds = phrase(
+            "{share} % of the squared error in {rows} % of the rows", share=share, rows=rows
+        )
+    unit, where = unit_of(regime.signal) or "", ""
+    if regime.signal.endswith(".direction"):
+        where = phrase("forwards") if regime.high > 0.0 else phrase("backwards")
+    elif regime.low == regime.high:
+        where = amounts.quantity(regime.low, unit)
+    else:
+        where = amounts.span(regime.low, regime.high, unit)
+    signal = channel_words(regime.signal)
+    return phrase("{signal} {where}: {holds}", signal=signal, where=where, holds=holds)
+
+
+def _second(t_s: float) -> str:
+    """A time is never rounded beyond a second."""
+    return amounts.number(t_s) if abs(t_s) < 1000.0 else f"{t_s:.0f}"

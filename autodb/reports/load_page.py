@@ -13,7 +13,7 @@ from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.files.channels import LINEAR_AXES
 from autodb.files.targets import hidden, replace_by
 from autodb.fitting import NORMAL_95
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.sensing.drives.reconstruct import DriveLoad
 
 Array = NDArray[np.float64]
@@ -77,9 +77,9 @@ def _shown(t_s: Array, sensed: ReconstructedLoad) -> dict[str, object]:
         "plot": _plot(t_s, load),
         "model": sensed.model,
         "scale": scale_words(sensed),
-        "bandwidth": figures.quantity(load.bandwidth_hz, "Hz"),
-        "figures": [(what, figures.quantity(float(size), load.unit)) for what, size in sizes],
-        "sure": figures.quantity(NORMAL_95 * float(np.median(load.sd)), load.unit),
+        "bandwidth": amounts.quantity(load.bandwidth_hz, "Hz"),
+        "figures": [(what, amounts.quantity(float(size), load.unit)) for what, size in sizes],
+        "sure": amounts.quantity(NORMAL_95 * float(np.median(load.sd)), load.unit),
         "shares": [
             (mark.replace("_", " "), f"{100.0 * float(np.mean(getattr(load, mark))):.3g} %")
             for mark in MARKS

@@ -7,7 +7,7 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from autodb.agent.learn.precision_history import LearningCurve
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.against import PredictedMade, plot_against
 from autodb.wording import localized, phrase
 
@@ -100,7 +100,7 @@ def render_page(page: Page, mismatch_html: str | None) -> str:
 
 def equation_words(plot: CalibrationPlot) -> str:
     """Return the equation, with its scatter."""
-    scatter = figures.quantity(plot.rmse, plot.unit)
+    scatter = amounts.quantity(plot.rmse, plot.unit)
     return phrase(
         "{equation}; scatter {scatter} rms. I: current range above air cutting.",
         equation=localized(plot.equation),
@@ -110,7 +110,7 @@ def equation_words(plot: CalibrationPlot) -> str:
 
 def learnt_words(curve: LearningCurve) -> str:
     """Return the force after the last cut, ± 2 sd."""
-    return figures.plus_minus(float(curve.mean[-1]), 2.0 * float(curve.sd[-1]), "N")
+    return amounts.plus_minus(float(curve.mean[-1]), 2.0 * float(curve.sd[-1]), "N")
 
 
 def check_words(check: PredictedSensed) -> str:

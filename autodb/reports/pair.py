@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from autodb.agent.answer.force_map import ForceMap, Layer
 from autodb.forward.limits import probability_words
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.page import translucent
 from autodb.wording import amount_words, msgid, phrase, shop_amount
 
@@ -122,7 +122,7 @@ def _draw_range(made: go.Figure, found: ForceMap, x_scale: float, y_scale: float
 
 def _label(found: ForceMap, layer: Layer) -> str:
     low, high = np.min(np.abs(layer.mean)), np.max(np.abs(layer.mean))
-    reach = figures.span(float(low), float(high), layer.quantity.unit)
+    reach = amounts.span(float(low), float(high), layer.quantity.unit)
     said = phrase(
         "{quantity} over {x} and {y}: {reach}",
         quantity=title(layer, found.cut.operation),

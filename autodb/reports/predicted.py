@@ -16,7 +16,7 @@ from autodb.forward.cut_figures import CutFigures, JobTotals
 from autodb.forward.limits import standings_in_words
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import Interval
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.wording import amount_words, msgid, phrase, shop_amount
 
 Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def total_rows(its: JobTotals) -> list[tuple[str, str]]:
 
 
 def _amount(value: float | None, unit: str) -> str:
-    return phrase(UNKNOWN) if value is None else figures.quantity(value, unit)
+    return phrase(UNKNOWN) if value is None else amounts.quantity(value, unit)
 
 
 def _reach(one: Interval | None, unit: str) -> str:
@@ -98,7 +98,7 @@ def _reach(one: Interval | None, unit: str) -> str:
 def _in_interval(one: Interval, unit: str) -> str:
     """Return a value, and its interval with the unit."""
     value, _ = shop_amount(one.value, unit)
-    return f"{figures.number(value)} ({figures.span(one.low, one.high, unit)})"
+    return f"{amounts.number(value)} ({amounts.span(one.low, one.high, unit)})"
 
 
 def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:

@@ -12,7 +12,7 @@ from autodb.agent.matching.scoring import PredictionScores
 from autodb.fitting import NORMAL_95
 from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.against import PredictedMade, plot_against
 from autodb.wording import msgid, phrase
 
@@ -114,10 +114,10 @@ def _traces(one: PredictedQuantity, cuts: Sequence[PastCut]) -> list[go.Scatter]
 
 
 def _hover(name: str, one: Scored, unit: str) -> str:
-    ends = figures.span(one.predicted.low, one.predicted.high, unit)
-    value = figures.number(figures.plot_scale(unit) * one.predicted.value)
+    ends = amounts.span(one.predicted.low, one.predicted.high, unit)
+    value = amounts.number(figures.plot_scale(unit) * one.predicted.value)
     predicted = phrase("predicted {value} ({reach})", value=value, reach=ends)
-    made = phrase("made {value}", value=figures.quantity(one.made, unit))
+    made = phrase("made {value}", value=amounts.quantity(one.made, unit))
     return "<br>".join((figures.plain_text(name), predicted, made))
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from autodb.explain.answer import IntervalValue
 from autodb.explain.several_recordings import FACTORS, ExplainedTogether, Located
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.explanation import certainty_words, parameter_words, term_words
 from autodb.reports.explanation_plots import channel_words
 
@@ -46,4 +46,4 @@ def effect_number(value: IntervalValue | None) -> str:
     """Return an effect's number in one recording, a dash where it could not show."""
     if value is None:
         return "—"
-    return figures.quantity(value.value, value.unit) if value.unit else figures.number(value.value)
+    return amounts.quantity(value.value, value.unit) if value.unit else amounts.number(value.value)

@@ -15,8 +15,9 @@ from autodb import records
 from autodb.explain import explain
 from autodb.explain.answer import Array, Cause, ChannelAnswer, ChannelTrace
 from autodb.records import Recording
+from autodb.reports.amounts import quantity, span
 from autodb.reports.explanation import headline
-from autodb.reports.figures import keep_peaks, quantity, span
+from autodb.reports.figures import keep_peaks
 from docs.make.style import CORRECTED, RECORDING, SIMULATION, drawn, legend
 
 LINE_POINTS = 480

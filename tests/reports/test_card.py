@@ -21,7 +21,7 @@ from autodb.assets import kit
 from autodb.cli import run
 from autodb.fitting import NORMAL_95
 from autodb.records import CutTable
-from autodb.reports import figures
+from autodb.reports import amounts
 from autodb.reports.card import axis_card
 from autodb.reports.card.axis_figures import at_middle, rules, trueness
 from autodb.reports.card.conditions import condition_scatter, condition_words, movement
@@ -93,9 +93,9 @@ def _is_stated(row: models.CalibrationVersion, said: str) -> None:
     scores = row.scores
     assert row.verdict in said
     assert f"{scores['r_squared_low']:.3f} to {scores['r_squared_high']:.3f}" in said
-    assert figures.quantity(scores["rmse"], row.unit).replace("\xa0", " ") in said
+    assert amounts.quantity(scores["rmse"], row.unit).replace("\xa0", " ") in said
     low, high = row.current_low, row.current_high
-    assert figures.span(low, high, row.current_unit).replace("\xa0", " ") in said
+    assert amounts.span(low, high, row.current_unit).replace("\xa0", " ") in said
     assert f"axis {row.axis}, version {row.version}" in said
     assert row.domain is not None
     for ends in (*row.domain["ranges"].values(), row.domain["target"]):
@@ -105,7 +105,7 @@ def _is_stated(row: models.CalibrationVersion, said: str) -> None:
         assert f"(weight {100.0 * near['weight']:.0f} %)" in said
     for name, error in (row.trials or {}).items():
         held = error is not None
-        stated = figures.quantity(error, row.unit) if held else "not determined by these cuts"
+        stated = amounts.quantity(error, row.unit) if held else "not determined by these cuts"
         assert f"{name} {stated}".replace("\xa0", " ") in said
     for number in row.transients:
         assert re.search(rf"set aside \(cut [^)]*\b{number:g}\b", said)

@@ -13,15 +13,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.explain.answer import Considered, Regime, Where
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.explanation import (
     explanation_fragment,
     open_words,
-    regime_words,
     render_explanation,
     smaller_words,
-    where_words,
 )
+from autodb.reports.explanation_plots import regime_words, where_words
 from autodb.reports.page import (
     CalibrationPlot,
     JobRow,
@@ -359,15 +358,15 @@ def test_thinning_keeps_every_peak_and_the_gaps() -> None:
     ],
 )
 def test_numbers_have_three_significant_digits(value: float, text: str) -> None:
-    assert figures.number(value) == text
+    assert amounts.number(value) == text
 
 
 def test_pairs_of_numbers_share_their_decimals_and_show_their_width() -> None:
-    assert figures.span(0.4, 0.44, "A") == "0.400 to 0.440\u00a0A"
-    assert figures.span(14.19, 14.21, "s") == "14.19 to 14.21\u00a0s"
-    assert figures.span(1e-6, 2e-6, "1") == "1.00 × 10⁻⁶ to 2.00 × 10⁻⁶"
-    assert figures.span(0.0, 0.0, "N") == "0 to 0\u00a0N"
-    assert figures.plus_minus(61.62, 5.4, "N/mm") == "61.6 ± 5.4\u00a0N/mm"
+    assert amounts.span(0.4, 0.44, "A") == "0.400 to 0.440\u00a0A"
+    assert amounts.span(14.19, 14.21, "s") == "14.19 to 14.21\u00a0s"
+    assert amounts.span(1e-6, 2e-6, "1") == "1.00 × 10⁻⁶ to 2.00 × 10⁻⁶"
+    assert amounts.span(0.0, 0.0, "N") == "0 to 0\u00a0N"
+    assert amounts.plus_minus(61.62, 5.4, "N/mm") == "61.6 ± 5.4\u00a0N/mm"
 
 
 def test_a_learning_plot_holds_the_last_band() -> None:

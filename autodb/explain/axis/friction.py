@@ -29,7 +29,8 @@ OVER_SPEED = frozenset({"coulomb", "viscous", "speed"})
 """Terms, and the family without a name, that add friction over speed."""
 DIP = 0.25
 """Share of a dip's depth by which all of the friction must fall from where it is the deepest.
-Chosen: where friction bends upwards it falls by none or an eighth, with true dips by 0.4 at least.
+Chosen: where friction only bends upwards the likeliest dip falls by none or an eighth, most true
+ones by a quarter to all of it.
 """
 STEADY = 0.98
 """Share of the most dry friction from which on a row turns over no more. Chosen."""

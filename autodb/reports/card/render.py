@@ -4,7 +4,7 @@ import numpy as np
 
 from autodb import __version__
 from autodb.fitting import NORMAL_95
-from autodb.reports import figures
+from autodb.reports import amounts, figures
 from autodb.reports.card import plots
 from autodb.reports.card.axis_figures import AxisCard, OneCut
 from autodb.reports.card.budget import budget_of_axis
@@ -51,13 +51,13 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
         "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
         "r_squared": _plain(s.r_squared),
         "r_squared_interval": f"{_plain(s.r_squared_low)} to {_plain(s.r_squared_high)}",
-        "rmse": figures.quantity(s.rmse, c.unit),
+        "rmse": amounts.quantity(s.rmse, c.unit),
         "folds": min(FOLDS, s.groups),
         "one_cut": _one_cut(axis.middle, c.unit),
         "percent": _percent(axis.middle),
         "domain": "" if c.domain is None else c.domain.words(c.unit),
         "rivals": _rivals(c),
-        "range": figures.span(c.current_low, c.current_high, c.current_unit),
+        "range": amounts.span(c.current_low, c.current_high, c.current_unit),
         "trueness": _trueness(axis),
         "parts": _parts(axis.middle, c.unit),
         "budget": budget_of_axis(axis),
@@ -85,7 +85,7 @@ def _rivals(calibration: Calibration) -> str:
 
 
 def _one_cut(cut: OneCut, unit: str) -> str:
-    return figures.plus_minus(cut.value, cut.half, unit)
+    return amounts.plus_minus(cut.value, cut.half, unit)
 
 
 def _percent(cut: OneCut) -> str:
@@ -101,8 +101,8 @@ def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
     if t is None:
         return []
     return [
-        ("Slope", figures.plus_minus(t.slope, t.slope_se, "1"), "1"),
-        ("Intercept", figures.plus_minus(t.intercept, t.intercept_se, unit), "0"),
+        ("Slope", amounts.plus_minus(t.slope, t.slope_se, "1"), "1"),
+        ("Intercept", amounts.plus_minus(t.intercept, t.intercept_se, unit), "0"),
     ]
 
 
@@ -117,7 +117,7 @@ def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
         ("Reference forces", cut.references, "none stated"),
     )
     return [
-        (name, figures.quantity(NORMAL_95 * sd, unit) if sd else none, 100.0 * sd**2 / whole)
+        (name, amounts.quantity(NORMAL_95 * sd, unit) if sd else none, 100.0 * sd**2 / whole)
         for name, sd, none in rows
     ]
 
@@ -127,7 +127,7 @@ def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
     c = axis.calibration
     return [
         (name,
-         figures.quantity(error, c.unit) if np.isfinite(error) else "not determined by these cuts",
+         amounts.quantity(error, c.unit) if np.isfinite(error) else "not determined by these cuts",
          name == c.form.label)
         for name, error in c.trials.items()
     ]  # fmt: skip
@@ -141,5 +141,5 @@ def _excluded(axis: AxisCard) -> str:
     return (
         f"{len(c.transients)} transient rows excluded (cut {numbers(c.transients)}): the "
         "current jumps, the force does not. With them: RMSE "
-        f"{figures.quantity(scores.rmse, c.unit)}, R² {scores.r_squared:.3f}."
+        f"{amounts.quantity(scores.rmse, c.unit)}, R² {scores.r_squared:.3f}."
     )

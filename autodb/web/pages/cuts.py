@@ -10,7 +10,8 @@ from autodb.files.cut_words import FIELDS, shown_fields
 from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
 from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
-from autodb.reports.figures import quantity, quantity_title, span
+from autodb.reports.amounts import quantity, span
+from autodb.reports.figures import quantity_title
 from autodb.web.pages.typed import Typed, typed_now, written_cut
 from autodb.wording import phrase
 

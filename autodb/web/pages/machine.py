@@ -12,7 +12,7 @@ from autodb.agent.sense.sensors import Sensor, sensors_of
 from autodb.files.channels import axis_words
 from autodb.files.machine import AxisLimits
 from autodb.reports import axis
-from autodb.reports.figures import quantity
+from autodb.reports.amounts import quantity
 from autodb.reports.machine_page import calibration_plots
 from autodb.reports.page import CalibrationPlot, calibration_plot, equation_words
 from autodb.store import models

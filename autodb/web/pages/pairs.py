@@ -20,7 +20,8 @@ from autodb.files.coefficients import BoundedValue
 from autodb.files.cut_words import cut_in_words
 from autodb.files.job import JobCut
 from autodb.forward.limits import standings_in_words
-from autodb.reports.figures import force_title, number, quantity
+from autodb.reports.amounts import number, quantity
+from autodb.reports.figures import force_title
 from autodb.reports.page import learning_plot, learnt_words
 from autodb.reports.pair import force_map_plots
 from autodb.reports.predicted import figure_rows

@@ -22,7 +22,7 @@ from autodb.agent.answer.shown.recordings import (
 from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.withdrawing import take_again, withdraw
 from autodb.errors import UnusableInput
-from autodb.reports.figures import number as said_number
+from autodb.reports.amounts import number as said_number
 from autodb.reports.recorded import plot_of_course
 from autodb.store import models
 from autodb.web.html import path, piece, service_page

@@ -23,20 +23,6 @@ CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev
        "speed_m_min": "220"}  # fmt: skip
 
 
-@pytest.fixture
-def learnt(sampled: Path) -> Path:
-    """Return a database whose machine has learnt a pair and has mismatches that wait."""
-    return sampled
-
-
-@pytest.fixture
-def pair(store: Store) -> dict[str, str]:
-    """Return the pair that was learnt."""
-    with store.reading() as session:
-        one = PairReader(session, "lathe-1").pairs()[0]
-    return {"material": one.material, "tool": one.tool}
-
-
 def _said(html: str) -> list[str]:
     """Return what a page says aloud."""
     found = re.findall(r'class="said[^"]*"[^>]*>(.*?)</p>', html, re.DOTALL)

@@ -7,13 +7,11 @@ names of machines, files and channels, numbers and units.
 import re
 import sqlite3
 from contextlib import closing
-from pathlib import Path
 from urllib.parse import quote, urlencode
 
 import pytest
 from fastapi.testclient import TestClient
 
-from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
 from autodb.files.channels import OUR_UNITS
@@ -54,20 +52,6 @@ DATA = re.compile(
         )
     )
 )  # fmt: skip
-
-
-@pytest.fixture
-def learnt(sampled: Path) -> Path:
-    """Return a database whose machine has learnt a pair and has mismatches that wait."""
-    return sampled
-
-
-@pytest.fixture
-def pair(store: Store) -> dict[str, str]:
-    """Return the pair that was learnt."""
-    with store.reading() as session:
-        one = PairReader(session, "lathe-1").pairs()[0]
-    return {"material": one.material, "tool": one.tool}
 
 
 @pytest.fixture

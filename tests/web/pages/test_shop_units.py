@@ -4,7 +4,6 @@ import json
 import re
 from base64 import b64decode
 from html import unescape
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
@@ -27,20 +26,6 @@ IN_INCHES = {"operation": "turn", "diameter_mm": "2.2", "depth_mm": "0.1", "feed
              "speed_m_min": "722", "typed": "en.inch"}  # fmt: skip
 N_A_LBF, NM_A_FT_LBF, W_A_HP, MM_AN_IN = 4.4482216152605, 1.3558179483314, 745.69987158227, 25.4
 INCH = {"autodb_units": "inch"}
-
-
-@pytest.fixture
-def learnt(sampled: Path) -> Path:
-    """Return a database whose machine has learnt a pair."""
-    return sampled
-
-
-@pytest.fixture
-def pair(store: Store) -> dict[str, str]:
-    """Return the pair that was learnt."""
-    with store.reading() as session:
-        one = PairReader(session, "lathe-1").pairs()[0]
-    return {"material": one.material, "tool": one.tool}
 
 
 def _text(html: str) -> str:
