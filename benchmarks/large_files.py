@@ -1,10 +1,10 @@
 """Read 2 GB of every format under an address-space limit of 1 GiB, beside a plain reader.
 
-`python -m benchmarks.large_files FOLDER [KIND …]` writes one file at a time into FOLDER, looks at it
-with `autodb import` in a process of its own, reads it once more and by its library alone (text by
-pyarrow, which is told how it is written), prints times and the address space that `import` took,
-and removes the file. Of readings it is the processor's time: others may be at work beside it. MAT is
-not among them: version 5 keeps no variable that can be read in part.
+`python -m benchmarks.large_files FOLDER [KIND …]` writes one file at a time into FOLDER, looks at
+it with `autodb import` in a process of its own, reads it once more and by its library alone (text
+by pyarrow, which is told how it is written), prints times and the address space that `import` took,
+and removes the file. Of readings it is the processor's time: others may be at work beside it. MAT
+is not among them: version 5 keeps no variable that can be read in part.
 """
 
 import io
@@ -53,7 +53,8 @@ import sys, time
 from pyarrow import csv
 separator, decimal, above = sys.argv[2:]
 begun = time.process_time()
-told = csv.ReadOptions(skip_rows=int(above), block_size=1 << 24, encoding="latin-1" if int(above) else "utf8")
+encoding = "latin-1" if int(above) else "utf8"
+told = csv.ReadOptions(skip_rows=int(above), block_size=1 << 24, encoding=encoding)
 parsed = csv.ParseOptions(delimiter=separator)
 for _ in csv.open_csv(sys.argv[1], told, parsed, csv.ConvertOptions(decimal_point=decimal)):
     pass

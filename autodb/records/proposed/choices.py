@@ -30,7 +30,7 @@ class ColumnChoice:
 
 @dataclass(frozen=True)
 class SideChoices:
-    """Choices of columns; keys of `[csv]`, empty: to be found out; operations by the file's texts."""
+    """Choices of columns; of keys of `[csv]`, empty: to be found out; operations by the texts."""
 
     columns: tuple[ColumnChoice, ...] = ()
     text: dict[str, str] = field(default_factory=dict)

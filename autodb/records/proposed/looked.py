@@ -1,4 +1,4 @@
-"""A file as it is looked at with a side file: what it is, and all that an import would say of it."""
+"""A file looked at with a side file: what it is, and all that an import would say of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

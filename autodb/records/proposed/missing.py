@@ -24,13 +24,9 @@ def missing_of_moves(channels: Collection[str]) -> Iterator[str]:
 def missing_of_cuts(channels: Collection[str]) -> Iterator[str]:
     """Yield what a table of cuts lacks: the command, and what it needs."""
     if not {*FORCES} & {*channels}:
-        yield phrase(
-            "calibrate: a measured force (force.x, force.y, force.z), or standard cuts"
-        )
+        yield phrase("calibrate: a measured force (force.x, force.y, force.z), or standard cuts")
     if not any(".current" in channel for channel in channels):
-        yield phrase(
-            "calibrate: a current of the axis (z.current.range, spindle.current.range)"
-        )
+        yield phrase("calibrate: a current of the axis (z.current.range, spindle.current.range)")
     pair = {"work.material", "tool", "operation"} - {*channels}
     conditions = {"cutting.feed", "cutting.depth"} - {*channels}
     if pair or conditions:

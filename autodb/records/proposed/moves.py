@@ -241,14 +241,18 @@ def _add_efforts(
         follows = {a: share_followed(columns[name], v, t_s) for a, v in velocities.items()}
         best = max(follows, key=lambda a: follows[a], default="")
         if best and follows[best] >= FOLLOWS and says.axis in ("", best):
-            why = f"it follows the motion of {best}: {100 * follows[best]:.0f} % of its variance"
-            shares.append((follows[best], name, best, why))
+            followed = phrase(
+                "it follows the motion of {axis}: {share} % of its variance",
+                axis=best,
+                share=f"{100 * follows[best]:.0f}",
+            )
+            shares.append((follows[best], name, best, followed))
     for _, name, axis, why in sorted(shares, key=lambda one: (not said[one[1]].quantity, -one[0])):
         quantity = said[name].quantity or "current"
         ending = {"torque": "drive_torque", "force": "drive_force"}.get(quantity, "current")
-        if not said[name].quantity:
-            why = listed([why, phrase("current, torque or force no number says")], "; ")
-        made.add(name, f"{axis}.{ending}", units.get(name, ""), why)
+        doubt = phrase("current, torque or force no number says")
+        reason = why if said[name].quantity else listed([why, doubt], "; ")
+        made.add(name, f"{axis}.{ending}", units.get(name, ""), reason)
 
 
 def _velocity(columns: Mapping[str, Array], chain: Chain, t_s: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Side files as they are written: of what is proposed for a file's columns, and of what is stated."""
+"""Side files written: of what is proposed for a file's columns, and of what is stated."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,7 +34,9 @@ def side_file_of(found: Sequence[ProposedBase], name: str) -> str:
     unknown = [text for text in _operations(found) if suggested_operation(text) is None]
     lines = [f"# no operation is known for {_text(text)}" for text in unknown]
     written = side_text(proposed_side(found), because)
-    return "\n".join([f"# proposed by 'autodb look {name}'; check it", written.rstrip(), *lines, ""])
+    return "\n".join(
+        [f"# proposed by 'autodb look {name}'; check it", written.rstrip(), *lines, ""]
+    )
 
 
 def side_text(side: SideFile, because: Mapping[str, str] | None = None) -> str:
@@ -45,9 +47,7 @@ def side_text(side: SideFile, because: Mapping[str, str] | None = None) -> str:
     return "\n".join([*_tables(side, said.get("values", {}), because or {}), others])
 
 
-def _tables(
-    side: SideFile, values: Mapping[str, Any], because: Mapping[str, str]
-) -> Iterator[str]:
+def _tables(side: SideFile, values: Mapping[str, Any], because: Mapping[str, str]) -> Iterator[str]:
     yield "[channels]"
     for channel, spec in side.channels.items():
         remark = f"  # {because[channel]}" if channel in because else ""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from autodb.files.channels import unit_of
+from autodb.files.channels import TEXT_COLUMNS, unit_of
 from autodb.files.operation_words import suggested_operation
 from autodb.files.side import Operation, SideFile, read_sidefile
 from autodb.readers import READERS
@@ -34,7 +34,10 @@ TEXT_KEYS = ("separator", "decimal", "encoding", "header_line", "units_line", "f
 
 @dataclass(frozen=True)
 class ColumnShown:
-    """A column as the page has it: its first values, what was chosen, why, and what that gives."""
+    """A column as the page has it: its first values, what was chosen, why, and what that gives.
+
+    ``signed``: its sign may be turned round.
+    """
 
     column: str
     first: str
@@ -42,6 +45,7 @@ class ColumnShown:
     unit: str
     because: str
     reaches: str
+    signed: bool
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ class BaseShown:
 class FileToLook:
     """Look at a file that lies at ``path``, with its side file beside it; nothing is kept.
 
-    ``choices``: what a person says beyond the side file.
+    Without a side file and ``choices``, which a person makes beyond it, channels are proposed.
     """
 
     path: Path
@@ -71,11 +75,11 @@ class FileToLook:
         from autodb.reports.figures import fragment  # draws too, and is heavy
 
         beside = self.path.with_suffix(".toml")
-        stated = beside.is_file()
-        side, anew = read_sidefile(beside) if stated else SideFile(), not stated
-        if self.choices is not None:
-            side, reread = with_choices(side, self.choices)
-            anew = anew or reread
+        side = read_sidefile(beside) if beside.is_file() else SideFile()
+        if self.choices is None:
+            anew = not beside.is_file()
+        else:
+            side, anew = with_choices(side, self.choices)
         looked = look_with(self.path, side, propose=anew, progress=tell)
         with presented(Presentation(presentation().language)):  # a file's numbers in its units
             piece = fragment("site/_looked.html.j2", **_shown(looked))
@@ -151,23 +155,30 @@ def _rows(
     proposals = {one.column: one for one in reversed(found.proposals)}
     for column in columns:
         one = chosen.get(column, ColumnChoice(column))
-        first = [row[places[column]] for row in found.first] if column in places else []
+        values = [row[places[column]] for row in found.first] if column in places else []
         yield ColumnShown(
             column=column,
-            first=" · ".join(localized(text) if _is_float(text) else text for text in first),
+            first=" · ".join(_in_words(text) for text in dict.fromkeys(values)),
             chosen=one,
-            unit=found.base.units.get(column, "") or unit_of(one.channel) or "",
+            unit=found.base.units.get(column) or _our_unit(one.channel),
             because=_because(one, proposals.get(column)),
             reaches=_reach(one.channel, summary),
+            signed=column != ROWS and one.channel not in (*TEXT_COLUMNS, "t", "cut"),
         )
 
 
-def _is_float(text: str) -> bool:
+def _our_unit(channel: str) -> str:
+    unit = unit_of(channel)
+    return "" if unit in (None, "1") else str(unit)
+
+
+def _in_words(text: str) -> str:
+    """Return a value as the reader writes it, where it is a number."""
     try:
         float(text)
     except ValueError:
-        return False
-    return True
+        return text
+    return localized(text)
 
 
 def _because(one: ColumnChoice, proposal: ChannelProposal | None) -> str:
