@@ -26,7 +26,8 @@ class TextLayout:
     None where there is no such line. ``names``: of all columns of the file; ``units`` and
     ``steps_s`` (of columns without stamps) by place. ``times``: the places of columns of time,
     each of which those behind it belong to. ``ends``: the line behind the last row, where remarks
-    stand below it; ``labelled``: names stand before the numbers of each row.
+    stand below it; ``labelled``: names stand before the numbers of each row. ``clocks``: what the
+    file itself calls its columns of time, where they differ.
     """
 
     names: tuple[str, ...]
@@ -45,6 +46,7 @@ class TextLayout:
     title: str = ""
     ends: int | None = None
     labelled: bool = False
+    clocks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """Return what differs from a plain table; empty where nothing does."""
@@ -76,6 +78,9 @@ class TextLayout:
             yield phrase("line {line} has units", line=self.units_line + 1)
         if self.comment:
             yield phrase("lines from '{mark}' on left out", mark=self.comment)
+        if self.clocks:
+            names = ", ".join(f"'{name}'" for name in self.clocks)
+            yield phrase("{names} are times, each of the columns behind it", names=names)
         for step_s in dict.fromkeys(self.steps_s.values()):
             yield phrase("rows are {step} s apart", step=localized(f"{step_s:g}"))
         if self.ends is not None:

@@ -319,12 +319,16 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
   const chosen = (form) => {
     const text = form.elements.side;
     if (text.value !== text.defaultValue) return { side: toml(text.value) };
-    const columns = new Map([...form.querySelectorAll("[data-column]")].map((row) => {
+    const columns = new Map();
+    form.querySelectorAll("[data-column]").forEach((row) => {  // time may stand in several tables
       const of = (name) => row.querySelector(`[name=${name}]`);
-      const column = row.dataset.column;
-      const one = { column, channel: of("channel").value.trim(), unit: of("unit").value.trim() };
-      return [column, { ...one, turned: of("turned")?.checked ?? false }];
-    }));
+      const [channel, unit, turned] = ["channel", "unit", "turned"].map(of);
+      const changed = [channel, unit].some((one) => one.value !== one.defaultValue);
+      const { column } = row.dataset;
+      if (columns.has(column) && !changed) return;
+      const one = { column, channel: channel.value.trim(), unit: unit.value.trim() };
+      columns.set(column, { ...one, turned: turned?.checked ?? false });
+    });
     const values = (fields, key) =>
       Object.fromEntries([...fields].map((one) => [key(one), one.value.trim()]));
     const choices = {
