@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from autodb.files.channels import is_channel, place_channel
+from autodb.files.channels import FORCES, is_channel, place_channel
 from autodb.records.convert import LARGEST
 from autodb.records.proposed.chains import Chain, chains, nameless
-from autodb.records.proposed.cut_names import has_unit_of
+from autodb.records.proposed.cut_names import has_unit_of, of_a_cut
 from autodb.records.proposed.missing import missing_of_moves
 from autodb.records.proposed.motion import FOLLOWS, Array, SlopeOf, share_followed
 from autodb.records.proposed.names import NameSays, is_time, said_by
@@ -272,12 +272,18 @@ def _add_named(
     for name in columns:
         if name in _columns(made) or said[name].commanded or said[name].foreign:
             continue
-        channel = name if is_channel(name) else _channel(said[name])
+        channel = name if is_channel(name) else _channel(said[name]) or _force_of_cutting(name)
         if channel:
             moved = channel.endswith(".current") and channel[0] in SPARE
             doubt = [phrase("no motion of that axis speaks for it")] if moved else []
             why = listed([phrase("its name"), *doubt], "; ")
             made.add(name, channel, units.get(name, ""), why)
+
+
+def _force_of_cutting(name: str) -> str:
+    """Return the force that a name says by what it does in turning: cutting, feed, passive."""
+    channel = of_a_cut(name)
+    return channel if channel in FORCES else ""
 
 
 def _channel(says: NameSays) -> str:
