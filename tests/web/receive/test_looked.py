@@ -125,6 +125,16 @@ def test_a_file_that_is_read_wrongly_is_read_as_stated(store: Store, tmp_path: P
     assert 'data-column="Weg"' in right
 
 
+def test_names_of_columns_are_text_on_the_page(store: Store, tmp_path: Path) -> None:
+    path = tmp_path / "odd.csv"
+    rows = "".join(f"{k},{2 * k},x\n" for k in range(30))
+    path.write_text(f't,<script>alert(1)</script>,"a"" onfocus=""b"\n{rows}')
+    piece = _piece(store, path)
+    assert "<script" not in piece
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in piece
+    assert 'data-column="a&#34; onfocus=&#34;b"' in piece
+
+
 def test_a_plain_file_says_that_there_is_nothing_to_ask(
     store: Store, tmp_path: Path, week: bytes
 ) -> None:
