@@ -145,7 +145,7 @@ def _solved(
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
     groups = deviation.groups if deviation else []
-    wander = friction_wander(rows, problem, rubs=deviation is not None)
+    wander = friction_wander(rows, problem, tells=deviation is not None and not uneven)
     root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
     try:
         fit = fitting.least_squares_with_deviation(

@@ -5,7 +5,8 @@ Friction of a real axis is never twice the same: three runs of the same passes d
 the laws are about: their intervals hold only if it counts. A run is a stroke there with the one
 back, because what strokes there have of their own beside strokes back is weight or asymmetry. Its
 parts are normal, with sizes that the rows show (restricted maximum likelihood,
-``fitting.deviation``): none where runs agree.
+``fitting.deviation``): none where runs agree. In a sweep over speeds a run is a speed: what is its
+own is not told from what friction deviates by there.
 """
 
 from dataclasses import dataclass
@@ -42,17 +43,18 @@ class Wander:
     blocks: NDArray[np.intp]
 
 
-def friction_wander(rows: Prepared, problem: Linearised, *, rubs: bool) -> Wander:
+def friction_wander(rows: Prepared, problem: Linearised, *, tells: bool) -> Wander:
     """Return how friction of each run may differ: a share of all of it, and what grows with the
     speed, each run by itself; and a share that wanders slowly in time, so that neighbouring runs
     are alike.
 
-    Without friction (``rubs``) or with too few runs there are no groups, and blocks of motion.
+    ``tells``: whether the rows can tell it. Where not, or with too few runs, there are no groups,
+    and blocks of motion.
     """
     sense, t = rows.sampled("direction"), rows.sampled("t")
     run = runs(sense)
     count = int(run[-1]) + 1
-    if not rubs or count < FEWEST_RUNS:
+    if not tells or count < FEWEST_RUNS:
         return Wander([], motion_blocks(t, sense))
     friction = _friction(problem)
     fast = rows.reduced(rows.inputs["direction"] * np.abs(rows.inputs["velocity"]))
