@@ -9,7 +9,7 @@ from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.weeks.weeks_events import Named
 from autodb.proofs.runs.weeks.weeks_peers import by_neighbours, by_squares, by_trees
 from autodb.proofs.runs.weeks.weeks_run import Foreseen
-from autodb.proofs.runs.weeks.weeks_summary import WeeksSummary, weeks_summary_of
+from autodb.proofs.runs.weeks.weeks_summary import SCATTERS, WeeksSummary, weeks_summary_of
 
 ORIGIN = Origin("weeks", "0", "0", "0")
 
@@ -69,7 +69,7 @@ def _shop(held: float, error: float) -> tuple[Foreseen | Named, ...]:
                 half = 101.0 * error if k < held * IN_BATCH else 0.5 * error
                 found.append(
                     Foreseen(batch, k % 3, name, conditions[k % 5], 100.0, value, value - half,
-                             value + half, (110.0, 90.0, 105.0))
+                             value + half, (110.0, 90.0, 105.0), 0.03)
                 )  # fmt: skip
     return (*found, Named("wear", "tool_wear", 1, 3, 30), Named("", "depth_error", 2, 2, None))
 
@@ -83,6 +83,8 @@ def test_the_score_counts_shops_files_and_names() -> None:
     for one in found.errors:
         assert one.late == pytest.approx(0.02)
         assert one.peers == pytest.approx((0.1, 0.1, 0.05))
+        assert one.foreseeable == pytest.approx(0.02)
+        assert one.oracle == pytest.approx(np.hypot(0.03, SCATTERS[one.component]))
     wear = next(one for one in found.events if one.name == "wear")
     assert (wear.events, wear.named, wear.cuts) == (2, 2, 30.0)
     assert found.invented == (("depth_error", 2, 2),)

@@ -1,10 +1,11 @@
-"""What a pair's excluded cuts of all recordings have in common is kept as one mismatch a cause.
+"""What a pair's cuts of all recordings have in common is kept as one mismatch a cause.
 
 When more cuts of it come in, it is brought up to date; what a person rejected is not opened again
 for the same recordings.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -13,10 +14,12 @@ from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.learn.states import excluded_cuts, recordings_of
 from autodb.agent.rows.mismatches import found_words, is_cause
+from autodb.agent.rows.posteriors import latest
 from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.agent.sense.sensed import usable
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN
+from autodb.pairs.posterior import WEAR
 from autodb.records import EDGE
 from autodb.store import models
 
@@ -24,40 +27,61 @@ MOST = 400
 """Cuts that are explained together at most, of the newest recordings. Chosen: some 10 s of work."""
 
 
+@dataclass(frozen=True)
+class NotUsual:
+    """What a pass found to be explained, by id: outlying cuts, and pairs all of whose cuts together
+    show wear that is not expected. ``upto``: the last cut that was examined.
+    """
+
+    outlying_cuts: Sequence[int]
+    wearing_pairs: Sequence[int]
+    upto: int
+
+
 def open_mismatches(
     session: Session,
     owner: models.Machine,
-    outlying_cuts: Sequence[int],
+    strange: NotUsual,
     *,
-    upto: int,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
-    """Explain what new outlying cuts and earlier ones have in common; keep it as mismatches.
+    """Explain what excluded cuts have in common, and wear; keep it as mismatches.
 
-    Of each pair all cuts, up to the id ``upto``, of recordings that hold excluded ones and that
-    nobody has decided on. What is explained already is left as it is. Returns what to say.
+    Of each pair all cuts of recordings that hold excluded ones and that nobody has decided on; for
+    wear that these do not name, all cuts. What is explained already is left as it is. Returns what
+    to say.
     """
     said = []
-    for pool in _pools(session, owner, outlying_cuts, upto=upto):
-        if _is_known(session, pool):
-            continue
-        progress(f"explaining {pool.called}")
-        explained = pool.explained(session, owner)
-        if explained is not None:
-            said += _Keeping(session, pool).kept(explained)
+    for pool in _pools(session, owner, strange):
+        said += _explained(session, owner, pool, progress)
+    for number in strange.wearing_pairs:
+        pair = session.get_one(models.Pair, number)
+        of_excluded = _of_pair(session, owner, pair, strange)
+        if not (of_excluded.cuts and _is_known(session, of_excluded, term=WEAR)):
+            every = _of_pair(session, owner, pair, strange, about=WEAR)
+            said += _explained(session, owner, every, progress)
     return said
 
 
-def _pools(
-    session: Session, owner: models.Machine, outlying_cuts: Sequence[int], *, upto: int
-) -> list[PooledCuts]:
+def _explained(
+    session: Session, owner: models.Machine, pool: PooledCuts, progress: Callable[[str], None]
+) -> list[str]:
+    """Explain a pool, if it is not known, and keep what is found; return what to say."""
+    if not pool.cuts or _is_known(session, pool):
+        return []
+    progress(f"explaining {pool.called}")
+    explained = pool.explained(session, owner)
+    return [] if explained is None else _Keeping(session, pool).kept(explained)
+
+
+def _pools(session: Session, owner: models.Machine, strange: NotUsual) -> list[PooledCuts]:
     """Return what to explain: each pair's cuts, or all of a recording, where no pair has another.
 
     As few cuts of several pairs as one file may hold tell more together.
     """
-    new = session.scalars(select(models.Cut).where(models.Cut.id.in_(outlying_cuts))).all()
+    new = session.scalars(select(models.Cut).where(models.Cut.id.in_(strange.outlying_cuts))).all()
     pairs = {cut.pair.id: cut.pair for cut in new if cut.pair is not None}
-    pools = [_of_pair(session, owner, pair, upto=upto) for _, pair in sorted(pairs.items())]
+    pools = [_of_pair(session, owner, pair, strange) for _, pair in sorted(pairs.items())]
     pools = [pool for pool in pools if pool.cuts]
     shared = {row.id for pool in pools if len(pool.recordings) > 1 for row in pool.recordings}
     found: dict[tuple[int, int], PooledCuts] = {}
@@ -73,24 +97,65 @@ def _pools(
 
 
 def _of_pair(
-    session: Session, owner: models.Machine, pair: models.Pair, *, upto: int
+    session: Session,
+    owner: models.Machine,
+    pair: models.Pair,
+    strange: NotUsual,
+    *,
+    about: str | None = None,
 ) -> PooledCuts:
-    """Return a pair's cuts of the newest recordings that hold excluded ones nobody decided on."""
-    excluded = excluded_cuts(session, owner.id, pair.id, upto=upto)
-    holding = {cut.recording_id: cut.recording for cut in excluded}
-    decided = _decided(session, pair, holding)
+    """Return a pair's cuts of its newest recordings that nobody has decided on.
+
+    Of those that hold excluded cuts; of all, where it is explained for what they are ``about``.
+    """
+    excluded = excluded_cuts(session, owner.id, pair.id, upto=strange.upto)
+    there = {cut.recording_id: cut.recording for cut in excluded}
+    if about is not None:
+        there = {row.id: row for row in _recordings_of(session, owner, pair, strange.upto)}
+    decided = _decided(session, pair, there, held=_held_by(session, owner, pair))
     cuts: list[models.Cut] = []
-    for number in sorted(holding.keys() - decided, reverse=True):
-        own = cuts_of_pair(holding[number], pair)
+    for number in sorted(there.keys() - decided, reverse=True):
+        own = cuts_of_pair(there[number], pair)
         if cuts and len(cuts) + len(own) > MOST:
             break
         cuts = [*own, *cuts]
-    return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded))
+    return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded), about)
 
 
-def _decided(session: Session, pair: models.Pair, recordings: Iterable[int]) -> set[int]:
-    """Return the recordings, by id, of which a cause is confirmed, or all are rejected."""
-    rows = _found_in(session, pair, recordings)
+def _recordings_of(
+    session: Session, owner: models.Machine, pair: models.Pair, upto: int
+) -> Sequence[models.StoredRecording]:
+    """Return the recordings with cuts of a pair that count, the newest MOST at most."""
+    query = (
+        select(models.StoredRecording)
+        .join(models.Cut)
+        .where(
+            models.StoredRecording.machine_id == owner.id,
+            models.Cut.pair_id == pair.id,
+            models.Cut.id <= upto,
+            models.Cut.superseded_at.is_(None),
+        )
+        .distinct()
+        .order_by(models.StoredRecording.id.desc())
+        .limit(MOST)
+    )
+    return session.scalars(query).all()
+
+
+def _held_by(session: Session, owner: models.Machine, pair: models.Pair) -> set[int]:
+    """Return the confirmed mismatches, by id, that a pair's newest posterior has in it."""
+    usual = latest(session, owner.id, pair.id)
+    return set() if usual is None else {row.id for row in usual.mismatches}
+
+
+def _decided(
+    session: Session, pair: models.Pair, recordings: Iterable[int], *, held: Collection[int]
+) -> set[int]:
+    """Return the recordings, by id, of which a cause is confirmed, or all are rejected.
+
+    Confirmed ones that the pair's posterior has in it (``held``) are expected, and decide nothing.
+    """
+    rows = [row for row in _found_in(session, pair, recordings) if row.id not in held]
     confirmed, rejected, waiting = (
         recordings_of(row for row in rows if row.status == status)
         for status in ("confirmed", "rejected", "open")
@@ -114,12 +179,16 @@ def _found_in(
     return [row for row in rows if is_cause(row)]
 
 
-def _is_known(session: Session, pool: PooledCuts) -> bool:
-    """Say whether all that would be explained was, together, and no cut came to it since."""
+def _is_known(session: Session, pool: PooledCuts, *, term: str | None = None) -> bool:
+    """Say whether all that would be explained was, together, and no cut came to it since.
+
+    ``term``: whether a mismatch of that name is one of what was found.
+    """
     numbers = {row.id for row in pool.recordings}
     for row in _found_in(session, pool.pair, numbers):
         cuts = None if row.found_in is None else row.found_in["cuts"]
-        if numbers <= recordings_of([row]) and cuts in (None, len(_all_cuts(row, pool))):
+        as_now = numbers <= recordings_of([row]) and cuts in (None, len(_all_cuts(row, pool)))
+        if as_now and term in (None, row.term):
             return True
     return False
 
@@ -142,10 +211,11 @@ class _Keeping:
         """Open a mismatch for each new cause, bring those up to date that are open; say which."""
         said = []
         for channel, answer in explained.explanation.channels.items():
-            causes = {(channel, one.term, one.kind): one for one in reversed(answer.missing)}
+            of_it = [one for one in answer.missing if self._pool.about in (None, one.term)]
+            causes = {(channel, one.term, one.kind): one for one in reversed(of_it)}
             for key, cause in reversed(causes.items()):
                 columns = cause_columns(channel, answer, cause)
-                named = UNKNOWN not in {one.term for one in answer.missing}
+                named = UNKNOWN not in {one.term for one in of_it}
                 again = self._open_one(key, named=named)
                 row = again or self._new_one(columns)
                 if row is None:

@@ -15,9 +15,10 @@ from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recordings import stated_start
 from autodb.agent.rows.stored_cuts import counted_cuts
-from autodb.agent.sense.sensed import usable
+from autodb.agent.sense.sensed import operation_of, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
+from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
 
 EXPLAINED = 10
@@ -30,12 +31,14 @@ DAY_S = 86400.0
 class PooledCuts:
     """Cuts that are explained together. ``pair``: whose they are; None: all of one recording.
 
-    ``excluded``: the cuts, by id, that are not of their pair's normal cutting state.
+    ``excluded``: the cuts, by id, that are not of their pair's normal cutting state. ``about``: the
+    term that all cuts together show, and that they are explained for; None: all of them.
     """
 
     pair: models.Pair | None
     cuts: list[models.Cut]
     excluded: frozenset[int]
+    about: str | None = None
 
     @cached_property
     def recordings(self) -> list[models.StoredRecording]:
@@ -52,14 +55,31 @@ class PooledCuts:
 
     def explained(self, session: Session, owner: models.Machine) -> Explained | None:
         """Explain the cuts against what was expected; None: too few of them, or none sensed."""
-        if len(self.cuts) < EXPLAINED:
+        cuts = self.cuts if self.pair is None else self._alike()
+        if len(cuts) < EXPLAINED:
             return None
-        stamps = common_stamps(self.cuts) if len(self.recordings) > 1 else None
+        stamps = common_stamps(cuts) if len(self.recordings) > 1 else None
         try:
-            sensed, expected, has = expected_and_sensed(session, owner, self.cuts, stamps=stamps)
+            sensed, expected, has = expected_and_sensed(session, owner, cuts, stamps=stamps)
         except UnusableInput:
             return None
         return explain(sensed, expected, includes=has)
+
+    def _alike(self) -> list[models.Cut]:
+        """Return cuts of one operation, of whose edges all say how long they have cut, or none.
+
+        What is not known of every cut, an explanation cannot use of any. Of those with most
+        excluded cuts, else of those that say it, else the most.
+        """
+        kinds: dict[tuple[str, bool], list[models.Cut]] = {}
+        for cut in self.cuts:
+            kinds.setdefault((operation_of(cut), CUTTING_TIME in cut.conditions), []).append(cut)
+
+        def first(kind: tuple[str, bool]) -> tuple[int, bool, int]:
+            own = kinds[kind]
+            return sum(cut.id in self.excluded for cut in own), kind[1], len(own)
+
+        return kinds[max(kinds, key=first)] if kinds else []
 
 
 def common_stamps(cuts: Sequence[models.Cut]) -> Stamps:

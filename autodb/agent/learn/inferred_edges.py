@@ -5,6 +5,7 @@ made with a new edge (``autodb.agent.rows.edges_in_use``), whether it is confirm
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import exp, sqrt
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from autodb.agent.sense.sensed import (
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.fitting import NORMAL_95
-from autodb.pairs.changes.edge_changes import AROUND, EdgeChange, EdgeCuts, edge_changes
+from autodb.pairs.changes.edge_changes import AROUND, EdgeChange, EdgeCuts, edge_changes, wears
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, EDGE
 from autodb.pairs.forecast import expected_means
 from autodb.pairs.posterior import WEAR
@@ -41,40 +42,65 @@ NEAR = AROUND
 """Cuts within which a change is the one that a person rejected."""
 
 
-def infer_edge_changes(
+@dataclass(frozen=True)
+class NewestCuts:
+    """A pair's newest cuts that say how long their edge has cut, oldest first, and their forces.
+
+    ``learnt``: the version of its posterior that ``read`` takes a fresh edge's forces from.
+    """
+
+    learnt: models.CuttingParameters
+    cuts: list[models.Cut]
+    found: PairForces
+    read: EdgeCuts
+
+    @property
+    def show_wear(self) -> bool:
+        """Whether forces grow with what edges have cut, and the posterior has no wear in it."""
+        return as_posterior(self.learnt).wear is None and wears(self.read)
+
+
+def newest_cuts(
     session: Session,
     machine_id: int,
     pair: models.Pair,
     calibrations: Sequence[Calibrations],
     *,
     upto: int,
-) -> list[str]:
-    """Open a mismatch for each edge change that a pair's newest cuts show; return what to say.
+) -> NewestCuts | None:
+    """Return a pair's newest cuts; None: too few of them, or nothing is learnt of it.
 
     ``calibrations`` as in ``forces_of_pair``; ``upto``: the last cut that counts, by id.
     """
     usual = latest(session, machine_id, pair.id)
     if usual is None:
-        return []
+        return None
     after = _newest_after(session, machine_id, pair.id, upto)
     found = forces_of_pair(session, machine_id, pair, calibrations, cuts=(after, upto))
     cuts = list({force.cut_id: force.cut for force in found.forces}.values())
     cuts = [cut for cut in cuts if CUTTING_TIME in cut.conditions]
     if len(cuts) <= 2 * AROUND:
-        return []
+        return None
     try:
-        read = _read(usual, found, cuts)
+        return NewestCuts(usual, cuts, found, _read(usual, found, cuts))
     except UnusableInput:
-        return []
+        return None
+
+
+def infer_edge_changes(session: Session, newest: NewestCuts) -> list[str]:
+    """Open a mismatch for each edge change that a pair's newest cuts show; return what to say."""
+    cuts, pair = newest.cuts, newest.found.pair
     rejected = _rejected(session, pair.id)
     said = []
-    for change in edge_changes(read):
+    for change in edge_changes(newest.read):
         cut = cuts[change.cut]
         near = {one.id for one in cuts[max(change.cut - NEAR, 0) : change.cut + NEAR + 1]}
         if near & rejected:
             continue
         row = models.Mismatch(
-            recording=cut.recording, pairs=[pair], **_columns(change, cuts, read, found)
+            recording=cut.recording,
+            pairs=[pair],
+            **_columns(change, cuts, newest.read, newest.found),
         )
         session.add(row)
         session.flush()

@@ -14,10 +14,10 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.drifted_gains import open_drifted_gains
-from autodb.agent.answer.pooled_mismatches import open_mismatches
+from autodb.agent.answer.pooled_mismatches import NotUsual, open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
-from autodb.agent.learn.inferred_edges import infer_edge_changes
+from autodb.agent.learn.inferred_edges import infer_edge_changes, newest_cuts
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
 from autodb.agent.learn.lots import name_lot
 from autodb.agent.learn.passes import (
@@ -92,6 +92,7 @@ class _Pass:
         mark = last_mark(session, owner.id)
         self.span = next_span(session, owner.id, mark, self._basis, newest_cut=newest_cut)
         self._files = files_since(session, owner.id)
+        self._wearing: list[int] = []
         self._done = RefreshReport(came_in=files_came_in(session, self._files, self.span))
 
     def run(self) -> RefreshReport:
@@ -108,9 +109,8 @@ class _Pass:
         for pair_id in self._pairs():
             outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
         done.mismatches += open_drifted_gains(session, owner, self.span, sensed)
-        done.mismatches += open_mismatches(
-            session, owner, outliers, upto=self.span.upto, progress=self._progress
-        )
+        strange = NotUsual(outliers, self._wearing, self.span.upto)
+        done.mismatches += open_mismatches(session, owner, strange, progress=self._progress)
         done.measured, done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
@@ -144,9 +144,10 @@ class _Pass:
         after = span.old if self._goes_on(pair) else 0
         cuts = (after, span.upto)
         found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)
-        self._done.mismatches += infer_edge_changes(
-            self._session, self._owner.id, pair, sensed, upto=span.upto
-        )
+        newest = newest_cuts(self._session, self._owner.id, pair, sensed, upto=span.upto)
+        if newest is not None:
+            self._done.mismatches += infer_edge_changes(self._session, newest)
+            self._wearing += [pair.id] if newest.show_wear else []
         outcome = learn_pair(
             self._session, self._owner.id, found, old=span.old, progress=self._progress
         )

@@ -66,6 +66,15 @@ class EdgeChange:
     evidence: float
 
 
+def wears(cuts: EdgeCuts) -> bool:
+    """Say whether forces grow with how long their edges have cut, edge after edge.
+
+    Where nothing grows it is said of 2 to 5 pairs in 1000, with 60 to 12 cuts: an explanation then
+    finds nothing.
+    """
+    return _fitted(cuts, None)[0] - _fitted(cuts, None, grows=False)[0] > BEATS
+
+
 def edge_changes(cuts: EdgeCuts) -> list[EdgeChange]:
     """Return the changes that nobody recorded, the surest first."""
     found: list[EdgeChange] = []
@@ -104,8 +113,8 @@ def _after(cuts: EdgeCuts, cut: int) -> Array:
     return np.asarray(np.arange(len(cuts.edge)) >= cut, dtype=np.float64)
 
 
-def _fitted(cuts: EdgeCuts, step: Array | None) -> tuple[float, Array]:
-    """Return the log likelihood of all components, and by what each grows in 1000 s."""
+def _fitted(cuts: EdgeCuts, step: Array | None, *, grows: bool = True) -> tuple[float, Array]:
+    """Return the log likelihood of all components, and by what each ``grows`` in 1000 s."""
     score, growth = 0.0, []
     for q in cuts.q.T:
         rows = np.isfinite(q) & np.isfinite(cuts.used_s)
@@ -113,17 +122,17 @@ def _fitted(cuts: EdgeCuts, step: Array | None) -> tuple[float, Array]:
             growth.append(0.0)
             continue
         worn = np.maximum(cuts.used_s[rows] / 1000.0, 0.0) ** cuts.power
-        columns = [np.ones(len(worn)), worn, *([] if step is None else [step[rows]])]
-        own, found = _robust(np.column_stack(columns), q[rows])
-        if found[1] < 0.0:
-            own, _ = _robust(np.column_stack([c for k, c in enumerate(columns) if k != 1]), q[rows])
+        steady = np.column_stack([np.ones(len(worn)), *([] if step is None else [step[rows]])])
+        own, found = robust_regression(np.column_stack([worn, steady]), q[rows])
+        if not grows or found[0] < 0.0:
+            own, found = robust_regression(steady, q[rows])[0], np.zeros(1)
         score += own
-        growth.append(max(float(found[1]), 0.0))
+        growth.append(float(found[0]))
     return score, np.array(growth)
 
 
-def _robust(design: Array, values: Array) -> tuple[float, Array]:
-    """Return the log likelihood of a robust regression, and its coefficients."""
+def robust_regression(design: Array, values: Array) -> tuple[float, Array]:
+    """Return the log likelihood of a regression with errors of Student's t, and what it found."""
     scale = max(float(np.std(values)), LEAST_SCALE)
     weight = np.ones(len(values))
     found = np.zeros(design.shape[1])

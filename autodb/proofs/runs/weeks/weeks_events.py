@@ -58,10 +58,11 @@ class NamedSoFar:
             .order_by(models.Mismatch.id)
         )
         for row in rows:
-            event = self._event_of(row, batch)
-            if event is not None:
+            events = self._events_of(row, batch)
+            for event in events:
                 self._batch.setdefault(event, batch)
-                if row.id in self._waiting and event[0] != "calibration":
+            if events:
+                if row.id in self._waiting and events[0][0] != "calibration":
                     due.append(row.id)
                 waiting.add(row.id)
             elif row.term != UNKNOWN:
@@ -82,22 +83,30 @@ class NamedSoFar:
         invented = [Named("", term, at, at, None) for (term, _), at in self._invented.items()]
         return [*found, *invented]
 
-    def _event_of(self, row: models.Mismatch, batch: int) -> tuple[str, int | None] | None:
-        """Return the event that a mismatch names, if it has happened by then."""
+    def _events_of(self, row: models.Mismatch, batch: int) -> list[tuple[str, int | None]]:
+        """Return the events that a mismatch names, of those that have happened by then.
+
+        They are of one kind: a mismatch of a whole file names the wear of every pair in it.
+        """
         pairs = [PAIRS.index(one.material.name) for one in row.pairs] or range(len(PAIRS))
-        new_edge = NEW_EDGE in (row.found_in or {})
+        found: list[tuple[str, int | None]] = []
         for (name, pair), first in self._events.items():
-            if row.term not in NAMES[name] or first > batch or new_edge != (name == "edge change"):
+            if row.term not in NAMES[name] or first > batch or (found and found[0][0] != name):
                 continue
-            if new_edge and (pair not in pairs or not self._changed_at(row)):
-                continue
-            if pair is None:
-                axis = COMPONENT[self._weeks.drifts[0]]
-                if row.channel == f"force.{axis}":
-                    return name, pair
-            elif pair in pairs and (name != "hard batch" or self._holds(row, first)):
-                return name, pair
-        return None
+            if self._is_of(row, name, pair, pairs, first):
+                found.append((name, pair))
+        return found
+
+    def _is_of(
+        self, row: models.Mismatch, name: str, pair: int | None, pairs: Sequence[int], first: int
+    ) -> bool:
+        """Say whether a mismatch with an event's name, of some pairs, is of that event."""
+        new_edge = NEW_EDGE in (row.found_in or {})
+        if new_edge or name == "edge change":
+            return new_edge and name == "edge change" and pair in pairs and self._changed_at(row)
+        if pair is None:
+            return row.channel == f"force.{COMPONENT[self._weeks.drifts[0]]}"
+        return pair in pairs and (name != "hard batch" or self._holds(row, first))
 
     def _changed_at(self, row: models.Mismatch) -> bool:
         """Say whether an inferred edge change is within some cuts of the one there was."""

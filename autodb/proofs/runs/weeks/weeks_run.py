@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from sqlalchemy import select
+from sqlalchemy import Select, select
 
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.ingest.importing import import_file
@@ -51,7 +51,8 @@ SIDE = '[tool]\nkind = "turning_insert"\nnose_radius_mm = 0.8\nkappa_deg = 93\n'
 class Foreseen:
     """One force of one cut: what was predicted with which 95 % interval, what it was, N.
 
-    ``batch`` from 1; ``peers``: what the others predicted, in the order of PEERS; None: too early.
+    ``batch`` from 1; ``peers``: what the others predicted, in the order of PEERS, and ``reads``:
+    by what share the pair's forces were read wrongly so far, in the mean; None: too early.
     """
 
     batch: int
@@ -63,6 +64,7 @@ class Foreseen:
     low: float
     high: float
     peers: tuple[float, ...] | None
+    reads: float | None = None
 
     @property
     def held(self) -> bool:
@@ -94,6 +96,7 @@ class _Shop:
     def __init__(self, store: Store, folder: Path, weeks: Weeks) -> None:
         self._store, self._folder, self._weeks = store, folder, weeks
         self._found: list[Foreseen] = []
+        self._made: dict[tuple[str, float], Array] = {}
 
     def walked(self) -> list[Foreseen | Named]:
         """Calibrate, then predict, import and refresh every batch."""
@@ -108,7 +111,10 @@ class _Shop:
             batch = self._as_written(drawn)
             for pair in range(len(PAIRS)):
                 self._predict(number, batch, pair)
-            self._take_in(f"batch-{number:02}", batch.table)
+            name = f"batch-{number:02}"
+            self._take_in(name, batch.table)
+            made = zip(batch.table["cut"].tolist(), forces_made(batch), strict=True)
+            self._made |= {(name, float(cut)): forces for cut, forces in made}
             refresh(self._store, MACHINE)
             with self._store.reading() as session:
                 due = named.look(session, number)
@@ -159,6 +165,7 @@ class _Shop:
         )
         predicted = predict_job(self._store, MACHINE, job).cuts
         others = {name: self._others(batch, places, pair, name) for name in SCORED}
+        reads = {name: self._reads(pair, name) for name in SCORED}
         for at, (k, cut) in enumerate(zip(places, predicted, strict=True)):
             for name, column in SCORED.items():
                 force = getattr(cut, f"force_{name}_N")
@@ -168,35 +175,51 @@ class _Shop:
                         number, pair, name, batch.cuts[k].condition, float(made[k, column]),
                         force.value, force.low, force.high,
                         None if peers is None else tuple(float(one) for one in peers[:, at]),
+                        reads[name],
                     )
                 )  # fmt: skip
+
+    def _reads(self, pair: int, component: str) -> float | None:
+        """Return by what share a pair's forces so far were read wrongly, in the mean."""
+        off = []
+        with self._store.reading() as session:
+            for cut, value in session.execute(_sensed(pair, component)):
+                made = self._made.get((Path(cut.recording.path).stem, cut.number))
+                if made is not None and value is not None:
+                    off.append(value / made[SCORED[component]] - 1.0)
+        return float(np.mean(off)) if len(off) >= FEWEST else None
 
     def _others(
         self, batch: ShopFile, places: list[int], pair: int, component: str
     ) -> Array | None:
         """Return what the other ways expect of a pair's cuts (ways, n); None: too early."""
         asked = np.array([_numbers({n: v[k] for n, v in batch.table.items()}) for k in places])
-        query = (
-            select(models.Cut.conditions, models.SensedForce.value_N)
-            .join(models.SensedForce, models.SensedForce.cut_id == models.Cut.id)
-            .join(models.Pair, models.Pair.id == models.Cut.pair_id)
-            .join(models.Material, models.Material.id == models.Pair.material_id)
-            .where(
-                models.Material.name == PAIRS[pair],
-                models.SensedForce.component == component,
-                models.SensedForce.calibration_id.is_not(None),
-                models.SensedForce.value_N > 0.0,
-                models.Cut.operation == "turn",
-            )
-            .order_by(models.Cut.id)
-        )
         with self._store.reading() as session:
-            rows = session.execute(query).all()
+            found = session.execute(_sensed(pair, component)).all()
+            rows = [(_numbers(cut.conditions), value) for cut, value in found]
         if len(rows) < FEWEST:
             return None
-        cuts = np.array([_numbers(conditions) for conditions, _ in rows])
+        cuts = np.array([numbers for numbers, _ in rows])
         force = np.array([value for _, value in rows], dtype=np.float64)
         return np.array([way(cuts, force, asked) for way in PEERS.values()])
+
+
+def _sensed(pair: int, component: str) -> Select[models.Cut, float | None]:
+    """Return the query of a pair's turned cuts and a force that was sensed of each."""
+    return (
+        select(models.Cut, models.SensedForce.value_N)
+        .join(models.SensedForce, models.SensedForce.cut_id == models.Cut.id)
+        .join(models.Pair, models.Pair.id == models.Cut.pair_id)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .where(
+            models.Material.name == PAIRS[pair],
+            models.SensedForce.component == component,
+            models.SensedForce.calibration_id.is_not(None),
+            models.SensedForce.value_N > 0.0,
+            models.Cut.operation == "turn",
+        )
+        .order_by(models.Cut.id)
+    )
 
 
 def _asked(batch: ShopFile, k: int) -> JobCut:

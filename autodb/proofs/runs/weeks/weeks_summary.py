@@ -26,6 +26,7 @@ SCATTERS = {"y": SCATTER_TANGENTIAL, "z": SCATTER_THRUST}
 RATIO = 1.3
 """Times the scatter of cuts that errors may be, after the first LEARNT files."""
 LEARNT = 5
+HARD = "hard batch"
 CALLED = {"y": "cutting force", "z": "feed force"}
 
 
@@ -50,12 +51,17 @@ class OfComponent:
     """Root mean square of the shares by which predictions of a component were off, file by file.
 
     ``late``: after the first LEARNT files; ``peers``: of the other ways then, in their order.
+    ``foreseeable``: of the cuts then that are of no hard bar, and ``oracle``: of who knows every
+    true force of them but a cut's own scatter, as the calibration reads it: what was read so far
+    is all that anybody can compare with.
     """
 
     component: str
     by_batch: tuple[float, ...]
     late: float
     peers: tuple[float, ...]
+    foreseeable: float
+    oracle: float
 
 
 @dataclass(frozen=True)
@@ -104,7 +110,7 @@ class WeeksSummary(CheckedScore):
         """Return what must be, errors beside other ways, files one by one, and the events."""
         errors = tuple(
             (CALLED[one.component], percent(SCATTERS[one.component]), percent(one.late),
-             *map(percent, one.peers))
+             *map(percent, one.peers), percent(one.foreseeable), percent(one.oracle))
             for one in self.errors
         )  # fmt: skip
         files = tuple(
@@ -122,7 +128,8 @@ class WeeksSummary(CheckedScore):
             self.limits("Files predicted before they came in"),
             TextTable(
                 f"Error (rms) after {LEARNT} files",
-                ("", ">scatter", ">autodb", *(f">{name}" for name in PEERS)), errors,
+                ("", ">scatter", ">autodb", *(f">{name}" for name in PEERS),
+                 ">autodb, no hard bar", ">oracle, no hard bar"), errors,
             ),
             TextTable(
                 "File by file",
@@ -188,11 +195,14 @@ def _errors(component: str, shops: Sequence[Sequence[Foreseen]]) -> OfComponent:
     own = [one for shop in shops for one in shop if one.component == component]
     late = [one for one in own if one.batch > LEARNT]
     others = [(one.peers, one.made) for one in late if one.peers is not None]
+    soft = [one for one in late if one.condition != HARD]
     return OfComponent(
         component,
         tuple(_rms([one.error for one in own if one.batch == k]) for k in range(1, BATCHES + 1)),
         _rms([one.error for one in late]),
         tuple(_rms([peers[k] / made - 1.0 for peers, made in others]) for k in range(len(PEERS))),
+        _rms([one.error for one in soft]),
+        float(np.hypot(_rms([one.reads or 0.0 for one in soft]), SCATTERS[component])),
     )
 
 
