@@ -19,8 +19,6 @@ mean force sensed in 12 repeats against the mean measured; that of F_z agrees.
 """
 CLEAR = 2.0
 """Standard errors above which errors of neighbouring cuts go together by more than chance."""
-LAGS = 4
-"""Cuts up to which errors are compared to see how fast their wander fades. Chosen."""
 LEAST_OWN = 0.1
 """Share of the error on groups left out that is at least one cut's own."""
 
@@ -110,8 +108,7 @@ def error_kinds_of(
     Groups differ by an offset and a gain, which go together as they may (random effects,
     ``fitting.components``). What groups left out show beyond that, ``rmse``, is a cut's own error.
     Of the wander of the gain from cut to cut counts what groups do not hold, and of a difference
-    known from other machines what the cuts show less than: over one and the stretches of wander
-    that they hold, because that difference was seen once.
+    known from other machines what the cuts show less than.
     """
     both = np.column_stack([np.ones_like(cuts.estimate), cuts.estimate])
     found = _components(cuts, both)
@@ -121,16 +118,14 @@ def error_kinds_of(
     own = max(found.own, rmse**2 - rest)
 
     # what wanders from cut to cut is no cut's own
-    left = cuts.error - np.sum(both * found.effects[found.of], axis=1)
-    offset, gain = slow(cuts.estimate, left)
+    offset, gain = slow(cuts.estimate, cuts.error - np.sum(both * found.effects[found.of], axis=1))
     square = float(np.mean(cuts.estimate**2))
     own = max(own - offset - gain * square, (LEAST_OWN * rmse) ** 2)
     seen = gain + (offset + by_groups) / square
-    unseen = max(0.0, day_share**2 - seen) / (1.0 + (wandering_stretches(left) if gain else 0.0))
     freedom = len(cuts.error) - cuts.slopes.shape[1]
     kinds = ErrorKinds(
         cut_sd=float(np.sqrt(own * fitting.small_sample(freedom))),
-        gain_share=float(np.sqrt(gain + unseen)),
+        gain_share=float(np.sqrt(gain + max(0.0, day_share**2 - seen))),
         reference_share=reference_share,
         group=found.widened + np.diag([offset, 0.0]),
         current_sd=float(np.sqrt(np.mean(cuts.current_sd**2))),
@@ -178,15 +173,3 @@ def slow(estimate: Array, error: Array) -> Array:
     scale = np.sqrt(np.mean(products**2))
     found = nnls(np.column_stack([np.ones_like(products), products / scale]), together)[0]
     return np.asarray(found / [1.0, scale])
-
-
-def wandering_stretches(error: Array) -> float:
-    """Return how many independent stretches of a slow wander errors (n,) of cuts in a row hold.
-
-    n (1 − ρ)/(1 + ρ), ρ the wander's correlation from one cut to the next: that of what errors of
-    neighbours have in common, by products of errors up to ``LAGS`` cuts apart. 0: it does not fade.
-    """
-    together = [float(np.mean(error[k:] * error[:-k])) for k in range(1, LAGS + 1)]
-    nearer, farther = sum(together[:-1]), sum(together[1:])
-    fades = min(max(farther / nearer, 0.0), 1.0) if nearer > 0.0 else 1.0
-    return len(error) * (1.0 - fades) / (1.0 + fades)

@@ -8,13 +8,7 @@ from scipy.stats import binom
 
 from autodb import fitting
 from autodb.fitting import components, small_sample
-from autodb.sensing.ranges.error_kinds import (
-    ErrorKinds,
-    FittedCuts,
-    error_kinds_of,
-    slow,
-    wandering_stretches,
-)
+from autodb.sensing.ranges.error_kinds import ErrorKinds, FittedCuts, error_kinds_of, slow
 from autodb.sensing.ranges.forms import LINE, MeasuredCuts
 from autodb.sensing.ranges.outliers import Outlier, outlier_sentences, outliers
 from tests.helpers.campaigns import first
@@ -87,37 +81,6 @@ def test_a_long_session_that_showed_it_all_has_it_once() -> None:
     shown, known = _kinds(5, 0.06, 5.0, 0.0), _kinds(5, 0.06, 5.0, 0.042)
     assert _wander(shown) > 0.05
     assert_allclose(known.gain_share, shown.gain_share)
-
-
-def test_a_session_that_wanders_fast_tells_how_far_days_differ() -> None:
-    """Over 40 sessions the gain of days comes near the 3 % of a wander that fades in ten cuts.
-
-    Of one that lasts as long as the session, the difference that is known counts whole.
-    """
-    shares: dict[float, list[float]] = {0.9: [], 0.9999: []}
-    for seed in range(40):
-        for keeps, found in shares.items():
-            rng = np.random.default_rng([seed, 9])
-            wander = np.zeros(200)
-            for k in range(1, 200):
-                wander[k] = keeps * wander[k - 1] + np.sqrt(1 - keeps**2) * rng.standard_normal()
-            estimate_N = rng.uniform(0.5, 1.5, 200) * FORCE_N
-            error_N = 0.03 * wander * estimate_N + 5.0 * rng.standard_normal(200)
-            columns = np.column_stack([np.ones(200), estimate_N])
-            cuts = FittedCuts(
-                estimate_N, error_N, columns, np.zeros((2, 2)), None, np.zeros(200), np.zeros(200)
-            )
-            rmse = float(np.sqrt(np.mean(error_N**2)))
-            kinds = error_kinds_of(cuts, rmse=rmse, day_share=0.042, reference_share=0.0)[0]
-            found.append(_wander(kinds))
-    assert 0.027 < np.median(shares[0.9]) < 0.034
-    assert 0.036 < np.median(shares[0.9999]) < 0.043
-
-
-def test_a_wander_that_does_not_fade_is_no_stretch() -> None:
-    rng = np.random.default_rng(8)
-    assert wandering_stretches(np.ones(50)) == 0.0
-    assert wandering_stretches(rng.standard_normal(5000).repeat(10)) > 1000.0
 
 
 def test_what_is_shared_scales_the_whole_force() -> None:
