@@ -9,11 +9,12 @@ from autodb.wording import language_of, phrase
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
     """Input that cannot be used: one line with file, column, row and the remedy (exit 2).
 
-    ``language``: the one that it is said in.
+    ``language``: the one that it is said in. ``problems``: each of several, without the file.
     """
 
-    def __init__(self, line: str) -> None:
+    def __init__(self, line: str, problems: Sequence[str] = ()) -> None:
         self.language = language_of(line)
+        self.problems = tuple(problems)
         super().__init__("".join(c if c.isprintable() else " " for c in line))
 
 
@@ -34,7 +35,7 @@ def together(where: object, problems: Sequence[str]) -> UnusableInput:
     if len(problems) == 1:
         return UnusableInput(f"{where}: {problems[0]}")
     listed = "; ".join(f"({number}) {said}" for number, said in enumerate(problems, start=1))
-    return UnusableInput(f"{where}: {len(problems)} problems: {listed}")
+    return UnusableInput(f"{where}: {len(problems)} problems: {listed}", problems)
 
 
 def near(name: str, known: Iterable[str]) -> str:

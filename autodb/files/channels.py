@@ -35,6 +35,13 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (r"tool\.cutting_time", "s"),
     (r"(cut|tool\.edge|job\.block)", "1"),
 )
+_OF_CURRENTS = ("current.u", "current.v", "current.w", "current.range", "current.air")
+_OF_NO_AXIS = (
+    "spindle.speed", "spindle.power", "torque.spindle", *FORCES, "lubricant.temperature", "cut",
+    "cutting.speed", "cutting.feed", "cutting.depth", "cutting.width", "cutting.direction",
+    "cutting.ramp", "pocket.diameter", "work.diameter", "tool.flank_wear", "chip.thickness",
+    "tool.cutting_time", "tool.edge", "job.block",
+)  # fmt: skip
 OUR_UNITS = tuple(dict.fromkeys(unit for _, unit in _UNITS if unit != "1"))
 """Every unit that a channel's name carries."""
 _LARGEST: tuple[tuple[str, float], ...] = (
@@ -87,6 +94,19 @@ def largest_of(name: str) -> float:
 def is_channel(name: str) -> bool:
     """Say whether ``name`` is a channel or a column of a cut table."""
     return unit_of(name) is not None or name in TEXT_COLUMNS
+
+
+def channel_names() -> list[str]:
+    """Return every channel that a person may choose: standard errors of means are not among them.
+
+    >>> channel_names()[:3]
+    ['t', 'x.position', 'x.velocity']
+    """
+    ends = ("position", "velocity", "acceleration", "current", *_OF_CURRENTS, "drive_force",
+            "drive_torque", "temperature", "angle")  # fmt: skip
+    of_axes = [f"{axis}.{end}" for axis in (*LINEAR_AXES, *ROTARY_AXES, "spindle") for end in ends]
+    names = ["t", *of_axes, *_OF_NO_AXIS, *TEXT_COLUMNS]
+    return [name for name in names if is_channel(name)]
 
 
 def axis_of(name: str) -> str:

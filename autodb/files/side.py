@@ -137,10 +137,10 @@ class SideFile(Section):
 
     @model_validator(mode="after")
     def _channels(self) -> "SideFile":
-        for name, spec in self.channels.items():
-            fault = _fault(name, spec)
-            if fault:
-                raise ValueError(f"[channels] '{name}' {fault}")
+        faults = {name: _fault(name, spec) for name, spec in self.channels.items()}
+        said = [f"[channels] '{name}' {fault}" for name, fault in faults.items() if fault]
+        if said:
+            raise ValueError("; ".join(said))
         return self
 
     @model_validator(mode="after")

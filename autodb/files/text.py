@@ -12,7 +12,8 @@ class TextSection(Section):
 
     Lines are counted from 1 in the file. ``header_line`` 0: no line names the columns, they are
     called by their place or by ``names``. ``comment``: lines that begin so are no rows.
-    ``short_rows``: cells at the end of a row may be left out. ``sheet``: of a workbook.
+    ``short_rows``: cells at the end of a row may be left out. ``times``: the columns of time, each
+    of the columns behind it; none: all columns are of one. ``sheet``: of a workbook.
     """
 
     separator: str | None = Field(default=None, pattern=r"^(.|tab|space)$")
@@ -25,4 +26,5 @@ class TextSection(Section):
     names: tuple[str, ...] | None = None
     comment: str | None = Field(default=None, min_length=1)
     short_rows: bool | None = None
+    times: tuple[str, ...] | None = None
     sheet: str | None = None

@@ -16,7 +16,8 @@ class Batch:
     """Values by item: instants (s since 1970, rising) and what was said at each.
 
     ``upto_s``: all that was said before it is in this batch or an earlier one. ``gap``: something
-    may be missing between the batch before and this one; ``lost``: how many values are known to be.
+    may be missing between the batch before and this one, and ``why``, which is not journalled;
+    ``lost``: how many values are known to be.
     ``position``: where to go on after it. ``jump``: the machine's clock was set; what it says is
     no longer comparable with what it said before.
     """
@@ -27,6 +28,7 @@ class Batch:
     gap: bool = False
     lost: int = 0
     jump: bool = False
+    why: str = ""
 
     @property
     def count(self) -> int:

@@ -23,11 +23,13 @@ from autodb.live.batch import Batch, Position
 from autodb.live.mtconnect_documents import (
     FORGOTTEN,
     Forgotten,
+    Mark,
     MtDocument,
     StreamParts,
     Wanted,
     data_items,
     keys_said,
+    mark_of,
     name_and_part,
     part_key,
     read_streams,
@@ -107,29 +109,61 @@ class MtConnect:
         ``forgot``: it said so of this position, and must have a later beginning.
         """
         now = self._read(await self._get(client, "current"))
-        begin, gap, state = now.following, False, now
+        begin, why, state = now.following, "", now
         if after is not None:
-            # an agent that was started anew under the same number counts from the beginning
-            same = after.get("instance") == now.instance and int(after["next"]) <= now.following
-            begin = int(after["next"]) if same else now.first
-            gap = not same or begin < now.first
-            begin = max(begin, now.first)
-            if gap:
+            begin, why = await self._begin(client, after, now)
+            if why:
                 state = self._read(await self._get(client, "current", at=begin))
-        if forgot and not gap:
+        if forgot and not why:
             raise Away(f"{self._url}: says {FORGOTTEN} of observations that it has")
         clock = SourceClock(self._channels, float("-inf") if after is None else after["upto_s"])
-        if after is None or gap:
-            for batch in _batches(clock, state, begin, begin, gap=gap):
+        heard = None if after is None or why else after.get("heard")
+        if after is None or why:
+            for batch in _batches(clock, state, begin, begin, heard, why=why):
                 yield batch
+            heard = state.mark
         async with aclosing(self._parts(client, begin, now)) as parts:
             async for part in parts:
                 document = self._read(part)
                 if document.instance != now.instance:
                     raise Away(f"{self._url}: the agent was started anew")
-                for batch in _batches(clock, document, begin, document.following):
+                for batch in _batches(clock, document, begin, document.following, heard):
                     yield batch
-                begin = document.following
+                begin, heard = document.following, document.mark or heard
+
+    async def _begin(
+        self, client: httpx.AsyncClient, after: Position, now: MtDocument
+    ) -> tuple[int, str]:
+        """Return the number to go on from behind a position, and why there is a gap before it.
+
+        An agent that was started anew says so by its instance. One that kept that counts from the
+        beginning: it has not come as far as we were, or what it has in the place of what we heard
+        last is another observation.
+        """
+        begin = int(after["next"])
+        if after.get("instance") != now.instance or begin > now.following:
+            return now.first, "the agent was started anew"
+        if begin < now.first:
+            return now.first, "the agent's buffer has no more all that was said meanwhile"
+        if await self._is_another(client, after, now):
+            return now.first, "the agent was started anew, and says its old instance"
+        return begin, ""
+
+    async def _is_another(
+        self, client: httpx.AsyncClient, after: Position, now: MtDocument
+    ) -> bool:
+        """Say whether an agent has something else where we heard the last observation.
+
+        It cannot be known where that went out of its buffer.
+        """
+        heard = after.get("heard")
+        if heard is None:
+            return False
+        at = max(int(after["next"]) - 1, int(heard[0]))
+        if at < now.first or at >= now.following:
+            return at >= now.following
+        there = mark_of(await self._get(client, "current", at=at), heard[1])
+        return there is not None and there != tuple(heard)
 
     def _client(self) -> httpx.AsyncClient:
         if urlsplit(self._url).scheme not in ("http", "https"):
@@ -181,7 +215,7 @@ class MtConnect:
             raise Away(f"{self._url}: what it says cannot be read ({error})") from None
         called = {part_key(*own): item for own, item in self._names.items()}
         values = {called[key]: said for key, said in found.values.items()}
-        return MtDocument(found.header, values)
+        return MtDocument(found.header, values, found.mark)
 
     @property
     def _wanted(self) -> Wanted:
@@ -220,14 +254,31 @@ class MtConnect:
 
 
 def _batches(
-    clock: SourceClock, document: MtDocument, begin: int, following: int, *, gap: bool = False
+    clock: SourceClock,
+    document: MtDocument,
+    begin: int,
+    following: int,
+    heard: Mark | None,
+    *,
+    why: str = "",
 ) -> list[Batch]:
-    """Return the batches of a document; after the last it goes on behind it, else from before."""
+    """Return the batches of a document; after the last it goes on behind it, else from before.
+
+    ``heard``: what was heard last before it; ``why`` there is a gap before it, empty: there is
+    none.
+    """
     parts = clock.heard(document.values)
     found = []
     for number, part in enumerate(parts, start=1):
-        behind = following if number == len(parts) else begin
-        position = {"instance": document.instance, "next": behind, "upto_s": part.upto_s}
-        first = number == 1
-        found.append(Batch(part.values, part.upto_s, position, gap=gap and first, jump=part.jump))
+        last = number == len(parts)
+        position = {
+            "instance": document.instance,
+            "next": following if last else begin,
+            "upto_s": part.upto_s,
+            "heard": document.mark or heard if last else heard,
+        }
+        reason = why if number == 1 else ""
+        found.append(
+            Batch(part.values, part.upto_s, position, bool(reason), jump=part.jump, why=reason)
+        )
     return found

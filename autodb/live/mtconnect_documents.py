@@ -13,6 +13,7 @@ from autodb.live.source import Away
 
 PART_BYTES = 64 * 2**20
 UNAVAILABLE = "UNAVAILABLE"
+CONDITIONS = frozenset({"Normal", "Warning", "Fault", "Unavailable"})
 FORGOTTEN = "OUT_OF_RANGE"
 """What an agent says of observations that it no longer has (MTConnect, part 1, error codes)."""
 Wanted = dict[str, set[str | None]]
@@ -36,12 +37,20 @@ class MtDataItem:
     parts: tuple[str, ...] = ()
 
 
+Mark = tuple[int, str, str]
+"""An observation by which a stream is known again: its number, data item and timestamp."""
+
+
 @dataclass(frozen=True)
 class MtDocument:
-    """What a document says: its header, and values by data item."""
+    """What a document says: its header, and values by data item.
+
+    ``mark``: the newest observation in it that is no condition, of which several hold at a time.
+    """
 
     header: dict[str, str]
     values: Said
+    mark: Mark | None = None
 
     @property
     def following(self) -> int:
@@ -187,7 +196,26 @@ def read_streams(text: bytes, rates: dict[str, float | None], wanted: Wanted) ->
                 before = values.setdefault(part_key(number, part), ([], []))
                 before[0].extend(instants)
                 before[1].extend(said)
-    return MtDocument(header, values)
+    return MtDocument(header, values, newest_mark(observed))
+
+
+def newest_mark(observed: list[ElementTree.Element]) -> Mark | None:
+    """Return the newest of some observations that is no condition; None where there is none."""
+    marks = [
+        (int(one.get("sequence", "0")), str(one.get("dataItemId")), str(one.get("timestamp")))
+        for one in observed
+        if _local(one.tag) not in CONDITIONS
+    ]
+    return max(marks, default=None)
+
+
+def mark_of(text: bytes, item: str) -> Mark | None:
+    """Return the newest observation of a data item in a document; None where it has none."""
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise Away(f"what the agent says cannot be read ({error})") from None
+    return newest_mark([one for one in root.iter() if one.get("dataItemId") == item])
 
 
 def refuse_forgotten(text: bytes) -> None:

@@ -236,7 +236,8 @@ class _Stream:
         if whole:
             return self._batches(values)
         self._last = {}
-        return [Batch({}, self._clock.upto_s, self._position(), gap=True)]
+        why = "the server's history does not have all that it said meanwhile"
+        return [Batch({}, self._clock.upto_s, self._position(), gap=True, why=why)]
 
     def batches(self, events: list[DataChangeEvent]) -> list[Batch]:
         """Return what events say."""

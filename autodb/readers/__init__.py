@@ -26,6 +26,7 @@ READERS = {
     ".tdms": "tdms",
     ".mf4": "mf4",
     ".mdf": "mf4",
+    ".xml": "sinumerik",
 }
 """The module that reads a kind of file; it is imported when a file needs it."""
 

@@ -69,16 +69,17 @@ def service_page(
     content = figures.fragment(
         f"site/{template}", title=title, site=site, path=path, static=at, **context
     )
-    return HTMLResponse(content, status, _headers())
+    return HTMLResponse(content, status, page_headers())
 
 
 def piece(template: str, **context: object) -> HTMLResponse:
     """Return a piece of a page, which the page's script puts in; every text is escaped."""
     content = figures.fragment(f"site/{template}", **context)
-    return HTMLResponse(content, headers=_headers())
+    return HTMLResponse(content, headers=page_headers())
 
 
-def _headers() -> dict[str, str]:
+def page_headers() -> dict[str, str]:
+    """Return what a browser is told of a page, or of a piece of one."""
     return {
         "Content-Security-Policy": POLICY,
         "Content-Language": presentation().language,

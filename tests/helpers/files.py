@@ -34,10 +34,33 @@ def write(path: Path, columns: Mapping[str, Any]) -> Path:
         write_workbook(path, {"only": [list(columns), *zip(*columns.values(), strict=True)]})
     elif path.suffix == ".parquet":
         parquet.write_table(pa.table(dict(columns)), path)
+    elif path.suffix == ".xml":
+        write_trace(path, columns)
     elif path.suffix == ".mat":
         savemat(path, {k: np.asarray(v)[:, None] for k, v in columns.items()} | {"gain": 3.0})
     else:
         write_groups(path, {"only": columns})
+    return path
+
+
+def write_trace(path: Path, columns: Mapping[str, Any], interval_s: float = 0.01) -> Path:
+    """Write signals of one interval, time left out, as a trace of a SINUMERIK; return the path."""
+    names = [name for name in columns if name != "t"]
+    rows = len(next(iter(columns.values())))
+    signals = "".join(
+        f'<dataSignal interval="{interval_s}" id="f{k}" description="{name}" '
+        f'datapointCount="{rows}" name="/Nck/{k}"/>\n'
+        for k, name in enumerate(names)
+    )
+    said = ["" for _ in names]
+    records = []
+    for row in range(rows):
+        new = [f"{columns[name][row]:.9g}" for name in names]
+        changed = [f'f{k}="{n}"' for k, (n, o) in enumerate(zip(new, said, strict=True)) if n != o]
+        records.append(f'<rec time="{row * interval_s:.6f}" {" ".join(changed)}/>\n')
+        said = new
+    frame = f"<dataFrame>\n{signals}{''.join(records)}</dataFrame>"
+    path.write_text(f"<traceSession><traceData>{frame}</traceData></traceSession>")
     return path
 
 

@@ -1,6 +1,7 @@
 """What an MTConnect agent says, as it is read."""
 
 import asyncio
+import json
 from contextlib import aclosing
 from pathlib import Path
 from typing import Any
@@ -215,6 +216,74 @@ def test_an_agent_that_starts_anew_under_its_old_number_is_read_from_its_beginni
     with pytest.raises(Away, match="ended its stream"):
         asyncio.run(read())
     assert [(one.gap, one.position["next"]) for one in found] == [(True, 1)]
+
+
+def _said(first: int, last: int, *, since: str, rows: list[int] | None = None) -> str:
+    """Return observations of an agent which began to count at an instant, one a second."""
+    header = f'instanceId="7" firstSequence="{first}" nextSequence="{last + 1}"'
+    loads = "".join(
+        f'<Load dataItemId="load" sequence="{row}" timestamp="{since}:{row:02d}Z">{row}</Load>'
+        for row in (range(first, last + 1) if rows is None else rows)
+    )
+    return f"<MTConnectStreams><Header {header}/>{loads}</MTConnectStreams>"
+
+
+@pytest.mark.usefixtures("cli")
+@pytest.mark.parametrize(
+    ("since", "first", "begins", "why"),
+    [
+        ("2026-01-01T00:00", 1, 21, ""),
+        ("2026-01-01T00:07", 1, 1, "the agent was started anew, and says its old instance"),
+        ("2026-01-01T00:07", 12, 12, "the agent was started anew, and says its old instance"),
+        ("2026-01-01T00:07", 30, 30, "the agent's buffer has no more all that was said meanwhile"),
+    ],
+    ids=["goes on", "anew", "anew, and has forgotten its first", "forgotten, cannot be known"],
+)
+def test_an_agent_that_counted_past_where_we_were_is_known_by_what_we_heard_last(
+    monkeypatch: pytest.MonkeyPatch, since: str, first: int, begins: int, why: str
+) -> None:
+    """It was started anew under its old instance, and has come further than number 20."""
+    asked: list[int] = []
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        if request.url.path == "/probe":
+            return httpx.Response(200, text='<a><DataItem id="load"/></a>')
+        if request.url.path == "/current":
+            at = int(request.url.params.get("at", 40))
+            return httpx.Response(200, text=_said(first, 40, since=since, rows=[at]))
+        asked.append(int(request.url.params["from"]))
+        rest = [*range(asked[-1], 41)]
+        return httpx.Response(200, content=_part(_said(first, 40, since=since, rows=rest)))
+
+    source = _answering(monkeypatch, ["load"], {})
+    transport = httpx.MockTransport(answer)
+    monkeypatch.setattr(source, "_client", lambda: httpx.AsyncClient(transport=transport))
+    earlier = read_streams(_said(1, 20, since="2026-01-01T00:00").encode(), {}, {"load": {None}})
+    heard = json.loads(json.dumps(earlier.mark))  # as the journal has it
+    after = {"instance": "7", "next": 21, "upto_s": earlier.values["load"][0][-1], "heard": heard}
+    found: list[Batch] = []
+
+    async def read() -> None:
+        async with aclosing(source.batches(after)) as batches:
+            async for one in batches:
+                found.append(one)  # noqa: PERF401 - the stream ends by an error
+
+    with pytest.raises(Away, match="ended its stream"):
+        asyncio.run(read())
+    assert asked == [begins]
+    assert (found[0].gap, found[0].why) == (bool(why), why)
+    said = [value for one in found if not one.gap for value in one.values["load"][1]]
+    assert said == [float(row) for row in range(begins, 41)]
+    assert list(found[-1].position["heard"]) == [40, "load", f"{since}:40Z"]
+
+
+def test_what_is_known_again_is_no_condition_of_several() -> None:
+    text = """<MTConnectStreams><Header/><Samples>
+    <Load dataItemId="load" sequence="4" timestamp="2026-01-01T00:00:04Z">1</Load>
+    <Fault dataItemId="load" sequence="9" timestamp="2026-01-01T00:00:09Z"/>
+    </Samples></MTConnectStreams>"""
+    found = read_streams(text.encode(), {}, {"load": {None}})
+    assert found.mark == (4, "load", "2026-01-01T00:00:04Z")
 
 
 @pytest.mark.usefixtures("lathe")

@@ -1,9 +1,12 @@
 """An OPC UA server as it is read: namespaces by URI, units, security."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import aclosing
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 from asyncua import ua
@@ -23,6 +26,7 @@ from tests.conftest import Cli
 from tests.helpers.shifts import free_port
 
 LEFT, RIGHT = "urn:shop:left", "urn:shop:right"
+ITEM = f"nsu={LEFT};s=X.Current"
 SECRET = "OPC_SECRET"
 
 
@@ -141,40 +145,105 @@ def x509_uri(uri: str):  # type: ignore[no-untyped-def]  # as cryptography names
     return x509.UniformResourceIdentifier(uri)
 
 
-def test_a_secured_server_is_read_with_certificate_and_user(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Basic256Sha256, signed and encrypted; the client calls itself what its certificate does."""
+@dataclass
+class _Secured:
+    """A server that takes Basic256Sha256, signed and encrypted, and one user alone."""
+
+    port: int
+    server: Server
+    own: tuple[Path, Path]
+
+    def plan(self, **other: str) -> AgentFile:
+        """Return the plan of an agent with its own certificate, or another text of security."""
+        secured = f"Basic256Sha256,SignAndEncrypt,{self.own[0]},{self.own[1]}"
+        said = {"security": secured, "user": "agent", "password_env": SECRET}
+        return _plan(self.port, ITEM, **said | other)
+
+    def serve(self, then: Callable[[], Awaitable[None]]) -> None:
+        """Serve while something is done."""
+        files = _certificate("server", "urn:freeopcua:python:server")
+
+        async def served() -> None:
+            await self.server.init()
+            await self.server.load_certificate(str(files[0]))
+            await self.server.load_private_key(str(files[1]))
+            await _served(self.port, (LEFT,), then, self.server)
+
+        asyncio.run(served())
+
+
+@pytest.fixture
+def secured(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> _Secured:
+    """Return a secured server, in a folder that is the test's own."""
     del cli
     monkeypatch.setenv(SECRET, "1234")
-    own, own_key = _certificate("agent", "urn:shop:agent")
-    theirs, their_key = _certificate("server", "urn:freeopcua:python:server")
-    port, item = free_port(), f"nsu={LEFT};s=X.Current"
     server = Server(user_manager=_OneUser())
     server.set_security_policy(
         [ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt],
         permission_ruleset=SimpleRoleRuleset(),  # type: ignore[no-untyped-call]
     )
+    return _Secured(free_port(), server, _certificate("agent", "urn:shop:agent"))
+
+
+def test_a_secured_server_is_read_with_certificate_and_user(
+    secured: _Secured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Basic256Sha256, signed and encrypted; the client calls itself what its certificate does."""
+    key = secured.own[1]
 
     async def read() -> None:
-        secured = f"Basic256Sha256,SignAndEncrypt,{own},{own_key}"
-        plan = _plan(port, item, security=secured, user="agent", password_env=SECRET)
-        assert (await _first(plan)).values[item][1] == [1.0]
+        assert (await _first(secured.plan())).values[ITEM][1] == [1.0]
         monkeypatch.setenv(SECRET, "12345")
         with pytest.raises(UnusableInput, match=r"127\.0\.0\.1"):
-            await _first(plan)
+            await _first(secured.plan())
         for wrong, line in (
             ("Basic256Sha256,SignAndEncrypt,none.der,none.pem", "no file none.der"),
             ("Basic256Sha256", "is not POLICY,MODE,CERTIFICATE,KEY"),
-            (f"Basic256Sha256,SignAndEncrypt,{own_key},{own_key}", "is no certificate"),
+            (f"Basic256Sha256,SignAndEncrypt,{key},{key}", "is no certificate"),
         ):
             with pytest.raises(UnusableInput, match=line):
-                await _first(_plan(port, item, security=wrong))
+                await _first(secured.plan(security=wrong))
 
-    async def load_and_serve() -> None:
-        await server.init()
-        await server.load_certificate(str(theirs))
-        await server.load_private_key(str(their_key))
-        await _served(port, (LEFT,), read, server)
+    secured.serve(read)
 
-    asyncio.run(load_and_serve())
+
+def test_what_a_secured_server_remembers_is_read_behind_where_one_was_then_it_goes_on(
+    secured: _Secured,
+) -> None:
+    """Its history has what was said while nobody listened; nothing is lost or comes twice."""
+    begins = datetime.now(UTC).replace(microsecond=0)  # asyncua keeps its history in order of time
+    server = secured.server
+
+    async def said(numbers: Iterable[int]) -> None:
+        node = server.get_node(ua.NodeId(ua.String("X.Current"), ua.Int16(2)))
+        for number in numbers:
+            stamp: Any = begins + timedelta(seconds=5 + 0.5 * number)
+            value = ua.DataValue(ua.Variant(float(number)), SourceTimestamp=stamp)
+            await server.write_attribute_value(node.nodeid, value)
+        storage = server.iserver.history_manager.storage  # is filled a while behind
+        while not (await storage.read_node_history(node.nodeid, stamp, None, nb_values=1))[0]:
+            await asyncio.sleep(0.05)
+
+    async def read() -> None:
+        node = server.get_node(ua.NodeId(ua.String("X.Current"), ua.Int16(2)))
+        await server.historize_node_data_change(node, timedelta(days=3650))
+        await said([10])
+        first = await _first(secured.plan())
+        await said(range(11, 40))
+        heard: list[Batch] = []
+        async with aclosing(OpcUa(secured.plan()).batches(first.position)) as batches:
+            async for one in batches:
+                heard.append(one)
+                if len(heard) == 1:
+                    await said([40])
+                if one.values and one.values[ITEM][1][-1] == 40.0:
+                    break
+        values = [value for one in heard for value in one.values.get(ITEM, ((), ()))[1]]
+        assert list(dict.fromkeys([*first.values[ITEM][1], *values])) == [
+            *map(float, range(10, 41))
+        ]
+        assert not any(one.gap or one.lost for one in heard)
+        instants = [at for one in heard for at in one.values.get(ITEM, ((), ()))[0]]
+        assert instants == sorted(instants)
+
+    secured.serve(read)

@@ -49,8 +49,20 @@ def test_little_wear_tells_nothing() -> None:
     assert edge_changes(_cuts(3, unseen=32, grows=0.05)) == []
 
 
+def test_an_edge_that_wears_late_was_not_changed() -> None:
+    """Its growth begins where that of the others would begin anew, and no force falls there."""
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        number = np.arange(60)
+        written = 60.0 * (number % 20)
+        true = np.where(number < 40, written, np.maximum(written - 300.0, 0.0))
+        growth = 0.35 * np.sqrt(true / 1200.0)
+        q = np.column_stack([growth, 1.6 * growth]) + rng.normal(0.0, 0.03, (60, 2))
+        assert edge_changes(EdgeCuts(q, (number // 20).astype(np.intp), written, 0.5)) == []
+
+
 def test_growth_is_seen_and_seldom_where_there_is_none() -> None:
-    """Of 200 draws 0.6 are expected to be wrong, with 0.3 %: more than 5 are once in 20 000 times."""
+    """Of 200 draws 0.6 are expected to be wrong (0.3 %): more than 5 are once in 20 000 times."""
     assert all(wears(_cuts(seed, unseen=None, grows=0.1)) for seed in range(20))
     assert sum(wears(_cuts(seed, unseen=None, grows=0.0)) for seed in range(200)) <= 5
 

@@ -35,6 +35,7 @@ EXAMPLES = {
     ".mat": 12,
     ".h5": 12,
     ".mf4": 8,
+    ".xml": 120,
 }
 SIDE = """\
 [recording]

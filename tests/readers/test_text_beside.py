@@ -133,3 +133,29 @@ def test_a_log_in_which_some_lines_look_like_rows_is_no_table(refused: Callable[
     ]
     Path("a.txt").write_text("\n".join([*said[:2900], *(f"{k}  {k + 1}  2" for k in range(9))] * 2))
     assert "no table in it" in refused("look", "a.txt")
+
+
+def test_a_scope_that_numbers_its_channels_names_them_so(tmp_path: Path) -> None:
+    rows = "".join(f"{k}E-06,{2.5 + k / 4},{k / 8}\n" for k in range(40))
+    base = _only(tmp_path / "a.csv", f"x-axis,1,2\nsecond,Volt,Volt\n{rows}")
+    assert base.columns == ("x-axis", "1", "2")
+    assert_allclose(_numbers(base, "1"), 2.5 + np.arange(40) / 4)
+
+
+def test_settings_above_the_rows_are_no_names(tmp_path: Path) -> None:
+    rows = "".join(f"{k}E-07,{3340 + k}.000\n" for k in range(40))
+    above = "#timebase=80000000(ps)\n,#voltbase=500000(uV)\n#size=40\n"
+    base = _only(tmp_path / "a.csv", above + rows)
+    assert base.columns == ("column 1", "column 2")
+    assert_allclose(_numbers(base, "column 2"), 3340.0 + np.arange(40))
+
+
+def test_a_waveform_export_of_yokogawa_is_read_by_its_header(tmp_path: Path) -> None:
+    head = (
+        '"Model","Xviewer"\n"BlockNumber","1"\n"TraceName","CH1","CH2",\nBlockSize,9,9,\n'
+        "VUnit,V,A,\nHResolution,1.000000e-03,1.000000e-03,\nHOffset,-9,-9,\nHUnit,s,s,\n"
+    )
+    base = _only(tmp_path / "a.csv", head + "".join(f",{k}.,-{k}.5e-002\n" for k in range(9)))
+    assert (base.columns, base.units) == (("t", "CH1", "CH2"), {"CH2": "A"})
+    assert_allclose(_numbers(base, "t"), np.arange(9) * 1e-3)
+    assert_allclose(_numbers(base, "CH2"), -(np.arange(9) + 0.5) / 100)

@@ -6,15 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from autodb.agent.answer.looking_up import PairReader
+from autodb.agent.operate.access import add_token
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.files.machine import LATHE
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, open_store
+from autodb.web.http.settings import Settings
 from tests.helpers import shops
 from tests.helpers.asked import client_of
+from tests.helpers.browsing import CHROMIUM, Site, Watched
+from tests.helpers.serving import served
 from tests.helpers.site import filled
 
 
@@ -72,3 +77,45 @@ def pair(store: Store) -> dict[str, str]:
     with store.reading() as session:
         one = PairReader(session, "lathe-0").pairs()[0]
     return {"material": one.material, "tool": one.tool}
+
+
+@pytest.fixture(scope="module")
+def site(sampled: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """Return a service of a machine that has learnt a pair."""
+    path = tmp_path_factory.mktemp("browsed") / "made.sqlite3"
+    path.write_bytes(sampled.read_bytes())
+    url = f"sqlite:///{path}"
+    store = open_store(url)
+    token = add_token(store, "operator", "operate", days=1)
+    with store.reading() as session:
+        one = PairReader(session, "lathe-1").pairs()[0]
+    with served(Settings(url, writes=True)) as at:
+        yield Site(at, store, token, {"material": one.material, "tool": one.tool})
+    store.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Return a browser without a screen."""
+    with sync_playwright() as playwright:
+        made = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield made
+        made.close()
+
+
+@pytest.fixture
+def watched(site: Site) -> Watched:
+    """Return what watches the pages."""
+    return Watched(site.at)
+
+
+@pytest.fixture
+def page(browser: Browser, site: Site, watched: Watched) -> Iterator[Page]:
+    """Return a page of a browser that nobody has used; it must have done nothing wrong."""
+    context = browser.new_context(base_url=site.at, reduced_motion="reduce")
+    context.set_default_timeout(15_000)
+    watched.watch(context)
+    made = context.new_page()
+    yield made
+    context.close()
+    assert watched.wrong == []

@@ -3,135 +3,19 @@
 Every page is watched: an error on its console, or a request to anywhere but the service, fails.
 """
 
-import shutil
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
-from urllib.parse import quote, urlencode
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
-from autodb.agent.answer.looking_up import PairReader
-from autodb.agent.operate.access import add_token
-from autodb.agent.operate.deciding import mismatches
-from autodb.store import Store, open_store
-from autodb.web.http.settings import Settings
+from tests.helpers.browsing import CHROMIUM, MACHINE, Site, Watched, sign_in
 from tests.helpers.campaigns import first
-from tests.helpers.serving import served
-from tests.helpers.site import STRANGE, filled
 
-CHROMIUM = shutil.which("chromium")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path")
-MACHINE = "/machines/lathe-1"
-CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
-       "speed_m_min": "220"}  # fmt: skip
 TARGET_PX = 44
 NOT_SERIOUS = ("minor", "moderate")
-
-
-@dataclass
-class Site:
-    """A service that may change something, the database behind it, and a token to operate it."""
-
-    at: str
-    store: Store
-    token: str
-    pair: dict[str, str]
-
-    @property
-    def mismatch(self) -> int:
-        """A mismatch that waits."""
-        with self.store.reading() as session:
-            return mismatches(session, "lathe-1", decided=False)[0].id
-
-    @property
-    def pages(self) -> dict[str, str]:
-        """Every page, by what it is."""
-        return {
-            "machines": "/",
-            "sign in": "/sign-in",
-            "machine": MACHINE,
-            "machine of a strange name": f"/machines/{quote(STRANGE, safe='')}",
-            "moved": f"{MACHINE}/moved",
-            "drive": f"{MACHINE}/drives/z.current",
-            "pairs": f"{MACHINE}/pairs",
-            "pair": f"{MACHINE}/pair?{urlencode(self.pair | CUT)}",
-            "plan": f"{MACHINE}/plan?{urlencode(self.pair | CUT | {'next': 'true'})}",
-            "import": f"{MACHINE}/import",
-            "mismatches": f"{MACHINE}/mismatches",
-            "scores": f"{MACHINE}/scores",
-            "recordings": f"{MACHINE}/recordings",
-            "health": f"{MACHINE}/health",
-            "a table of cuts": f"{MACHINE}/recordings/4",
-            "mismatch": f"/mismatches/{self.mismatch}",
-            "not there": "/machines/none",
-        }
-
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    """Return a service of a machine that has learnt a pair."""
-    url = filled(tmp_path_factory.mktemp("browsed") / "made.sqlite3")
-    store = open_store(url)
-    token = add_token(store, "operator", "operate", days=1)
-    with store.reading() as session:
-        one = PairReader(session, "lathe-1").pairs()[0]
-    with served(Settings(url, writes=True)) as at:
-        yield Site(at, store, token, {"material": one.material, "tool": one.tool})
-    store.close()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Return a browser without a screen."""
-    with sync_playwright() as playwright:
-        made = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield made
-        made.close()
-
-
-@dataclass
-class Watched:
-    """What the pages of a context did that they should not."""
-
-    at: str
-    wrong: list[str] = field(default_factory=list)
-    expected: tuple[str, ...] = ()
-
-    def watch(self, context: BrowserContext) -> None:
-        """Listen to a context."""
-        context.on("console", lambda said: self._said(said.type, said.text))
-        context.on("weberror", lambda error: self.wrong.append(str(error.error)))
-        context.on("request", lambda asked: self._asked(asked.url))
-
-    def _said(self, kind: str, text: str) -> None:
-        if kind in ("error", "warning") and not any(one in text for one in self.expected):
-            self.wrong.append(text)
-
-    def _asked(self, address: str) -> None:
-        if not address.startswith((self.at, "data:", "blob:")):
-            self.wrong.append(f"asked {address}")
-
-
-@pytest.fixture
-def watched(site: Site) -> Watched:
-    """Return what watches the pages."""
-    return Watched(site.at)
-
-
-@pytest.fixture
-def page(browser: Browser, site: Site, watched: Watched) -> Iterator[Page]:
-    """Return a page of a browser that nobody has used; it must have done nothing wrong."""
-    context = browser.new_context(base_url=site.at, reduced_motion="reduce")
-    context.set_default_timeout(15_000)
-    watched.watch(context)
-    made = context.new_page()
-    yield made
-    context.close()
-    assert watched.wrong == []
 
 
 def _shown(page: Page, path: str) -> None:
@@ -139,13 +23,6 @@ def _shown(page: Page, path: str) -> None:
     page.goto(path)
     if page.locator(".plotly-graph-div").count():
         page.wait_for_selector("body.drawn")
-
-
-def _sign_in(page: Page, site: Site) -> None:
-    page.goto("/sign-in")
-    page.get_by_label("Token").fill(site.token)
-    page.locator("main button").click()
-    expect(page.get_by_text("operator (operate)")).to_be_visible()
 
 
 # Each page's main job
@@ -311,7 +188,7 @@ def test_recordings_are_imported_by_dropping_them(
     other = tmp_path / "picture.csv"
     other.write_bytes(b"\x89PNG")
     files = [recordings / "shop-week-2.csv", recordings / "shop-week-1.csv", other]
-    _sign_in(page, site)
+    sign_in(page, site)
     page.goto(f"{MACHINE}/import")
     page.get_by_label("Drop files here").set_input_files(files)
     said = page.locator("[data-imports] .said")
@@ -319,7 +196,7 @@ def test_recordings_are_imported_by_dropping_them(
     texts = said.all_inner_texts()
     assert "36 new cuts" in texts[2]
     assert "already there as recording" in texts[1]
-    assert "picture.csv" in texts[0]
+    assert "no table in it" in texts[0]
     assert page.locator("[data-imports] .said.good").count() == 2
 
 
@@ -343,7 +220,7 @@ def test_anyone_can_use_every_page(
     context = browser.new_context(base_url=site.at, color_scheme=chosen)
     watched.watch(context)
     page = context.new_page()
-    _sign_in(page, site)
+    sign_in(page, site)
     for name, path in site.pages.items():
         _shown(page, path)
         found = Axe().run(page).response["violations"]
@@ -364,7 +241,7 @@ def test_what_is_pressed_is_large_enough_and_nothing_runs_off_the_screen(
         base_url=site.at, locale=locale, viewport={"width": width_px, "height": 800}
     )
     page = context.new_page()
-    _sign_in(page, site)
+    sign_in(page, site)
     for name, path in site.pages.items():
         _shown(page, path)
         small = page.evaluate(

@@ -169,6 +169,8 @@ class Agent:
         late = segmenter.late
         self._record(segmenter.take(batch), segmenter, refresher)
         self._journal.forget(segmenter.needs_from_s)
+        if batch.why:
+            self._say(f"a gap: {batch.why}")
         health = self.health
         health.gaps += batch.gap
         health.lost += batch.lost

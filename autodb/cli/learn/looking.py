@@ -28,8 +28,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
     from autodb.errors import UnusableInput
     from autodb.files.side import SideFile, read_sidefile
     from autodb.files.targets import write_text
-    from autodb.readers import open_bases
-    from autodb.records.proposed.columns import propose_channels
+    from autodb.records.proposed.looked import proposed_bases
     from autodb.records.proposed.written import side_file_of
 
     target = file.parent / f"{file.stem}.toml"
@@ -37,7 +36,7 @@ def look_command(file: AnyFile, write: Write = False) -> None:
         raise UnusableInput(f"{target}: is there already; move it away to have it written")
     side = read_sidefile(target) if target.is_file() else SideFile()
     with working(f"reading {file.name}"):
-        found = [propose_channels(base) for base in open_bases(file, side.csv)]
+        found = proposed_bases(file, side.csv)
     for base in found:
         _show(file, base)
     if write:

@@ -16,6 +16,8 @@ _POINT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(inf|infinity)"
 _COMMA = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?")
 _GROUPS = re.compile(r"[+-]?\d{1,3}(?:([.,'’\u00a0\u202f ])\d{3})(?:\1\d{3})*(?:([.,])\d+)?")
 _IN_BRACKETS = re.compile(r"^\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*$")
+_BEHIND = re.compile(r"^\s*(?P<name>\S.*?)\s+(?:/|in)\s+(?P<unit>\S+)\s*$")
+"""As DIN 1313 and 461 have it: `Kraft / N`, `Kraft in N`."""
 _QUOTED = re.compile(r'(?m)(?:^|(?<=[,;\t|]))"(?:[^"]|""){1,200}"(?=[,;\t|]|\r?$)')
 """A cell between quotes; a longer one is a quote that was left open. Chosen."""
 SPACE = " "
@@ -87,21 +89,21 @@ def is_unit(text: str) -> bool:
 
 
 def unit_within(name: str) -> str:
-    """Return the unit that a column's name ends with in brackets; empty where it has none of ours.
+    """Return the unit that a column's name ends with; empty where it has none of ours.
 
-    >>> unit_within("Fx [kN]"), unit_within("Time (s)"), unit_within("load (left)")
+    >>> unit_within("Fx [kN]"), unit_within("Zeit / s"), unit_within("load (left)")
     ('kN', 's', '')
     """
     return name_and_unit(name)[1]
 
 
 def name_and_unit(name: str) -> tuple[str, str]:
-    """Return a column's name, and the unit of ours that stands in brackets behind it, or nothing.
+    """Return a column's name, and the unit of ours that stands behind it, or nothing.
 
-    >>> name_and_unit("force.x [kN]"), name_and_unit("load (left)")
-    (('force.x', 'kN'), ('load (left)', ''))
+    >>> name_and_unit("force.x [kN]"), name_and_unit("Kraft in N"), name_and_unit("load (left)")
+    (('force.x', 'kN'), ('Kraft', 'N'), ('load (left)', ''))
     """
-    found = _IN_BRACKETS.match(name)
+    found = _IN_BRACKETS.match(name) or _BEHIND.match(name)
     unit = found["unit"].strip() if found else ""
     return (found["name"], unit) if found and is_unit(unit) else (name, "")
 

@@ -16,6 +16,7 @@ from autodb.readers.text.beside import (
     table_above_remarks,
 )
 from autodb.readers.text.cells import SPACE, is_number, on_one_line, split, thousands_marks
+from autodb.readers.text.clocks import with_clocks
 from autodb.readers.text.known import by_preset
 from autodb.readers.text.layout import TextLayout, column_names, stated_units
 from autodb.readers.text.presets import NO_ROWS
@@ -72,7 +73,8 @@ def detected(path: Path, stated: TextSection) -> TextLayout:
         found = by_preset(lines) or _best(
             ["", *lines[1:]] if said else lines, TextSection(separator=said), whole=whole
         )
-    return replace(found or _plain(path, lines), encoding=encoding)
+    found = with_clocks(path, found or _plain(path, lines), lines, stated)
+    return replace(found, encoding=encoding)
 
 
 def _refuse_trees(path: Path, text: str) -> None:

@@ -8,7 +8,7 @@ from autodb.readers.text.cells import is_number, is_unit, split
 from autodb.readers.text.layout import TextLayout, column_names
 from autodb.readers.text.presets import PRESETS, Preset
 
-_BEFORE_NAMES = ("", "***End_of_Header***")
+_BEFORE_NAMES = ("", "***End_of_Header***", "BlockNumber")
 """First cells of the line before that of the names, with which presets end what is above."""
 
 

@@ -1,19 +1,20 @@
 """How a text table is written, as it was detected or stated, and in words."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from autodb.files.channels import is_channel
 from autodb.readers.text.cells import SPACE, bare_unit, is_unit, unit_within
+from autodb.wording import listed, localized, msgid, phrase
 
 WORDS = {
-    ",": "commas",
-    ";": "semicolons",
-    "\t": "tabs",
-    "|": "bars",
-    ":": "colons",
-    SPACE: "spaces",
+    ",": msgid("commas"),
+    ";": msgid("semicolons"),
+    "\t": msgid("tabs"),
+    "|": msgid("bars"),
+    ":": msgid("colons"),
+    SPACE: msgid("spaces"),
 }
 
 
@@ -25,7 +26,8 @@ class TextLayout:
     None where there is no such line. ``names``: of all columns of the file; ``units`` and
     ``steps_s`` (of columns without stamps) by place. ``times``: the places of columns of time,
     each of which those behind it belong to. ``ends``: the line behind the last row, where remarks
-    stand below it; ``labelled``: names stand before the numbers of each row.
+    stand below it; ``labelled``: names stand before the numbers of each row. ``clocks``: what the
+    file itself calls its columns of time, where they differ.
     """
 
     names: tuple[str, ...]
@@ -44,25 +46,45 @@ class TextLayout:
     title: str = ""
     ends: int | None = None
     labelled: bool = False
+    clocks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """Return what differs from a plain table; empty where nothing does."""
         parts = [self.title] if self.title else []
         if self.separator != ",":
-            parts.append(f"{WORDS.get(self.separator, self.separator)} between columns")
-        parts += ["decimal commas"] if self.decimal == "," else []
-        parts += [f"'{self.thousands}' between thousands"] if self.thousands else []
+            marks = phrase(WORDS[self.separator]) if self.separator in WORDS else self.separator
+            parts.append(phrase("{marks} between columns", marks=marks))
+        parts += [phrase("decimal commas")] if self.decimal == "," else []
+        if self.thousands:
+            parts.append(phrase("'{mark}' between thousands", mark=self.thousands))
         parts += [self.encoding] if self.encoding != "utf-8" else []
-        if self.header is None:
-            called = "what stands before them" if self.labelled else "their place"
-            parts.append(f"line {self.first + 1} is the first row, columns are called by {called}")
+        return listed([*parts, *self._lines_in_words()])
+
+    def _lines_in_words(self) -> Iterator[str]:
+        """Yield what is said of its lines, which are counted from 1."""
+        first = self.first + 1
+        if self.header is None and self.labelled:
+            yield phrase(
+                "line {line} is the first row, columns are called by what stands before them",
+                line=first,
+            )
+        elif self.header is None:
+            yield phrase(
+                "line {line} is the first row, columns are called by their place", line=first
+            )
         elif self.header:
-            parts.append(f"line {self.header + 1} names the columns")
-        parts += [f"line {self.units_line + 1} has units"] if self.units_line is not None else []
-        parts += [f"lines from '{self.comment}' on left out"] if self.comment else []
-        parts += [f"rows are {s:g} s apart" for s in dict.fromkeys(self.steps_s.values())]
-        parts += [f"remarks from line {self.ends + 1} on left out"] if self.ends is not None else []
-        return ", ".join(parts)
+            yield phrase("line {line} names the columns", line=self.header + 1)
+        if self.units_line is not None:
+            yield phrase("line {line} has units", line=self.units_line + 1)
+        if self.comment:
+            yield phrase("lines from '{mark}' on left out", mark=self.comment)
+        if self.clocks:
+            names = ", ".join(f"'{name}'" for name in self.clocks)
+            yield phrase("{names} are times, each of the columns behind it", names=names)
+        for step_s in dict.fromkeys(self.steps_s.values()):
+            yield phrase("rows are {step} s apart", step=localized(f"{step_s:g}"))
+        if self.ends is not None:
+            yield phrase("remarks from line {line} on left out", line=self.ends + 1)
 
 
 def column_names(names: Sequence[str], *, times: bool = True) -> tuple[str, ...]:

@@ -49,6 +49,15 @@ PRESETS = (
         time_unit="ms",
         unit_cell=re.compile(r"(?P<unit>\S+) \(.*"),
     ),
+    Preset(
+        "Yokogawa waveform export",
+        re.compile(r"\"?Model\"?(?P<separator>[,;\t]).*\n\"?BlockNumber\"?"),
+        names="TraceName",
+        units="VUnit",
+        time="TraceName",
+        time_unit="s",
+        steps="HResolution",
+    ),
 )
 
 NO_ROWS = ("overrun", "EOF")

@@ -52,6 +52,7 @@ def _parts(path: Path, layout: TextLayout) -> list[_Part]:
         return [_Part(tuple(every))]
     ends = [*times[1:], len(every)]
     spans = [tuple(range(begin, end)) for begin, end in zip((0, *times[1:]), ends, strict=True)]
+    spans[0] = (times[0], *(place for place in spans[0] if place != times[0]))
     spans = [span for span in spans if len(span) > 1]
     return _joined(path, layout, spans) if spans else [_Part(tuple(every))]
 

@@ -19,6 +19,10 @@ LONGEST_UNIT = 10
 """A longer text in a row of units is none, ours or not. Chosen: `micrometer`."""
 _DATE = re.compile(r"\d{1,4}[./:-]\d{1,2}[./:-]\d")
 _BRACKETS = (("(", ")"), ("[", "]"))
+WRITTEN_OUT = frozenset(
+    ("second", "volt", "ampere", "amp", "watt", "newton", "meter", "kelvin", "celsius", "hertz")
+)
+"""Units as scopes write them out, with a capital or without."""
 COUNTED = 4
 """As many columns numbered from 0 or 1 are names that a library counted, not a row. Chosen."""
 
@@ -145,13 +149,21 @@ def _above(
     A line right above it that has several cells, but not a name for each column, says that the
     cells of the rows are not what they seem.
     """
-    lines = [line for line in range(first) if any(rows[line])][-2:]
+    lines = [line for line in range(first) if any(rows[line]) and not _is_setting(rows[line])][-2:]
     fits = [_names(rows[line], width) and not any(map(number, rows[line])) for line in lines]
     if not lines or not fits[-1]:
-        return None if first > 0 and len(rows[first - 1]) > 1 else (None, None)
-    if all(fits) and len(lines) == 2 and are_units(rows[lines[1]]):
-        return lines[0], lines[1]
+        beside = lines and lines[-1] == first - 1 and len(rows[first - 1]) > 1
+        return None if beside else (None, None)
+    if len(lines) == 2 and are_units(rows[lines[1]]):
+        names = rows[lines[0]]
+        if fits[0] or (_names(names, width) and names[0] and not number(names[0])):
+            return lines[0], lines[1]  # scopes call their channels by numbers
     return lines[-1], None
+
+
+def _is_setting(row: Cells) -> bool:
+    """Say whether a line is a remark on a setting, like `#timebase=80(us)`, behind a separator."""
+    return any(cell.startswith("#") and "=" in cell for cell in row)
 
 
 def _names(row: Cells, width: int) -> bool:
@@ -175,7 +187,8 @@ def are_units(row: Cells) -> bool:
 
 def _is_unit(cell: str) -> bool:
     """Say whether a cell is a unit of anything: `t` is our time, no tonne."""
-    return is_any_unit(cell) and not is_channel(cell)
+    written_out = cell.casefold() in WRITTEN_OUT
+    return written_out or (is_any_unit(cell) and not is_channel(cell))
 
 
 def _counted(row: Cells) -> bool:

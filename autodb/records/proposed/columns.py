@@ -12,10 +12,12 @@ from autodb.files.side import Operation
 from autodb.readers import ColumnSet
 from autodb.records.proposed.cut_names import has_unit_of, of_a_cut
 from autodb.records.proposed.cuts import ChannelProposal, with_told_units
+from autodb.records.proposed.missing import missing_of_cuts
 from autodb.records.proposed.motion import FEWEST, Array
 from autodb.records.proposed.moves import proposed_moves, rises, steps_evenly
 from autodb.records.proposed.names import is_time, said_by
 from autodb.timing.dates import is_date
+from autodb.wording import phrase
 
 MOST_ROWS = 40_000
 """Rows that are looked at: those in which most moves. Chosen: some seconds to minutes."""
@@ -53,9 +55,10 @@ def propose_channels(base: ColumnSet) -> ProposedBase:
     if _are_cuts(base.columns, rows, numbers):
         found = tuple(with_told_units(_cut_columns(base, numbers), numbers))
         column = next((one.column for one in found if one.channel == "operation"), "")
+        channels = {one.channel for one in found}
         odd = dict.fromkeys(v for v in texts.get(column, ()) if v and v not in get_args(Operation))
         return ProposedBase(
-            base, rows, True, found, tuple(_lacking_of_cuts(found)), tuple(odd), first
+            base, rows, True, found, tuple(missing_of_cuts(channels)), tuple(odd), first
         )
     moves = proposed_moves(_busiest(numbers), _dates(texts), base.units)
     found = tuple(ChannelProposal(*one) for one in moves.found)
@@ -128,18 +131,19 @@ def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Chan
         unit = base.units.get(name, "")
         if not channel or channel in taken or (unit and not has_unit_of(channel, unit)):
             continue
-        why = "its name"
+        why = phrase("its name")
         if channel == "cut":
             values = numbers.get(name)
             if values is None or len(np.unique(values)) < len(values):
                 continue
-            why = "its name, and every row has its own"
+            why = phrase("its name, and every row has its own")
         if channel == "t" and not rises(numbers.get(name, np.zeros(2))):
             continue
         taken.add(channel)
         yield ChannelProposal(name, channel, unit, why)
     if "cut" not in taken:
-        yield ChannelProposal("*", "cut", "", "rows are counted: no column numbers them")
+        why = phrase("rows are counted: no column numbers them")
+        yield ChannelProposal("*", "cut", "", why)
 
 
 def _current_of_cut(name: str) -> str:
@@ -151,17 +155,3 @@ def _current_of_cut(name: str) -> str:
     ending = "air" if air & set(name.casefold().replace("_", " ").split()) else "range"
     channel = f"{said.axis}.current.{ending}"
     return channel if is_channel(channel) else ""
-
-
-def _lacking_of_cuts(found: Sequence[ChannelProposal]) -> Iterator[str]:
-    channels = {one.channel for one in found}
-    forces = {"force.x", "force.y", "force.z"} & channels
-    currents = {c for c in channels if ".current" in c}
-    if not forces:
-        yield "calibrate: a measured force (force.x, force.y, force.z), or standard cuts"
-    if not currents:
-        yield "calibrate: a current of the axis (z.current.range, spindle.current.range)"
-    pair = {"work.material", "tool", "operation"} - channels
-    conditions = {"cutting.feed", "cutting.depth"} - channels
-    if pair or conditions:
-        yield f"refresh and predict: {', '.join(sorted(pair | conditions))}"

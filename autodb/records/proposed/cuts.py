@@ -7,6 +7,7 @@ import numpy as np
 
 from autodb.files.channels import FORCES
 from autodb.records.proposed.motion import Array
+from autodb.wording import listed, phrase
 
 LEAST_N_MM2, MOST_N_MM2 = 200.0, 10_000.0
 """Specific cutting force of any metal at any chip: aluminium some 400 N/mm², hard steel in thin
@@ -39,10 +40,14 @@ def with_told_units(
         if one.unit or one.channel not in values:
             yield one
         elif one.channel in FORCES and specific:
-            said = f"{one.because}; specific cutting force {specific:.0f} N/mm²"
-            yield replace(one, unit=unit, because=f"{said}, in {unit or 'N'}")
+            said = phrase(
+                "specific cutting force {specific} N/mm², in {unit}",
+                specific=f"{specific:.0f}", unit=unit or "N",
+            )  # fmt: skip
+            yield replace(one, unit=unit, because=listed([one.because, said], "; "))
         elif ".current" in one.channel and _median(values[one.channel]) > MOST_A:
-            yield replace(one, unit="mA", because=f"{one.because}; too large for amperes")
+            said = phrase("too large for amperes")
+            yield replace(one, unit="mA", because=listed([one.because, said], "; "))
         else:
             yield one
 

@@ -1,17 +1,19 @@
 """Proposed channels of moves over time: names first, and the physics that speaks for them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from autodb.files.channels import is_channel, place_channel
+from autodb.files.channels import FORCES, is_channel, place_channel
 from autodb.records.convert import LARGEST
 from autodb.records.proposed.chains import Chain, chains, nameless
-from autodb.records.proposed.cut_names import has_unit_of
-from autodb.records.proposed.motion import FOLLOWS, Array, share_followed
+from autodb.records.proposed.cut_names import has_unit_of, of_a_cut
+from autodb.records.proposed.missing import missing_of_moves
+from autodb.records.proposed.motion import FOLLOWS, Array, SlopeOf, share_followed
 from autodb.records.proposed.names import NameSays, is_time, said_by
 from autodb.records.proposed.one_motor import of_one_motor
+from autodb.wording import listed, localized, phrase
 
 Row = tuple[str, str, str, str]
 """Column, channel, unit and reason."""
@@ -81,7 +83,7 @@ def proposed_moves(
         for row in of_one_motor(said, units):
             made.add(*row)
     _add_step(made, found, said)
-    made.missing = tuple(_lacking(made.channels))
+    made.missing = tuple(missing_of_moves(made.channels))
     return made
 
 
@@ -96,7 +98,7 @@ def _add_step(made: ProposedMoves, found: Sequence[Chain], said: Mapping[str, Na
     step_s = float(np.median(steps))
     alike = max(abs(step / step_s - 1.0) for step in steps) < NEAR
     if alike and SLOWEST_HZ <= 1.0 / step_s <= FASTEST_HZ:
-        why = "velocities are the slopes of positions if a row takes this long"
+        why = phrase("velocities are the slopes of positions if a row takes this long")
         made.found.insert(0, ("*", "t", f"{step_s:.3g}", why))
 
 
@@ -112,7 +114,7 @@ def _time(
 ) -> Array:
     """Propose the column of time, and return it in s; rows where there is none."""
     if dates:
-        made.add(dates[0], "t", "", "moments written as dates")
+        made.add(dates[0], "t", "", phrase("moments written as dates"))
     rising = [name for name, values in numbers.items() if rises(values)]
     named = [name for name in rising if name == "t" or is_time(name)]
     even = sorted(
@@ -129,11 +131,12 @@ def _time(
     if counted:
         return numbers[name]
     between = _mean_step(numbers[name])
-    rate = f"{1.0 / (between * STEPS_S.get(unit, 1.0)):.4g} Hz"
-    why = "its name, and it rises" if named else "it rises by even steps"
-    why = why if named or even else "the first column rises on every row"
+    rate = localized(f"{1.0 / (between * STEPS_S.get(unit, 1.0)):.4g}")
+    why = phrase("the first column rises on every row")
+    if named or even:
+        why = phrase("its name, and it rises") if named else phrase("it rises by even steps")
     said = "" if unit == "s" and not units.get(name) else unit
-    made.add(name, "t", said, f"{why}: {rate}")
+    made.add(name, "t", said, phrase("{why}: {rate} Hz", why=why, rate=rate))
     return numbers[name] * STEPS_S.get(unit, 1.0)
 
 
@@ -180,22 +183,32 @@ def _axes(found: Sequence[Chain], said: Mapping[str, NameSays]) -> list[str]:
 def _add_chain(
     made: ProposedMoves, chain: Chain, axis: str, units: Mapping[str, str], *, named: bool
 ) -> None:
-    guess = "" if named else "; which axis it is no number says"
+    guess = [] if named else [phrase("which axis it is no number says")]
     ends = {chain.place: place_channel(axis), chain.velocity: f"{axis}.velocity",
             chain.acceleration: f"{axis}.acceleration"}  # fmt: skip
     if axis == "spindle":
         ends = {chain.place: "spindle.angle", chain.velocity: "spindle.speed"}
     followed = chain.links.get(chain.velocity)
-    why = "its name" if named else "another column follows its motion"
-    why = why if followed is None else f"'{chain.velocity}' is its slope"
-    made.add(chain.place, ends[chain.place], units.get(chain.place, ""), why + guess)
+    why = phrase("its name") if named else phrase("another column follows its motion")
+    if followed is not None:
+        why = phrase("'{column}' is its slope", column=chain.velocity)
+    why = listed([why, *guess], "; ")
+    made.add(chain.place, ends[chain.place], units.get(chain.place, ""), why)
     for column in (chain.velocity, chain.acceleration):
         if column and column in ends:
             of, link = chain.links[column]
-            times = "" if abs(link.factor - 1.0) < NEAR else f" times {link.factor:.3g}"
             unit = units.get(column, "") or _unit_of_rate(link.factor, column == chain.velocity)
-            why = f"d('{of}')/dt{times}, correlation {link.correlation:.3f}"
-            made.add(column, ends[column], unit, why + guess)
+            made.add(column, ends[column], unit, listed([_slope(of, link), *guess], "; "))
+
+
+def _slope(of: str, link: SlopeOf) -> str:
+    """Return that a column is the slope of another, by how much it is larger and how surely."""
+    factor, alike = localized(f"{link.factor:.3g}"), localized(f"{link.correlation:.3f}")
+    if abs(link.factor - 1.0) < NEAR:
+        return phrase("d('{of}')/dt, correlation {alike}", of=of, alike=alike)
+    return phrase(
+        "d('{of}')/dt times {factor}, correlation {alike}", of=of, factor=factor, alike=alike
+    )
 
 
 def _unit_of_rate(factor: float, is_velocity: bool) -> str:
@@ -228,13 +241,18 @@ def _add_efforts(
         follows = {a: share_followed(columns[name], v, t_s) for a, v in velocities.items()}
         best = max(follows, key=lambda a: follows[a], default="")
         if best and follows[best] >= FOLLOWS and says.axis in ("", best):
-            why = f"it follows the motion of {best}: {100 * follows[best]:.0f} % of its variance"
-            shares.append((follows[best], name, best, why))
+            followed = phrase(
+                "it follows the motion of {axis}: {share} % of its variance",
+                axis=best,
+                share=f"{100 * follows[best]:.0f}",
+            )
+            shares.append((follows[best], name, best, followed))
     for _, name, axis, why in sorted(shares, key=lambda one: (not said[one[1]].quantity, -one[0])):
         quantity = said[name].quantity or "current"
         ending = {"torque": "drive_torque", "force": "drive_force"}.get(quantity, "current")
-        guess = "" if said[name].quantity else "; current, torque or force no number says"
-        made.add(name, f"{axis}.{ending}", units.get(name, ""), why + guess)
+        doubt = phrase("current, torque or force no number says")
+        reason = why if said[name].quantity else listed([why, doubt], "; ")
+        made.add(name, f"{axis}.{ending}", units.get(name, ""), reason)
 
 
 def _velocity(columns: Mapping[str, Array], chain: Chain, t_s: Array) -> Array:
@@ -254,11 +272,18 @@ def _add_named(
     for name in columns:
         if name in _columns(made) or said[name].commanded or said[name].foreign:
             continue
-        channel = name if is_channel(name) else _channel(said[name])
+        channel = name if is_channel(name) else _channel(said[name]) or _force_of_cutting(name)
         if channel:
             moved = channel.endswith(".current") and channel[0] in SPARE
-            doubt = "; no motion of that axis speaks for it" if moved else ""
-            made.add(name, channel, units.get(name, ""), f"its name{doubt}")
+            doubt = [phrase("no motion of that axis speaks for it")] if moved else []
+            why = listed([phrase("its name"), *doubt], "; ")
+            made.add(name, channel, units.get(name, ""), why)
+
+
+def _force_of_cutting(name: str) -> str:
+    """Return the force that a name says by what it does in turning: cutting, feed, passive."""
+    channel = of_a_cut(name)
+    return channel if channel in FORCES else ""
 
 
 def _channel(says: NameSays) -> str:
@@ -272,15 +297,3 @@ def _channel(says: NameSays) -> str:
                 "temperature": "spindle.temperature"}.get(quantity, "")  # fmt: skip
     ending = {"torque": "drive_torque"}.get(quantity, quantity)
     return f"{axis}.{ending}" if axis and is_channel(f"{axis}.{ending}") else ""
-
-
-def _lacking(channels: set[str]) -> Iterator[str]:
-    if "t" not in channels:
-        yield 'every command: time; state "t" = {row_in = "*", step_s = …} if rows are even'
-    axes = {c.partition(".")[0] for c in channels if c.endswith((".position", ".velocity"))}
-    driven = {c.partition(".")[0] for c in channels if c.endswith((".current", "drive_torque"))}
-    driven |= {c.partition(".")[0] for c in channels if c.endswith("drive_force")}
-    if not axes & driven:
-        yield "identify and explain: an axis with its position and its current, torque or force"
-    if not {"force.x", "force.y", "force.z"} & channels:
-        yield "calibrate: a measured force, or the cuts of a protocol"

@@ -66,10 +66,11 @@ class NameSays:
 def name_words(name: str) -> list[str]:
     """Return the words of a name in small letters.
 
-    >>> name_words("X1_ActualPosition"), name_words("I_Z_Luft")
-    (['x', '1', 'actual', 'position'], ['i', 'z', 'luft'])
+    >>> name_words("X1_ActualPosition"), name_words("Schnittkraft / N")
+    (['x', '1', 'actual', 'position'], ['schnittkraft'])
     """
-    return [token.casefold() for token in _TOKENS.findall(_WITHOUT.sub(" ", name))]
+    plain = _WITHOUT.sub(" ", name_and_unit(name)[0])
+    return [token.casefold() for token in _TOKENS.findall(plain)]
 
 
 def said_by(name: str, beside: Collection[str] = ()) -> NameSays:

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping
 from autodb.errors import UnusableInput
 from autodb.files.units import conversion
 from autodb.records.proposed.names import NameSays, name_words
+from autodb.wording import msgid, phrase
 
-GUESSED = "its name; which axis it is no name says"
+GUESSED = msgid("its name; which axis it is no name says")
 _TURNS = {"rpm", "drehzahl", "giri", "rps"}
 _OF_SPINDLE = {
     "velocity": "spindle.speed",
@@ -43,7 +44,7 @@ def of_one_motor(
         alone = sum(other.quantity == says.quantity for other in able.values()) == 1
         known = bool(units.get(name)) or _turns(name, "") or says.quantity not in _WITH_UNIT
         if alone and known and says.quantity in channels:
-            yield name, channels[says.quantity], units.get(name, ""), GUESSED
+            yield name, channels[says.quantity], units.get(name, ""), phrase(GUESSED)
 
 
 def _turns(name: str, unit: str) -> bool:

@@ -1,42 +1,81 @@
-"""A side file of what is proposed for a file's columns, with the reasons as remarks."""
+"""Side files written: of what is proposed for a file's columns, and of what is stated."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import tomli_w
 
 from autodb.files.operation_words import suggested_operation
+from autodb.files.side import FileColumn, SideFile, stated_side
 from autodb.records.proposed.columns import ProposedBase
 from autodb.records.proposed.cuts import ChannelProposal
 
+_FROM_FILE = "the proposed side file"
+
+
+def proposed_side(found: Sequence[ProposedBase]) -> SideFile:
+    """Return what is proposed for a file as a side file; of a channel the first proposal."""
+    channels: dict[str, Any] = {}
+    for one in (proposal for base in found for proposal in base.proposals):
+        channels.setdefault(one.channel, _stated(one))
+    own = {one.channel for base in found for one in base.proposals if one.channel == one.column}
+    channels = {name: said for name, said in channels.items() if name not in own}
+    means = {text: name for text in _operations(found) if (name := suggested_operation(text))}
+    said: dict[str, Any] = {"channels": channels}
+    if means:
+        said["values"] = {"operation": means}
+    return stated_side(said, where=_FROM_FILE)
+
 
 def side_file_of(found: Sequence[ProposedBase], name: str) -> str:
-    """Return the side file of a file called ``name`` as TOML; of a channel the first proposal."""
-    return "\n".join([f"# proposed by 'autodb look {name}'; check it", *_lines(found)]) + "\n"
+    """Return the side file that is proposed for a file called ``name``, with the reasons."""
+    because = {one.channel: one.because for base in reversed(found) for one in base.proposals}
+    unknown = [text for text in _operations(found) if suggested_operation(text) is None]
+    lines = [f"# no operation is known for {_text(text)}" for text in unknown]
+    written = side_text(proposed_side(found), because)
+    return "\n".join(
+        [f"# proposed by 'autodb look {name}'; check it", written.rstrip(), *lines, ""]
+    )
 
 
-def _lines(found: Sequence[ProposedBase]) -> Iterator[str]:
+def side_text(side: SideFile, because: Mapping[str, str] | None = None) -> str:
+    """Return a side file as TOML; ``because``: remarks behind channels."""
+    rest = side.model_dump(mode="json", exclude_defaults=True)
+    said = {key: rest.pop(key) for key in ("channels", "values") if key in rest}
+    others = tomli_w.dumps(rest)
+    return "\n".join([*_tables(side, said.get("values", {}), because or {}), others])
+
+
+def _tables(side: SideFile, values: Mapping[str, Any], because: Mapping[str, str]) -> Iterator[str]:
     yield "[channels]"
-    taken: set[str] = set()
-    for one in (proposal for base in found for proposal in base.proposals):
-        if one.channel not in taken and one.channel != one.column:
-            yield f"{json.dumps(one.channel)} = {_column(one)}  # {one.because}"
-        taken.add(one.channel)
-    operations = dict.fromkeys(text for base in found for text in base.operations)
-    if operations:
+    for channel, spec in side.channels.items():
+        remark = f"  # {because[channel]}" if channel in because else ""
+        yield f"{_text(channel)} = {_column(spec)}{remark}"
+    if values:
         yield "[values]"
-        known = [(text, suggested_operation(text)) for text in operations]
-        means = [f"{_text(text)} = {_text(name)}" for text, name in known if name is not None]
-        yield f"operation = {{{', '.join(means)}}}"
-        yield from (f"# no operation is known for {_text(t)}" for t, name in known if name is None)
+    for key, means in values.items():
+        pairs = [f"{_text(text)} = {_text(name)}" for text, name in means.items()]
+        yield f"{key} = {{{', '.join(pairs)}}}"
 
 
-def _column(one: ChannelProposal) -> str:
+def _operations(found: Sequence[ProposedBase]) -> list[str]:
+    return list(dict.fromkeys(text for base in found for text in base.operations))
+
+
+def _stated(one: ChannelProposal) -> dict[str, Any]:
     if one.column == "*":
-        return f'{{row_in = "*", step_s = {one.unit}}}' if one.unit else '{row_in = "*"}'
-    if one.unit:
-        return f"{{column = {_text(one.column)}, unit = {_text(one.unit)}}}"
-    return _text(one.column)
+        return {"row_in": "*"} | ({"step_s": float(one.unit)} if one.unit else {})
+    return {"column": one.column} | ({"unit": one.unit} if one.unit else {})
 
 
-def _text(text: str) -> str:
-    """Return a text as TOML writes it between quotes, which JSON does alike."""
-    return json.dumps(text, ensure_ascii=False)
+def _column(spec: FileColumn) -> str:
+    said = spec.model_dump(mode="json", exclude_defaults=True)
+    if said.keys() == {"column"}:
+        return _text(str(spec.column))
+    return f"{{{', '.join(f'{key} = {_text(value)}' for key, value in said.items())}}}"
+
+
+def _text(value: object) -> str:
+    """Return a text, a number or a truth as TOML writes it, which JSON does alike."""
+    return json.dumps(value, ensure_ascii=False)

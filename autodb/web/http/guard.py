@@ -49,6 +49,7 @@ class Guard:
         limits = settings.limits
         self._most = BODY_MOST_OF | {
             "/recordings": (limits.recording_MiB + limits.side_MiB) * MIB + BODY_MOST,
+            "/look": (limits.recording_MiB + 2 * limits.side_MiB) * MIB + BODY_MOST,
             "/program": limits.program_MiB * MIB + 2 * BODY_MOST,
         }
 

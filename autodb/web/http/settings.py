@@ -35,8 +35,8 @@ class RequestLimits:
     ``recording_MiB``, ``side_MiB``, ``program_MiB``: size of each; ``a_minute``: by one address;
     ``waiting``: recordings that are received, read or wait for it; ``at_once``: what is read while
     who asked waits, and as many more wait for that; ``receive_s``: how long one may take to be
-    sent; ``importing``, ``predicting`` and ``explaining``: what a process for each may use. All
-    chosen.
+    sent; ``importing``, ``looking``, ``predicting`` and ``explaining``: what a process for each may
+    use. All chosen.
     """
 
     recording_MiB: int = 256
@@ -47,6 +47,7 @@ class RequestLimits:
     at_once: int = 2
     receive_s: float = 600.0
     importing: ReaderBounds = ReaderBounds()
+    looking: ReaderBounds = ReaderBounds(seconds=300, grows_MiB=64)
     predicting: ReaderBounds = ReaderBounds(memory_MiB=2048, seconds=60, grows_MiB=64)
     explaining: ReaderBounds = ReaderBounds(seconds=300, grows_MiB=64)
 

@@ -25,6 +25,7 @@ from autodb.files.job import Job
 from autodb.files.units import SI, shop_units
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
+from autodb.web.receive.looking import FileToLook
 from autodb.wording import ENGLISH, Presentation, language_of, presentation, presented
 
 Tell = Callable[[str], None]
@@ -109,7 +110,7 @@ class RecordingToShow:
         return _text(plot_of_course(course))
 
 
-Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow
+Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook
 
 
 @dataclass(frozen=True)

@@ -111,6 +111,20 @@ def test_names_decide_where_they_do(tmp_path: Path) -> None:
     }
 
 
+def test_units_stand_behind_names_as_din_has_them(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = "".join(
+        f"{k / 1000};{200 + k % 7};{k % 5};{80 + k % 3}\n".replace(".", ",") for k in range(99)
+    )
+    path.write_text(f"Zeit / ms;Schnittkraft / kN;Vorschubkraft in N;Passivkraft [daN]\n{rows}")
+    assert _channels(path) == {
+        "t": ("Zeit / ms", "ms"),
+        "force.y": ("Schnittkraft / kN", "kN"),
+        "force.z": ("Vorschubkraft in N", "N"),
+        "force.x": ("Passivkraft [daN]", "daN"),
+    }
+
+
 def test_velocities_tell_the_time_of_a_row(tmp_path: Path) -> None:
     path = write(tmp_path / "a.csv", {"PosX": ONE["place"], "VelX": ONE["rate"]})
     found = _channels(path)

@@ -211,37 +211,49 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
   });
 })();
 
-// Files that are dropped: sent one after another, each with its side file, and asked for until
-// they are in the database.
+// Files that are dropped: one with a side file is imported; of another it is shown first what its
+// columns may be, and a person chooses. Nothing is kept before it is imported.
 (() => {
   const drop = document.querySelector("[data-import]");
   if (!drop) return;
   const list = document.querySelector("[data-imports]");
   const csrf = document.body.dataset.csrf;
   const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+  const make = (tag, text = "", kind = "") =>
+    Object.assign(document.createElement(tag), { textContent: text, className: kind });
 
   const line = (name) => {
-    const item = document.createElement("li");
-    item.className = "card";
-    const title = document.createElement("h2");
-    title.textContent = name;
-    const said = document.createElement("p");
-    const bar = document.createElement("progress");
-    bar.setAttribute("aria-label", name);
-    item.append(title, said, bar);
+    const shown = { name, said: make("p"), bar: make("progress"), piece: make("div") };
+    const item = make("li", "", "card");
+    shown.said.setAttribute("role", "status");
+    shown.bar.setAttribute("aria-label", name);
+    item.append(make("h2", name), shown.said, shown.bar, shown.piece);
     list.prepend(item);
-    return { said, bar };
+    return shown;
   };
   const tell = ({ said, bar }, text, state, lang) => {
     put(said, text, lang);
-    if (state) {
-      said.className = `said ${state}`;
-      bar.remove();
-    }
+    said.className = state ? `said ${state}` : "";
+    bar.hidden = Boolean(state);
   };
-  const send = (recording, side, shown) => new Promise((done, failed) => {
+  const ask = (shown, text) => {
+    tell(shown, text);
+    shown.bar.hidden = true;
+  };
+  const refused = (request) => {
+    const kind = request.getResponseHeader("Content-Type") ?? "";
+    if (kind.includes("json")) {
+      const lang = request.getResponseHeader("Content-Language");
+      return refusal(JSON.parse(request.responseText).detail, lang);
+    }
+    const page = new DOMParser().parseFromString(request.responseText, "text/html");
+    const said = page.querySelector(".said");
+    const text = said ? said.textContent : say("status", { status: request.status });
+    return refusal(text, said?.querySelector("[lang]")?.lang);
+  };
+  const send = (address, parts, shown) => new Promise((done, failed) => {
     const request = new XMLHttpRequest();
-    request.open("POST", drop.dataset.import);
+    request.open("POST", address);
     request.setRequestHeader("X-CSRF-Token", csrf);
     request.setRequestHeader("X-Shown-In", language);
     request.upload.addEventListener("progress", (sent) => {
@@ -250,20 +262,18 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
       shown.bar.value = sent.loaded;
       tell(shown, say("sending", { percent: Math.round((100 * sent.loaded) / sent.total) }));
     });
-    request.addEventListener("load", () => {
-      let answer;
-      try {
-        answer = JSON.parse(request.responseText);
-      } catch {
-        answer = { detail: say("status", { status: request.status }) };
-      }
-      if (request.status === 202) done(answer);
-      else failed(refusal(answer.detail, request.getResponseHeader("Content-Language")));
+    request.upload.addEventListener("load", () => {
+      shown.bar.removeAttribute("value");
+      tell(shown, say("reading"));
     });
+    request.addEventListener("load", () =>
+      (request.status < 300 ? done(request.responseText) : failed(refused(request))));
     request.addEventListener("error", () => failed(refusal(say("silent"))));
     const form = new FormData();
-    form.append("recording", recording, recording.name);
-    if (side) form.append("side", side, side.name);
+    Object.entries(parts).forEach(([key, part]) => {
+      if (part) form.append(key, part, part.name ?? key);
+    });
+    shown.bar.hidden = false;
     request.send(form);
   });
   // What the database keeps of a file is in English: then so is the whole line.
@@ -273,7 +283,6 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     return [[first, ...also].join("; "), also.length ? "en" : language];
   };
   const follow = async (number, shown) => {
-    shown.bar.removeAttribute("value");
     for (;;) {
       const got = await fetch(`/api/v1/imports/${number}`, { headers: { "X-Shown-In": language } });
       const now = await got.json();
@@ -285,28 +294,113 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
       await wait(400);
     }
   };
-  const take = async (files) => {
+  const take = async (file, side, shown) => {
+    shown.piece.hidden = true;
+    try {
+      const begun = await send(drop.dataset.import, { recording: file, side }, shown);
+      const [text, lang] = await follow(JSON.parse(begun).number, shown);
+      tell(shown, text, "good", lang);
+      shown.piece.replaceChildren();
+    } catch (error) {
+      tell(shown, error.message, "bad", error.lang);
+      shown.piece.hidden = false;
+      if (!shown.piece.childElementCount) offer(file, side, shown);
+    }
+  };
+  const offer = (file, side, shown) => {
+    const button = make("button", say("look"), "plain");
+    button.type = "button";
+    button.addEventListener("click", () => look(file, { side }, shown));
+    shown.piece.replaceChildren(button);
+  };
+  const toml = (text) => new File([text], "side.toml", { type: "application/toml" });
+
+  // What was chosen: the text of the side file once it was changed, else each row of the tables.
+  const chosen = (form) => {
+    const text = form.elements.side;
+    if (text.value !== text.defaultValue) return { side: toml(text.value) };
+    const columns = new Map();
+    form.querySelectorAll("[data-column]").forEach((row) => {  // time may stand in several tables
+      const of = (name) => row.querySelector(`[name=${name}]`);
+      const [channel, unit, turned] = ["channel", "unit", "turned"].map(of);
+      const changed = [channel, unit].some((one) => one.value !== one.defaultValue);
+      const { column } = row.dataset;
+      if (columns.has(column) && !changed) return;
+      const one = { column, channel: channel.value.trim(), unit: unit.value.trim() };
+      columns.set(column, { ...one, turned: turned?.checked ?? false });
+    });
+    const values = (fields, key) =>
+      Object.fromEntries([...fields].map((one) => [key(one), one.value.trim()]));
+    const choices = {
+      columns: [...columns.values()],
+      text: values(form.querySelectorAll("[data-text] :is(input, select)"), (one) => one.name),
+      operations: values(form.querySelectorAll("[data-word]"), (one) => one.dataset.word),
+    };
+    return { side: toml(text.value), choices: new Blob([JSON.stringify(choices)]) };
+  };
+  const begin = (form, file, shown) => {
+    const importing = form.querySelector("[data-take]");
+    const hint = form.querySelector("[role=status]");
+    form.addEventListener("input", () => {
+      importing.disabled = true;
+      put(hint, say("check"));
+    });
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      look(file, chosen(form), shown);
+    });
+    importing.addEventListener("click", () => take(file, toml(form.elements.side.value), shown));
+    form.querySelector("[data-leave]").addEventListener("click", () => {
+      shown.piece.replaceChildren();
+      tell(shown, say("left"), "bad");
+    });
+    form.querySelector("[data-save]").addEventListener("click", () => {
+      const link = make("a");
+      link.href = URL.createObjectURL(toml(form.elements.side.value));
+      link.download = `${stem(file)}.toml`;
+      link.click();
+      URL.revokeObjectURL(link.href);
+    });
+  };
+  const look = async (file, { side, choices }, shown) => {
+    const again = shown.piece.childElementCount > 0;
+    const buttons = [...shown.piece.querySelectorAll("button")];
+    const were = buttons.map((button) => button.disabled);
+    buttons.forEach((button) => { button.disabled = true; });
+    try {
+      const text = await send(drop.dataset.look, { recording: file, side, choices }, shown);
+      shown.piece.innerHTML = text;
+      const form = shown.piece.querySelector("form");
+      if (!again && "plain" in form.dataset) {
+        shown.piece.replaceChildren();
+        await take(file, null, shown);
+        return;
+      }
+      ask(shown, say("choose"));
+      begin(form, file, shown);
+      if (again) form.querySelector("[tabindex]").focus();
+    } catch (error) {
+      tell(shown, error.message, "bad", error.lang);
+      buttons.forEach((button, k) => { button.disabled = were[k]; });
+    }
+  };
+  const stem = (file) => file.name.replace(/\.[^.]+$/, "");
+  const takeAll = async (files) => {
     const sides = files.filter((file) => file.name.toLowerCase().endsWith(".toml"));
-    const stem = (file) => file.name.replace(/\.[^.]+$/, "");
     const recordings = files.filter((file) => !sides.includes(file));
     sides.filter((side) => !recordings.some((file) => stem(file) === stem(side))).forEach((side) =>
       tell(line(side.name), say("alone"), "bad"));
     for (const file of recordings) {
+      const side = sides.find((one) => stem(one) === stem(file));
       const shown = line(file.name);
-      try {
-        const begun = await send(file, sides.find((side) => stem(side) === stem(file)), shown);
-        const [text, lang] = await follow(begun.number, shown);
-        tell(shown, text, "good", lang);
-      } catch (error) {
-        tell(shown, error.message, "bad", error.lang);
-      }
+      await (side ? take(file, side, shown) : look(file, {}, shown));
     }
   };
   const input = drop.querySelector("input");
-  input.addEventListener("change", () => take([...input.files]).then(() => { input.value = ""; }));
+  input.addEventListener("change", () => takeAll([...input.files]).then(() => { input.value = ""; }));
   ["dragover", "dragleave", "drop"].forEach((what) => drop.addEventListener(what, (event) => {
     event.preventDefault();
     drop.classList.toggle("over", what === "dragover");
-    if (what === "drop") take([...event.dataTransfer.files]);
+    if (what === "drop") takeAll([...event.dataTransfer.files]);
   }));
 })();
