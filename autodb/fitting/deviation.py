@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from autodb.fitting.covariance import autoregression
 from autodb.fitting.linear import RANK, triangle
@@ -247,17 +247,21 @@ def _inflation(
     count = len(edges) - 1
     gram = solved[:-1, :-1].T @ solved[:-1, :-1]
     right = solved[:-1, :-1].T @ solved[:-1, -1]
-    level = np.sqrt(np.diag(gram))
+    level = np.sqrt(np.diag(gram)[:p])
     whole = solve_triangular(solved[:-1, :-1], solved[:-1, -1])[:p]
     variance = float(solved[-1, -1] ** 2) / (len(white) - p)
     shown = np.zeros(p)
     for g in range(count):
         part = white[edges[g] : edges[g + 1]]
         columns = part[:, :-1] * to_own
-        reduced = (gram - columns.T @ columns) / np.outer(level, level)
-        inverse = np.linalg.pinv(reduced, rcond=1e-12, hermitian=True) / np.outer(level, level)
-        moved = (inverse @ (right - columns.T @ part[:, -1]))[:p] - whole
-        added = variance * np.diag(inverse)[:p] - np.diag(covariance)
+        reduced, asked = gram - columns.T @ columns, right - columns.T @ part[:, -1]
+        # The deviations go out first: their own inner products are positive, by what they are taken
+        # to be
+        out = cho_solve(cho_factor(reduced[p:, p:]), np.column_stack([reduced[p:, :p], asked[p:]]))
+        law = (reduced[:p, :p] - reduced[:p, p:] @ out[:, :p]) / np.outer(level, level)
+        inverse = np.linalg.pinv(law, rcond=1e-12, hermitian=True) / np.outer(level, level)
+        moved = inverse @ (asked[:p] - reduced[:p, p:] @ out[:, p]) - whole
+        added = variance * np.diag(inverse) - np.diag(covariance)
         shown += moved**2 / np.maximum(added, LEAST_ADDED * np.diag(covariance))
     return _widened(shown / count, count - 1)
 

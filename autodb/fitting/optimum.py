@@ -26,9 +26,11 @@ NEAR, SLOWER = 1e-5, 0.5
 COMPARED = 1e-3
 """Length of a step up to which it is taken whole: heights then differ by about its square, 1e-6,
 which their rounding may hide (1e-8 was seen); Newton's steps go by the gradient alone. Chosen."""
-WITHIN, FAR = 50.0, 1.0
+WITHIN, FAR = 20.0, 1.0
 """Where optima are searched for, and the longest step: parameters are shares and logarithms, of the
-order of 1."""
+order of 1. e²⁰ is 5·10⁸; at e⁵⁰ a likelihood's gradient is rounding, and a first step there stayed
+there (the y axis of a mill whose cogging is small).
+"""
 WIDTH = 1e-5
 """Half width of differences of the gradient."""
 ALIKE = 1e-3

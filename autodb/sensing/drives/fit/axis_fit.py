@@ -28,7 +28,8 @@ from autodb.sensing.drives.fit.prior import combined_with_prior
 from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
 from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.fit.unevenness import row_roots
-from autodb.sensing.drives.moves.motion import SPINDLE, motion_blocks
+from autodb.sensing.drives.fit.wander import friction_wander
+from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import ChannelPart
@@ -144,13 +145,14 @@ def _solved(
     problem = linearised(rows, parts)
     deviation = friction_deviation(rows, problem)
     groups = deviation.groups if deviation else []
+    wander = friction_wander(rows, problem, tells=deviation is not None and not uneven)
     root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
     try:
         fit = fitting.least_squares_with_deviation(
             problem.columns * root[:, None],
-            [group * root[:, None] for group in groups],
+            [group * root[:, None] for group in (*groups, *wander.groups)],
             problem.target * root,
-            blocks=motion_blocks(rows.sampled("t"), rows.sampled("direction")),
+            blocks=wander.blocks,
             order=NOISE_ORDER,
         )
     except fitting.NotSettled as error:
@@ -159,7 +161,8 @@ def _solved(
             f"{rows.path}: {rows.axis}: the model discrepancy of friction cannot be estimated "
             f"({error}); use fewer terms than {terms}"
         ) from None
-    values, weights = np.split(_at_shape(problem, fit), [fit.columns])
+    end = fit.columns + sum(group.shape[1] for group in groups)
+    values, weights, _ = np.split(_at_shape(problem, fit), [fit.columns, end])
     return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 
 
@@ -278,7 +281,7 @@ def _off_law(
     deviation = friction_deviation(rows, problem) if weights is not None else None
     if weights is None or deviation is None:
         return None, left
-    better = held_out_off_law(rows, problem, deviation.groups, fit.sds)
+    better = held_out_off_law(rows, problem, deviation.groups, fit.sds[: len(deviation.groups)])
     way = np.abs(rows.sampled("velocity"))
     if way @ better**2 >= way @ left**2:
         return None, left

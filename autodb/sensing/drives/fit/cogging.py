@@ -55,7 +55,8 @@ def with_best_cogging(
     """Return the parts with their one sine in the form to keep, and all forms that were tried.
 
     The plainest that no richer one clearly beats: a richer one must leave less of the blocks, by
-    CLEARLY standard errors and by MATTERS. All are fitted around the shape that the parts have.
+    CLEARLY standard errors and by MATTERS. Where the sine is but a part of the pole, the first is
+    enough: it says where nothing repeats. All are fitted around the shape that the parts have.
     """
     sine = next(part for part in parts if part.term is COGGING)
     pole = sine.shape["period"] * ripple.pole / ripple.period
@@ -71,7 +72,8 @@ def with_best_cogging(
     left = [held_out_effort(rows, linearised(rows, model)) for model in models]
     best = 0
     for k in range(1, len(forms)):
-        matters = _rms(left[k]) < (1.0 - MATTERS) * _rms(left[best])
+        share = MATTERS if np.isclose(forms[best].shape["period"], pole) else 0.0
+        matters = _rms(left[k]) < (1.0 - share) * _rms(left[best])
         if matters and _less(left[k], left[best], blocks) > CLEARLY:
             best = k
     tried = [

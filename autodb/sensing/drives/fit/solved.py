@@ -38,7 +38,8 @@ class Solved:
         unit = self.fit.covariance / np.outer(scale, scale)
         change = (values - self.values) / scale
         pushed = np.linalg.lstsq(unit, change, rcond=1e-12)[0] / scale
-        return np.asarray(self.weights + self.fit.whole_covariance[p:, :p] @ pushed)
+        whole = self.fit.whole_covariance[p : p + len(self.weights), :p]
+        return np.asarray(self.weights + whole @ pushed)
 
 
 def identified_term(name: Name, value: float, sd: float | None, rows: Prepared) -> IdentifiedTerm:

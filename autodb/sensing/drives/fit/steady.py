@@ -105,7 +105,7 @@ class Deviation:
 
     def steady(self, fit: fitting.Deviating, values: Array, weights: Array) -> SteadyMotion:
         """Return steady motion of a fit that is told as ``values`` (p,) and ``weights`` (m,)."""
-        together = [*self.places, *range(fit.columns, len(fit.whole))]
+        together = [*self.places, *range(fit.columns, fit.columns + len(weights))]
         return SteadyMotion(
             off_law=self.off_law(weights),
             values=values[self.places],
