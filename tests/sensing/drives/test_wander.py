@@ -42,15 +42,16 @@ def _z(axis: WanderingAxis, found: Identified) -> tuple[Array, Array]:
 @pytest.mark.parametrize("slow_s", [0.0, 15.0])
 @pytest.mark.parametrize("seed", first(1, [0, 100, 200]))
 def test_intervals_hold_friction_that_differs_from_run_to_run(seed: int, slow_s: float) -> None:
-    """Of 12 axes the root mean square of errors is below 1.5 standard deviations.
+    """Of 12 axes the root mean square of errors is below 1.7 standard deviations.
 
-    All move with one wander, so that 12 independent errors count: χ² of 12 is above 12 · 1.5² in
-    1 of 100 cases; the seeds were fixed before. Where the wander was no part of the fit it was 4.3
-    (slow). Nor are errors larger than those of plain least squares, but for chance.
+    All move with one wander, so that 12 independent errors count: χ² of 12 is above 12 · 1.7² in
+    1 of 1700 cases. The correlation time was chosen on axes 0 to 15; those from 100 on were not
+    looked at. Where the wander was no part of the fit it was 4.3 (slow). Nor are errors more than
+    30 % larger than those of plain least squares.
     """
     axes = [wandering_axis(seed + k, share=0.05, slow_s=slow_s) for k in range(AXES)]
     z, peers = zip(*(_z(axis, _found(axis)) for axis in axes), strict=True)
-    assert np.sqrt(np.mean(np.square(z))) < 1.5
+    assert np.sqrt(np.mean(np.square(z))) < 1.7
     ours, plain = np.sqrt(np.mean(np.square(peers), axis=0)).T
     assert np.all(ours < 1.3 * plain)
 
