@@ -50,6 +50,7 @@ def test_a_foreign_log_is_looked_at_chosen_of_and_imported(
     page.get_by_label("Wert 7: channel").fill("z.curent")
     importing = page.get_by_role("button", name="Import", exact=True)
     expect(importing).to_be_disabled()
+    expect(page.get_by_text("It can be imported like this.")).to_be_hidden()
     page.get_by_role("button", name="Check my choices").click()
     expect(page.get_by_text("did you mean z.current")).to_be_visible(timeout=LONG_MS)
     page.get_by_label("Wert 7: channel").fill("z.temperature")

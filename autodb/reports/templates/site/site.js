@@ -343,6 +343,7 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
     const hint = form.querySelector("[role=status]");
     form.addEventListener("input", () => {
       importing.disabled = true;
+      form.querySelector(".good")?.remove();  // it was said of other choices
       put(hint, say("check"));
     });
     form.addEventListener("submit", (event) => {
