@@ -54,7 +54,7 @@ def test_an_edge_that_wears_late_was_not_changed() -> None:
     for seed in range(8):
         rng = np.random.default_rng(seed)
         number = np.arange(60)
-        written = 60.0 * (number % 20)
+        written = np.asarray(60.0 * (number % 20), dtype=np.float64)
         true = np.where(number < 40, written, np.maximum(written - 300.0, 0.0))
         growth = 0.35 * np.sqrt(true / 1200.0)
         q = np.column_stack([growth, 1.6 * growth]) + rng.normal(0.0, 0.03, (60, 2))
