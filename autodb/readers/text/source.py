@@ -97,12 +97,19 @@ def decoded(path: Path, text: bytes, encoding: str) -> str:
         raise not_text(path, encoding, error) from None
 
 
+def other_format(path: Path, beginning: bytes) -> UnusableInput | None:
+    """Return the line for a file of another format that is called as text is, else None."""
+    for begins, what, suffix in _FORMATS:
+        if beginning.startswith(begins):
+            return UnusableInput(f"{path}: {what}, not text; rename it to end in {suffix}")
+    return None
+
+
 def not_text(path: Path, encoding: str, error: Exception) -> UnusableInput:
     """Return the line for bytes that are no text in ``encoding``, or in none."""
     read = error.object if isinstance(error, UnicodeDecodeError) else b""
-    for begins, what, suffix in _FORMATS:
-        if read.startswith(begins):
-            return UnusableInput(f"{path}: {what}, not text; rename it to end in {suffix}")
+    if (other := other_format(path, read)) is not None:
+        return other
     if len(read.translate(None, _OF_TEXT)) > BINARY * len(read):
         return UnusableInput(
             f"{path}: not text in any encoding; export a table of text, or give the program's own "
