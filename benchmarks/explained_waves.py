@@ -4,6 +4,7 @@
 in a process of its own. Growth is what twice as many rows cost times as much.
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
 from autodb.records import Recording
-from benchmarks.by_length import print_cost
+from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]
 
