@@ -48,7 +48,8 @@ def _show(file: Path, found: "ProposedBase") -> None:
     base = found.base
     title = f"{file.name} {base.name}".rstrip()
     what = "cuts" if found.holds_cuts else "rows"
-    say(f"{title}: {found.rows} {what}, {len(base.columns)} columns"
+    first = "the first " if found.goes_on else ""
+    say(f"{title}: {first}{found.rows} {what}, {len(base.columns)} columns"
         + (f"; read as: {base.layout}" if base.layout else ""))  # fmt: skip
     _show_rows(base, found.first)
     if found.proposals:

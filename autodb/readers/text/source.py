@@ -132,23 +132,25 @@ def whole_lines(path: Path, encoding: str, skip: int, ends: int | None = None) -
         text = b"".join(whole_lines(path, encoding, skip)).split(b"\n")
         yield b"\n".join(text[: ends - skip]) + b"\n"
         return
-    rest = b""
+    whole, rest = b"", b""
     for block in _in_utf8(path, encoding):
         if skip:
             rest, skip = _below(rest + block, skip)
             begins = rest.rfind(b"\n") + 1
             if begins and not skip:
-                yield rest[:begins]
-                rest = rest[begins:]
+                whole, rest = rest[:begins], rest[begins:]
         elif cut := block.rfind(b"\n") + 1:
-            yield rest + block[:cut]
-            rest = block[cut:]
+            if whole:
+                yield whole
+            whole, rest = rest + block[:cut], block[cut:]
         else:
             rest += block
         if len(rest) > LONGEST_LINE:
             raise UnusableInput(f"{path}: a line of more than {LONGEST_LINE} bytes; {WORKS}")
     if rest.strip() and not skip:
-        yield rest
+        whole += rest  # the last row, without the end of a line
+    if whole:
+        yield whole
 
 
 def _below(text: bytes, skip: int) -> tuple[bytes, int]:

@@ -29,11 +29,13 @@ MOST_CUTS = 5000
 class ProposedBase:
     """What a time base may hold.
 
-    ``operations``: texts that are no operation of ours. ``first``: its first rows as text.
+    ``rows``: those that were looked at, after which it ``goes_on``. ``operations``: texts that are
+    no operation of ours. ``first``: its first rows as text.
     """
 
     base: ColumnSet
     rows: int
+    goes_on: bool
     holds_cuts: bool
     proposals: tuple[ChannelProposal, ...]
     missing: tuple[str, ...]
@@ -48,6 +50,7 @@ def propose_channels(base: ColumnSet) -> ProposedBase:
     """
     numbers, texts = _columns(base)
     rows = len(next(iter([*numbers.values(), *texts.values()]), ()))
+    goes_on = rows > MOST_CUTS and _goes_on(base)
     first = tuple(
         tuple(_shown(numbers, texts, name, row) for name in base.columns)
         for row in range(min(3, rows))
@@ -58,11 +61,18 @@ def propose_channels(base: ColumnSet) -> ProposedBase:
         channels = {one.channel for one in found}
         odd = dict.fromkeys(v for v in texts.get(column, ()) if v and v not in get_args(Operation))
         return ProposedBase(
-            base, rows, True, found, tuple(missing_of_cuts(channels)), tuple(odd), first
+            base, rows, goes_on, True, found, tuple(missing_of_cuts(channels)), tuple(odd), first
         )
     moves = proposed_moves(_busiest(numbers), _dates(texts), base.units)
     found = tuple(ChannelProposal(*one) for one in moves.found)
-    return ProposedBase(base, rows, False, found, moves.missing, (), first)
+    return ProposedBase(base, rows, goes_on, False, found, moves.missing, (), first)
+
+
+def _goes_on(base: ColumnSet) -> bool:
+    """Say whether there are more rows than those of the first block."""
+    blocks = base.blocks((), base.columns[:1])
+    next(blocks)
+    return next(blocks, None) is not None
 
 
 def _columns(base: ColumnSet) -> tuple[dict[str, Array], dict[str, Sequence[str]]]:

@@ -124,11 +124,13 @@ def _base(looked: LookedFile, found: ProposedBase) -> BaseShown:
     listed_columns = _listed_columns(base.columns, chosen)
     channels = {one.channel for one in chosen.values()}
     missing = missing_of_cuts(channels) if found.holds_cuts else missing_of_moves(channels)
-    what = (
-        phrase("{count} cuts, {columns} columns", count=found.rows, columns=len(base.columns))
-        if found.holds_cuts
-        else phrase("{count} rows, {columns} columns", count=found.rows, columns=len(base.columns))
-    )
+    counts = {"count": found.rows, "columns": len(base.columns)}
+    if found.holds_cuts:
+        what = phrase("{count} cuts, {columns} columns", **counts)
+    elif found.goes_on:
+        what = phrase("the first {count} rows, {columns} columns", **counts)
+    else:
+        what = phrase("{count} rows, {columns} columns", **counts)
     return BaseShown(
         title=listed([base.name, what], ": ") if base.name else what,
         layout=base.layout,

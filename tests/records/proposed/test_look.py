@@ -193,3 +193,21 @@ def test_a_folder_is_refused(refused: Callable[..., str]) -> None:
     for folder in (".", "there"):
         Path("there").mkdir(exist_ok=True)
         assert f"{folder}: is a folder; give one recording file" in refused("look", folder)
+
+
+@pytest.mark.parametrize("end", ["", "\n"])
+def test_the_last_row_counts_with_or_without_the_end_of_its_line(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t;x.current\n0;1,5\n1;2,5\n2;3,5" + end)
+    (base,) = open_bases(path)
+    (block,) = base.blocks(base.columns, ())
+    assert block["x.current"].tolist() == [1.5, 2.5, 3.5]
+    assert propose_channels(base).rows == 3
+
+
+def test_a_file_of_which_a_part_is_looked_at_says_so(tmp_path: Path, cli: Cli) -> None:
+    path = tmp_path / "long.csv"
+    path.write_text("t,x.current\n" + "0.001,1.23456789\n" * 1_000_100)
+    said = cli("look", path).out
+    assert said.startswith("long.csv: the first ")
+    assert 900_000 < int(said.split()[3]) < 1_000_100
