@@ -1,4 +1,4 @@
-"""`python -m benchmarks.chances [DRAWS]`: how often limits are exceeded that are said to be so surely.
+"""`python -m benchmarks.chances [DRAWS]`: chances to exceed a limit, beside how often it is.
 
 Truths are drawn from what any metal may have, with the law's errors in the operation, cut by the
 whole law with scatter, and known as a shop knows them: not at all, from a card that is off, from

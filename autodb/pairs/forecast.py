@@ -274,7 +274,7 @@ def _skew(
         towards = led[:, :OWN] / size[:, None]
         each = (towards if over is None else over.of_steps(towards)).T
         ends = [forces_by_laws(theta + sign * each, cuts.elements) for sign in (-1.0, 1.0)]
-        bent = sum(ends)[:, k] - 2.0 * here[:, k]
+        bent = ends[0][:, k] + ends[1][:, k] - 2.0 * here[:, k]
         bent = bent if over is None else over.means(bent)
         skew[:, k] = np.clip(size**2 * bent / np.maximum(sd[:, k], TINY_N) ** 3, -MOST, MOST)
     return skew

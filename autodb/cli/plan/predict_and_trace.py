@@ -93,7 +93,7 @@ def predict_command(
     if csv is not None:
         _write_table(answer, limits, csv)
     if plot is not None:
-        from autodb.reports.predicted import render_prediction
+        from autodb.reports.planned.predicted import render_prediction
         from autodb.reports.written import write_page
 
         write_page(plot, render_prediction(answer, limits), self_contained=self_contained)
