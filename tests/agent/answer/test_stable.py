@@ -53,11 +53,11 @@ def asked(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Cli:
 
 
 def test_depths_are_said_beside_limits(asked: Cli) -> None:
-    said = asked(*ASKED, "--plot", "lobes.html").stdout
+    said = asked(*ASKED, "--plot", "lobes.html").out
     assert "cut 'rough', 2 mm deep at 6000 rpm: stable up to" in said
     assert "largest depth within 100 % of each limit with 95 % probability" in said
     assert "half the tooth frequency" in said
-    (one,) = json.loads(asked(*ASKED, "--json").stdout)
+    (one,) = json.loads(asked(*ASKED, "--json").out)
     stable = one["stable"]
     assert stable["depth_mm"]["low"] < stable["depth_mm"]["value"] < stable["depth_mm"]["high"]
     assert stable["any_speed_mm"]["value"] <= stable["depth_mm"]["value"]
