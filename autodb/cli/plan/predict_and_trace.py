@@ -88,7 +88,8 @@ def predict_command(
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_machine(db, machine) as (store, name):
         answer = predict_job(store, name, asked, tool=stated)
-        compared = () if other is None else (answer, answer_job(store, name, other))
+        same = stated if other is not None and other.tool == asked.tool else None
+        compared = () if other is None else (answer, answer_job(store, name, other, tool=same))
         limits = limits_of_machine(store, name)
     if csv is not None:
         _write_table(answer, limits, csv)

@@ -67,6 +67,13 @@ def test_depths_are_said_beside_limits(asked: Cli) -> None:
     assert "stability lobes of cut 1" in page
 
 
+def test_a_plan_of_another_material_is_compared_with_the_same_tool_file(asked: Cli) -> None:
+    Path("other.toml").write_text(JOB.replace("C45", "S235"), "utf-8")
+    found = asked("predict", "job.toml", "--tool-file", "tool.toml", "--beside", "other.toml")
+    assert found.code == 0, found.err
+    assert "Beside each other" in found.out
+
+
 def test_what_cannot_be_used_is_said_in_a_line(refused: Callable[..., str], asked: Cli) -> None:
     assert asked is not None
     Path("tool-point.toml").write_text(MODES.format(axis="q"), "utf-8")
