@@ -38,7 +38,7 @@ BEYOND = 3.0
 
 
 class ModeSection(Section):
-    """A mode of the tool point in one machine axis, or in each alike where none is named.
+    """A mode of the tool point in one machine axis.
 
     ``share``: relative standard deviation of its compliance.
     """
