@@ -61,6 +61,8 @@ autodb reconstruct cut.csv --machine lathe-1
 autodb reconstruct cut.csv --moves air.csv --page load.html
 autodb inspect part.toml
 autodb inspect part.toml --machine lathe-1 --recording cuts.csv --cut 3
+autodb stability job.toml --dynamics tool-point.toml
+autodb stability job.toml --dynamics receptance.csv --machine mill-2 --plot lobes.html
 autodb plan job.toml
 autodb plan job.toml --machine lathe-1 --feed 0.1:0.4 --depth 0.5:3
 autodb standard list

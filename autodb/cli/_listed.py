@@ -29,6 +29,7 @@ GROUPS = {
     },
     "Plan": {
         "plan": "plan.planning:plan_command",
+        "stability": "plan.stable:stability_command",
         "standard": "setup.standard:standard",
         "sweep": "setup.sweeping:sweep",
     },

@@ -84,11 +84,19 @@ def cut_forces(theta: Array, elements: Elements) -> CutForces:
     """Return the forces of cuts for the law's coordinates (p,)."""
     whole = np.concatenate(
         [
-            _summed(block, _gathered(block)(_pushed(theta, block)[:, None]))
+            summed_forces(block, _gathered(block)(element_forces(theta, block)[:, None]))
             for block in _blocks(elements, BLOCK)
         ]
     )[..., 0]
     return CutForces(whole[:, :3], whole[:, 3], whole[:, 4])
+
+
+def forces_by_laws(thetas: Array, elements: Elements) -> Array:
+    """Return force x, y, z, torque and power of cuts (n, 5), each by a law of its own (p, n)."""
+    theta = thetas[..., None] if elements.of is None else thetas[:, elements.of]
+    return summed_forces(elements, _gathered(elements)(element_forces(theta, elements)[:, None]))[
+        ..., 0
+    ]
 
 
 def _blocks(elements: Elements, size: int) -> Iterator[Elements]:
@@ -172,7 +180,7 @@ def force_parts(theta: Array, elements: Elements) -> Array:
     one that is off in the direction of what is across, by a radian from the radial up the tool's
     axis.
     """
-    return _summed(elements, _parts(_gathered(elements)(_pushed(theta, elements))))
+    return summed_forces(elements, _parts(_gathered(elements)(element_forces(theta, elements))))
 
 
 def linearised_forces(
@@ -184,7 +192,10 @@ def linearised_forces(
     what that adds stand behind those of the forces: (n, 5, 2 p).
     """
     whole = np.concatenate(
-        [_summed(block, _steep(theta, block, some)) for block, some in _off_blocks(elements, off)]
+        [
+            summed_forces(block, _steep(theta, block, some))
+            for block, some in _off_blocks(elements, off)
+        ]
     )
     parts, slopes = whole[..., :3], [whole[..., 3:][..., k] for k in _columns(off)]
     return whole[..., 0] + whole[..., 1], parts, np.concatenate(slopes, axis=-1)
@@ -287,7 +298,7 @@ def edge_parts(elements: Elements) -> Array:
     pushed[0, 0] = width
     pushed[1, 1], pushed[2, 1] = -sin * width, cos * width
     pushed[1, 2], pushed[2, 2] = -pushed[2, 1], pushed[1, 1]
-    return _summed(elements, pushed)
+    return summed_forces(elements, pushed)
 
 
 def engaged_mm(elements: Elements) -> Array:
@@ -310,7 +321,7 @@ def removal_mm3_min(elements: Elements) -> Array:
     return np.asarray(2.0 * np.pi * elements.speed_rpm * swept)
 
 
-def _pushed(theta: Array, elements: Elements) -> Array:
+def element_forces(theta: Array, elements: Elements) -> Array:
     """Return the elements' forces, N: tangential, radial and up the tool's axis (3, …)."""
     edge, width = elements.edge, elements.width_mm
     sheared, rubbed = shear.chip_coefficients(theta, edge), shear.edge_coefficients(theta, edge)
@@ -343,7 +354,7 @@ def _flowing(theta: Array, elements: Elements) -> tuple[Array, Array]:
     return sin + share * (whole[0] - sin), cos + share * (whole[1] - cos)
 
 
-def _summed(elements: Elements, pushed: Array) -> Array:
+def summed_forces(elements: Elements, pushed: Array) -> Array:
     """Return force x, y, z in machine axes, torque and power, summed over each cut: (n, 5, k).
 
     ``pushed`` (3, k, …): tangential, radial and up, k of them; gathered or not.

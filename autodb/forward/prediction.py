@@ -25,6 +25,8 @@ components is passive. Chosen: laws of chip flow over a nose are off by 5 to 10Â
 Oxley 1987), and breakers and inclinations of inserts turn the chip further."""
 SAME_MM = 1e-6
 """Difference of diameters below which they are one: what is left of a path's arithmetic."""
+TINY_SKEW = 1e-9
+"""A smaller skew is none: what is left of arithmetic."""
 ALL = 0.999
 """Share of a force from which on it is taken to be all along the cutting speed."""
 
@@ -193,23 +195,30 @@ def intervals(
     What is off a surface that the ``operation`` turns is wider by what is not known of the thrust's
     direction; None: nothing is. ``known``: what was read of that force.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
-    logarithm is taken as normal, so that what is hardly known is not said to pull.
+    logarithm is taken as normal, so that what is hardly known is not said to pull. Other forces are
+    skewed as far as the law is where it leads them.
     """
-    mean, sd = expected.mean, expected.sd
+    mean, sd, skew = expected.mean, expected.sd, expected.skew
     if operation in TURNED:
         sd = sd.copy()
         sd[:, :3] = np.hypot(sd[:, :3], _open_N(expected, known))
-    half = NORMAL_95 * sd
+        # What is added is not skewed: the third cumulant stays
+        less = np.divide(expected.sd, sd, out=np.ones_like(sd), where=sd > 0.0)
+        skew = skew * less**3
     one_sign = np.ones(mean.shape, dtype=np.bool_)
     one_sign[:, :3] = expected.along >= ALL
-    size = np.abs(mean)
-    share = np.divide(half, size, out=np.zeros_like(half), where=one_sign & (size > 0.0))
-    factor = np.exp(share)
-    ends = mean / factor, mean * factor
-    low = np.where(one_sign, np.minimum(*ends), mean - half)
-    high = np.where(one_sign, np.maximum(*ends), mean + half)
+    share = np.divide(sd, mean, out=np.zeros_like(sd), where=one_sign & (mean != 0.0))
+    skew = np.where(one_sign, share, skew)
+    low, high = (mean + sd * _stretched(skew, end) for end in (-NORMAL_95, NORMAL_95))
     each = zip(mean.tolist(), low.tolist(), high.tolist(), strict=True)
     return [[Interval(*three) for three in zip(*cut, strict=True)] for cut in each]
+
+
+def _stretched(skew: Array, z: float) -> Array:
+    """Return (e^(k z) - 1)/k of skews k, which is z where there is none (``distribution``)."""
+    skews = np.abs(skew) > TINY_SKEW
+    made = np.expm1(np.where(skews, skew, 0.0) * z)
+    return np.divide(made, skew, out=np.full_like(skew, z), where=skews)
 
 
 def moment(conditions: Conditions, expected: Sequence[Interval]) -> Moment:

@@ -137,7 +137,7 @@ class PredictResult(ForcesResult):
 
     def plot(self) -> ResultPage:
         """Return the picture of ``predict --plot``."""
-        from autodb.reports.predicted import render_prediction
+        from autodb.reports.planned.predicted import render_prediction
 
         return ResultPage(render_prediction(self.answer, self.limits))
 
@@ -148,7 +148,7 @@ class LookupResult(ForcesResult):
 
     def plot(self) -> ResultPage:
         """Return a picture of the cuts, with the limits of the machine's axes."""
-        from autodb.reports.looked_up import render_look_up
+        from autodb.reports.planned.looked_up import render_look_up
 
         return ResultPage(render_look_up(self.answer, self.limits))
 

@@ -14,6 +14,7 @@ from autodb.cutting.elements import (
     cut_forces,
     edge_parts,
     force_parts,
+    forces_by_laws,
     joined_elements,
     linearised_forces,
 )
@@ -27,6 +28,12 @@ Array = NDArray[np.float64]
 
 TINY_N = 1e-9
 """Size of a force below which there is none."""
+MOST = 1.0
+"""The largest skew: that of a logarithm's standard deviation of 1, beyond which no second-order
+expansion holds. Chosen."""
+WIDE = 0.1
+"""Standard deviation of what is open of the law, a share of the force, from which on it is looked
+how the law bends. Chosen: below, chances beyond a limit move by less than a point."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,8 @@ class Forecast:
     derivatives of the means by the posterior's state and, behind it, the law's error in the
     operation and those of what is assumed of the cuts. ``along`` (n, 3): share of each force that
     is along the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest
-    changes; ``normal`` (n, 3): off the surface that is turned, in machine axes.
+    changes; ``normal`` (n, 3): off the surface that is turned, in machine axes. ``skew`` (n, 5):
+    a third of each quantity's skewness, by which the law is not linear; 0 of torque and power.
     """
 
     mean: Array
@@ -47,6 +55,7 @@ class Forecast:
     along: Array
     turned: Array
     normal: Array
+    skew: Array
 
 
 @dataclass(frozen=True)
@@ -63,6 +72,10 @@ class Shares:
         """Return means (n, ...) over each cut of values (m, ...) of its steps."""
         weighted = np.moveaxis(np.moveaxis(values, 0, -1) * self.share, -1, 0)
         return np.asarray(np.add.reduceat(weighted, self.begins, axis=0))
+
+    def of_steps(self, values: Array) -> Array:
+        """Return values (n, ...) of cuts for each of their steps (m, ...)."""
+        return np.repeat(values, np.diff([*self.begins, len(self.share)]), axis=0)
 
 
 def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
@@ -231,4 +244,37 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
     turned = parts[:, :3, 2] + wear.turned
-    return Forecast(mean, np.sqrt(open_ + own), own, slopes, along, turned, normal)
+    sd = np.sqrt(open_ + own)
+    wide = _wide(mean, open_)[:, None]
+    skew = np.where(wide, _skew(known, cuts, slopes, sd, over), 0.0) if wide.any() else 0.0 * sd
+    return Forecast(mean, sd, own, slopes, along, turned, normal, skew)
+
+
+def _wide(mean: Array, variance: Array) -> NDArray[np.bool_]:
+    """Return where forces (n, 3 first) are so little known that their law's bend counts (n,)."""
+    most = np.max(np.sqrt(variance[:, :3]), axis=1)
+    return np.asarray(most > WIDE * np.linalg.norm(mean[:, :3], axis=1))
+
+
+def _skew(
+    known: PairPosterior, cuts: PairCuts, slopes: Array, sd: Array, over: Shares | None
+) -> Array:
+    """Return a third of the skewness (n, 5) of forces x, y, z; torque and power have none.
+
+    Of F = m + g·δ + ½ δᵀHδ with δ ~ N(0, V) the third cumulant is 3 gᵀV H V g to the first order in
+    H: what counts is how the law bends along d = V g, where the force leads the posterior. Errors
+    of the law and of what is assumed are linear, and bend nothing.
+    """
+    theta = known.state.mean[:OWN, None]
+    here = forces_by_laws(np.broadcast_to(theta, (OWN, cuts.elements.count)), cuts.elements)
+    skew = np.zeros_like(sd)
+    for k in range(3):
+        led = slopes[:, k] @ known.state.covariance
+        size = np.sqrt(np.maximum(np.vecdot(led, slopes[:, k]), TINY_N**2))
+        towards = led[:, :OWN] / size[:, None]
+        each = (towards if over is None else over.of_steps(towards)).T
+        ends = [forces_by_laws(theta + sign * each, cuts.elements) for sign in (-1.0, 1.0)]
+        bent = ends[0][:, k] + ends[1][:, k] - 2.0 * here[:, k]
+        bent = bent if over is None else over.means(bent)
+        skew[:, k] = np.clip(size**2 * bent / np.maximum(sd[:, k], TINY_N) ** 3, -MOST, MOST)
+    return skew

@@ -14,7 +14,7 @@ from autodb.forward.distribution import chance_above, chance_beyond, wider_inter
 from autodb.forward.prediction import Interval, intervals
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected_means, forecast
-from autodb.pairs.observed import TORQUE, PairCuts, Y, Z
+from autodb.pairs.observed import TORQUE, PairCuts, X, Y, Z
 from autodb.pairs.posterior import PairPosterior
 from tests.helpers.campaigns import first
 from tests.helpers.known_pairs import INSERT, known
@@ -64,11 +64,25 @@ def test_a_wider_interval_is_of_the_same_distribution() -> None:
     assert_allclose(chance_above(wide, 80.0 * np.exp(0.5)), chance_above(one, 80.0 * np.exp(0.25)))
 
 
+def test_what_is_skewed_has_the_chances_of_its_three_quantiles() -> None:
+    """A shifted exponential of a normal, on either side and of either sign, and widened."""
+    for sign in (1.0, -1.0):
+        ends = sorted(sign * (40.0 + 30.0 * np.exp(0.6 * z)) for z in (-NORMAL_95, NORMAL_95))
+        one = Interval(sign * 70.0, *ends)
+        for z in (-3.0, -1.0, 0.5, 2.5):
+            reached = sign * (40.0 + 30.0 * np.exp(0.6 * z))
+            assert_allclose(chance_above(one, reached), norm.sf(sign * z), rtol=1e-9)
+            assert_allclose(chance_above(wider_interval(one, 0.5), reached), norm.sf(2 * sign * z))
+        assert chance_above(one, sign * 39.0) == (1.0 if sign > 0.0 else 0.0)
+
+
 TRUTHS = 30_000
 WITHIN = 0.02
 
 
-@pytest.mark.parametrize(("share", "quantity"), first(2, [(0.15, Y), (0.15, TORQUE), (0.05, Z)]))
+@pytest.mark.parametrize(
+    ("share", "quantity"), first(2, [(0.15, Z), (0.15, TORQUE), (0.15, X), (0.15, Y)])
+)
 def test_chances_are_those_of_pairs_drawn_from_what_is_known(share: float, quantity: int) -> None:
     """Pairs drawn from a posterior, law errors and scatter with it, and cut by the whole law.
 

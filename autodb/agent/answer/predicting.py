@@ -93,16 +93,19 @@ def answer_of(basis: PredictionBasis, job: Job) -> JobAnswer:
     return _answer(basis, job, None)[0]
 
 
-def answer_job(store: Store, machine: str, job: Job) -> JobAnswer:
+def answer_job(
+    store: Store, machine: str, job: Job, *, tool: Mapping[str, float] | None = None
+) -> JobAnswer:
     """Return the answer for a job, of cuts or with a program; nothing is kept.
 
-    Raises UnusableInput as ``predict_job``.
+    ``tool``: what is stated of the tool's geometry. Raises UnusableInput as ``predict_job``.
     """
     program = _followed(store, machine, job)
     with store.reading() as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        return _answer(prediction_basis_of(session, owner, job.material, known), job, program)[0]
+        basis = prediction_basis_of(session, owner, job.material, known).with_tool(tool or {})
+        return _answer(basis, job, program)[0]
 
 
 def _followed(store: Store, machine: str, job: Job) -> "Followed | None":

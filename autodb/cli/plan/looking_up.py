@@ -215,13 +215,13 @@ def _show_largest(
     json: bool,
 ) -> None:
     """Print the largest of what is asked for; ``shares``: of each limit, and how surely."""
-    from autodb.agent.answer.largest import largest_value
+    from autodb.agent.answer.bounds.largest import largest_value
 
     found = largest_value(basis, cut, what, share=shares[0], sure=shares[1])
     if json:
         from pydantic import TypeAdapter
 
-        from autodb.agent.answer.largest import Largest
+        from autodb.agent.answer.bounds.largest import Largest
 
         say(TypeAdapter(Largest).dump_json(found, indent=1).decode())
         return

@@ -88,12 +88,13 @@ def predict_command(
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_machine(db, machine) as (store, name):
         answer = predict_job(store, name, asked, tool=stated)
-        compared = () if other is None else (answer, answer_job(store, name, other))
+        same = stated if other is not None and other.tool == asked.tool else None
+        compared = () if other is None else (answer, answer_job(store, name, other, tool=same))
         limits = limits_of_machine(store, name)
     if csv is not None:
         _write_table(answer, limits, csv)
     if plot is not None:
-        from autodb.reports.predicted import render_prediction
+        from autodb.reports.planned.predicted import render_prediction
         from autodb.reports.written import write_page
 
         write_page(plot, render_prediction(answer, limits), self_contained=self_contained)

@@ -7,9 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.bounds.largest import WHAT, Largest, largest_value
 from autodb.agent.answer.coefficients import machine_coefficients
 from autodb.agent.answer.force_map import force_map
-from autodb.agent.answer.largest import WHAT, Largest, largest_value
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.learn.precision_history import precision_history
@@ -24,7 +24,7 @@ from autodb.reports.amounts import number, quantity
 from autodb.reports.figures import force_title
 from autodb.reports.page import learning_plot, learnt_words
 from autodb.reports.pair import force_map_plots
-from autodb.reports.predicted import figure_rows
+from autodb.reports.planned.predicted import figure_rows
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import form_of_cuts, prediction_spans, read_cuts, stated_rows
 from autodb.web.pages.reading import read_state

@@ -16,9 +16,9 @@ from autodb.files.cut_words import cut_in_words, job_in_words
 from autodb.files.job import Job, JobCut
 from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
-from autodb.reports import predicted
 from autodb.reports.amounts import number
 from autodb.reports.figures import force_of
+from autodb.reports.planned import predicted
 from autodb.web.html import service_page
 from autodb.web.pages.cuts import (
     form_of_cuts,

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from autodb.agent.rows.owner import owner_named
 from autodb.files.cut_words import job_in_words
-from autodb.reports import predicted
+from autodb.reports.planned import predicted
 from autodb.web.html import piece
 from autodb.web.pages.planner import limits_shown, shown_cuts
 from autodb.web.pages.reading import read_state

@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.answer.largest import Largest, Wanted, largest_value
+from autodb.agent.answer.bounds.largest import Largest, Wanted, largest_value
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.agent.answer.largest import largest_value
+from autodb.agent.answer.bounds.largest import largest_value
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.rows.machines import add_machine, as_file, find_machine

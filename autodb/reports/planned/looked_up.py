@@ -6,7 +6,7 @@ from autodb import __version__
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.files.machine import AxisLimits
 from autodb.reports import figures
-from autodb.reports.predicted import plot
+from autodb.reports.planned.predicted import plot
 
 
 def render_look_up(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> str:

@@ -1,0 +1,1 @@
+"""How large a cut may be: the limits of a machine, and stability."""

@@ -1,0 +1,1 @@
+"""What planners print: predictions, look-ups, stability."""

@@ -1,0 +1,142 @@
+"""`python -m benchmarks.chances [DRAWS]`: chances to exceed a limit, beside how often it is.
+
+Truths are drawn from what any metal may have, with the law's errors in the operation, cut by the
+whole law with scatter, and known as a shop knows them: not at all, from a card that is off, from
+cuts sensed with gains that are off, or from both. Of the next cut the chance that its force is
+above a limit is compared with how often it is. A column is a limit that is said to be exceeded
+with that chance, a number how much more often it is, in points.
+"""
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autodb.cutting import shear
+from autodb.fitting import Gaussian
+from autodb.forward.distribution import chance_above
+from autodb.forward.prediction import intervals
+from autodb.pairs.engaged import BY_NAME, Conditions
+from autodb.pairs.forecast import expected_means, forecast
+from autodb.pairs.observed import Observed, PairCuts
+from autodb.pairs.posterior import OWN, PairPosterior, Shared
+from autodb.pairs.prior import CardForces, any_metal, of_card
+from autodb.pairs.updating import posterior_of_readings
+
+Array = NDArray[np.float64]
+
+DRAWS, SEED = 2000, 40
+INSERT = {
+    "nose_radius_mm": 0.8, "kappa_deg": 93.0, "rake_deg": -6.0, "inclination_deg": -6.0,
+    "included_deg": 55.0,
+}  # fmt: skip
+MILL = {"diameter_mm": 10.0, "teeth": 4.0, "helix_deg": 30.0, "rake_deg": 8.0}
+OPERATIONS = ("turn", "face", "slot", "side-up", "side-down")
+KNOWN = {"nothing": (False, 0), "card": (True, 0), "card, 2 cuts": (True, 2), "6 cuts": (False, 6)}
+"""What is known of a pair: whether a card, and how many cuts."""
+SENSED = {"turn": (1, 2), "face": (0, 1)}
+CHIPS_MM = np.array([0.03, 0.06, 0.12, 0.25, 0.4])
+LEVEL, SHAPE, GAIN, NOISE = 0.12, 0.05, 0.03, 0.02
+CHANCES = (0.025, 0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 0.95, 0.975)
+
+
+def main(draws: int) -> None:
+    """Print the table of what is said and what was."""
+    said: dict[str, list[float]] = {}
+    for name, chance in _all(draws):
+        said.setdefault(name, []).append(chance)
+        said.setdefault("all", []).append(chance)
+    print(f"{'known':14}{'n':>7}" + "".join(f"{100 * one:7g} %" for one in CHANCES))
+    for name, some in said.items():
+        off = (100.0 * (np.mean(np.array(some) < one) - one) for one in CHANCES)
+        print(f"{name:14}{len(some):7}" + "".join(f"{one:+9.1f}" for one in off))
+
+
+def _all(draws: int) -> Iterator[tuple[str, float]]:
+    """Yield what was known, and the chance that was said of more than what then was."""
+    rng = np.random.default_rng(SEED)
+    for draw in range(draws):
+        operation = OPERATIONS[draw % len(OPERATIONS)]
+        for name, (card, cuts) in KNOWN.items():
+            for chance in _drawn(rng, operation, card=card, count=cuts):
+                yield name, chance
+
+
+def _drawn(rng: np.random.Generator, operation: str, *, card: bool, count: int) -> Iterator[float]:
+    turns = operation in SENSED
+    rows = [(_turned if turns else _milled)(rng) for _ in range(count + 1)]
+    truth, forces = _truth(rng, _cuts(operation, rows))
+    posterior = any_metal()
+    if card:
+        posterior = of_card(_card(rng, truth))
+    if count:
+        made = _cuts(operation, rows[:count])
+        posterior = posterior_of_readings(posterior, _read(rng, made, forces[:count]))
+    (said,) = intervals(forecast(posterior, _cuts(operation, rows[count:])))
+    for one, was in zip(said[:4], forces[count].tolist(), strict=False):
+        above = chance_above(one, was)
+        yield above if one.value > 0.0 else 1.0 - above
+
+
+def _cuts(operation: str, rows: list[Conditions]) -> PairCuts:
+    tool = INSERT if operation in SENSED else MILL
+    return BY_NAME[operation].cuts(tool, rows, called="tool")
+
+
+def _turned(rng: np.random.Generator) -> Conditions:
+    diameter, speed = rng.uniform(30.0, 80.0), rng.uniform(100.0, 250.0)
+    return {
+        "cutting.feed": rng.uniform(0.1, 0.4), "cutting.depth": rng.uniform(1.0, 3.0),
+        "cutting.speed": speed, "work.diameter": diameter,
+        "spindle.speed": 1000.0 * speed / (np.pi * diameter),
+    }  # fmt: skip
+
+
+def _milled(rng: np.random.Generator) -> Conditions:
+    return {
+        "cutting.feed": rng.uniform(0.03, 0.12), "cutting.depth": rng.uniform(1.0, 6.0),
+        "cutting.width": rng.uniform(1.0, 8.0), "spindle.speed": rng.uniform(2000.0, 6000.0),
+    }  # fmt: skip
+
+
+def _truth(rng: np.random.Generator, cuts: PairCuts) -> tuple[Array, Array]:
+    """Return the numbers of a drawn pair, and what its cuts take (n, 5)."""
+    known: PairPosterior = any_metal()
+    known = known.also((*known.law_errors(cuts.operation), *cuts.assumed))
+    drawn = rng.multivariate_normal(known.state.mean, known.state.covariance)
+    its = PairPosterior(
+        Gaussian(drawn, known.state.covariance), known.shared, known.scatter, 0, known.off_law
+    )
+    score = rng.standard_normal((cuts.elements.count, 5))
+    score[:, 3:] = score[:, 1:2]
+    own = np.sqrt(forecast(its, cuts).own)
+    return drawn[:OWN], expected_means(its, cuts) + own * score
+
+
+def _card(rng: np.random.Generator, truth: Array) -> CardForces:
+    ones, none = np.ones(len(CHIPS_MM)), np.zeros(len(CHIPS_MM))
+    forces = shear.per_width(truth, shear.Edge(CHIPS_MM, 100.0 * ones, none, none))[:2]
+    off = (1.0 + LEVEL * rng.standard_normal(2))[:, None]
+    along, across = forces * off * (1.0 + SHAPE * rng.standard_normal((2, len(CHIPS_MM))))
+    return CardForces(CHIPS_MM, along, across, level=LEVEL, shape=SHAPE)
+
+
+def _read(rng: np.random.Generator, cuts: PairCuts, forces: Array) -> Observed:
+    """Return what two sensors with gains that are off read of cuts."""
+    sensed, count = SENSED.get(cuts.operation, (0, 1)), len(forces)
+    sd = np.tile(NOISE * np.linalg.norm(forces[:, :3], axis=1), 2)
+    gains = 1.0 + GAIN * rng.standard_normal((2, 1))
+    return Observed(
+        cuts=(cuts,),
+        cut=np.tile(np.arange(count), 2),
+        quantity=np.repeat(sensed, count),
+        value=(gains * forces[:, sensed].T).ravel() + sd * rng.standard_normal(2 * count),
+        sd=sd,
+        common=np.repeat(np.eye(2), count, axis=0),
+        shared=tuple(Shared(f"gain {one}", np.array([[GAIN**2]])) for one in sensed),
+    )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else DRAWS)
