@@ -32,7 +32,7 @@ from autodb.explain import explain
 from autodb.files.job import JobCut, read_job
 from autodb.files.machine import LATHE
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from autodb.signals.filters import derivatives
 from autodb.store import Store, create_store, models, open_store
 from autodb.timing import examined

@@ -38,7 +38,7 @@ def explained(count: int) -> None:
     """Explain a waveform of so many rows; print seconds of processor, GiB, and what is named."""
     from autodb.files.channels import FORCES
     from autodb.files.side import SideFile
-    from autodb.records import Recording
+    from autodb.records.tables import Recording
 
     t = np.arange(count) / RATE_HZ
     angle = 2.0 * np.pi * SPEED_RPM / 60.0 * t

@@ -58,7 +58,7 @@ def build(seconds: float) -> None:
 
 def identify(seconds: float) -> None:
     """Identify each axis: the command's own path, from a recording in memory."""
-    from autodb.records import Recording
+    from autodb.records.tables import Recording
     from autodb.sensing.drives import feed_axis
 
     for axis in range(AXES):

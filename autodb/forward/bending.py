@@ -15,7 +15,7 @@ import numpy as np
 
 from autodb.files.job import Job
 from autodb.files.part import BarSection
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
 from autodb.sensing.ranges.inspection import RoundBar, between_centres, held_in_a_chuck

@@ -8,7 +8,7 @@ distribution.
 
 from math import erfc, inf, isclose, log, sqrt
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import Interval
 
 ALIKE = 1e-6

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import TURNED, force_role
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
 from autodb.pairs.posterior import PairPosterior, PassiveKnown

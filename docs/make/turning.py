@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting, records
 from autodb.explain import explain
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.reports.figures import keep_peaks
 from autodb.sensing.ranges.outliers import transients
 from autodb.sensing.ranges.points import Points, calibration_points

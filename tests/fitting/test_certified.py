@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import fitting
-from autodb.fitting import CoefficientBounds, ProjectionProblem, separable
+from autodb.fitting.linear import CoefficientBounds
+from autodb.fitting.projection import ProjectionProblem, separable
 from tests.helpers.certified import LINEAR, SEPARABLE, Linear, Separable
 
 SIX_DIGITS = 1e-6

@@ -8,8 +8,9 @@ from scipy import signal
 from scipy.stats import chi2
 
 from autodb import fitting
-from autodb.fitting import Gaussian, deviation, optimum
+from autodb.fitting import deviation, optimum
 from autodb.fitting.covariance import bartlett
+from autodb.fitting.gaussian import Gaussian
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(11)

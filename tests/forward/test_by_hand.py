@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from autodb.cutting import shear
 from autodb.files.job import JobCut
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward.job_cuts import predict
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior

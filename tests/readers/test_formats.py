@@ -18,9 +18,9 @@ from sqlalchemy import select
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import BLOCK_ROWS, _base, open_bases
-from autodb.records import Recording
 from autodb.records.resample import common_times_s, read_at
 from autodb.records.summary import summarise
+from autodb.records.tables import Recording
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.helpers.files import write, write_groups

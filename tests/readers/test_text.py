@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import ColumnSet, open_bases
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from tests.conftest import SHARED
 
 LOGS = SHARED / "failures" / "logs"

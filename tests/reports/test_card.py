@@ -19,8 +19,8 @@ from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.sense.calibrating import known_forces
 from autodb.assets import kit
 from autodb.cli import run
-from autodb.fitting import NORMAL_95
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import CutTable
 from autodb.reports import amounts
 from autodb.reports.card import axis_card
 from autodb.reports.card.axis_figures import at_middle, rules, trueness

@@ -22,7 +22,7 @@ from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer import Cause
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.store import open_store
 from autodb.terms import Contribution, Factor, InputChange, Term, TermParameter, vocabulary

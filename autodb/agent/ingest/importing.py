@@ -26,9 +26,10 @@ from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile, StatedColumns
-from autodb.records import CutTable, RecordingSource
 from autodb.records.plausible import left_out_operations, refuse_implausible
+from autodb.records.source import RecordingSource
 from autodb.records.summary import BaseSummary, summarise
+from autodb.records.tables import CutTable
 from autodb.store import Store, models
 from autodb.timing import Timing
 

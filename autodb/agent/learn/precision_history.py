@@ -8,7 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.posteriors import LAW, as_posterior, law_from_json
-from autodb.agent.sense.sensed import QUANTITY
+from autodb.agent.rows.sensed_forces import QUANTITY
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import JobCut
 from autodb.forward.prediction import ToolOf

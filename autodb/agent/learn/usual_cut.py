@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.sense.sensed import operation_of
+from autodb.agent.rows.sensed_forces import operation_of
 from autodb.files.job import KEYS, JobCut
 from autodb.pairs.engaged import (
     DEPTH,

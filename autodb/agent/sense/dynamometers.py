@@ -14,7 +14,7 @@ from autodb.agent.rows.estimators import FittedComponent, is_learnt_from, keep_e
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces

@@ -33,7 +33,7 @@ from autodb.agent.sense.reconstructing import (
 )
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, axis_of
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
 from autodb.sensing.network import need_torch
 from autodb.store import Store, models

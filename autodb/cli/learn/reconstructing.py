@@ -309,7 +309,7 @@ def _by_moves(
 
 def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     from autodb.agent.sense.reconstructing import LEAST_SHARE, Scale
-    from autodb.fitting import NORMAL_95
+    from autodb.fitting.gaussian import NORMAL_95
 
     if newtons_per_ampere is None:
         return None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from autodb.agent.sense.reconstructing import Scale
     from autodb.agent.sense.scaling import DeterminedScale
-    from autodb.records import Recording as Moves
+    from autodb.records.tables import Recording as Moves
     from autodb.standard import ReferenceForce
     from autodb.store import Store
 

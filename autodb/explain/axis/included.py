@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL, ROWS
-from autodb.fitting import NotConverged
+from autodb.fitting.projection import NotConverged
 from autodb.signals.waves import strongest_wave
 from autodb.terms import Channel, Contribution, Factor, Term
 from autodb.terms.channel import ChannelPart, channel_columns, linear_parameters, parts_over

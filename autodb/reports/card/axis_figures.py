@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import fitting, standard
-from autodb.fitting import NORMAL_95
 from autodb.fitting.anfis.sentences import Rules, rule_sentences
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import CutTable
 from autodb.reports.card import conditions
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out

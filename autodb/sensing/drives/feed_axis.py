@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import ROTARY_AXES
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
     Identified,

@@ -14,7 +14,7 @@ from scipy import signal
 
 from autodb import signals
 from autodb.files.channels import place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,

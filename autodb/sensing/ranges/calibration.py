@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.choosing import (
     CONDITION,

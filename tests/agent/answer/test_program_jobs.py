@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from autodb.errors import UnusableInput
 from autodb.files.job import JobCut, JobProgram, read_job
 from autodb.files.machine import AxisLimits
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward import along, job_cuts, line_parts, programs
 from autodb.forward.limits import exceeding
 from autodb.forward.line_parts import Followed

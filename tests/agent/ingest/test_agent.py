@@ -12,7 +12,7 @@ from sqlalchemy import select
 from autodb.agent.ingest import importing
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.sense import identifying
-from autodb.records import RecordingSource
+from autodb.records.source import RecordingSource
 from autodb.records.summary import summarise
 from autodb.store import models, open_store
 from tests.conftest import Cli, Ran

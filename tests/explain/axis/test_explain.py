@@ -28,7 +28,7 @@ from autodb.proofs.machines.axis.axis import (
     PositionFriction,
     air_moves,
 )
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from autodb.reports.written import LIBRARY
 from tests.conftest import Cli
 from tests.helpers.campaigns import first

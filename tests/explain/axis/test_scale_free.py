@@ -18,7 +18,7 @@ from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.scales import axis_scales
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import axis_motion, standstill_speed
 from autodb.terms.friction import STANDSTILL_MM_S
 from tests.helpers.campaigns import first

@@ -12,7 +12,7 @@ from pyarrow import csv
 
 from autodb import records
 from autodb.explain import explain
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import amplitudes, terms_with
 from autodb.sensing.drives.fit.ripples import find_orders

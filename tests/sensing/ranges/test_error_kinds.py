@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from autodb import fitting
-from autodb.fitting import components, small_sample
+from autodb.fitting.groups import components, small_sample
 from autodb.sensing.ranges.error_kinds import ErrorKinds, FittedCuts, error_kinds_of, slow
 from autodb.sensing.ranges.forms import LINE, MeasuredCuts
 from autodb.sensing.ranges.outliers import Outlier, outlier_sentences, outliers

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting, signals
 from autodb.files.channels import LINEAR_AXES, place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal

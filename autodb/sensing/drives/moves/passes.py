@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb import fitting
 from autodb.files.channels import place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]
