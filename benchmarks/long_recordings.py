@@ -36,11 +36,11 @@ def moves(seconds: float, seed: int) -> dict[str, Array]:
 
 def fit(seconds: float) -> None:
     """Build ten columns of each axis and fit them, with standard deviations over 0.2 s."""
-    from autodb import fitting
+    from autodb.fitting.linear import least_squares
 
     for axis in range(AXES):
         design, values = columns(seconds, axis)
-        fitting.least_squares(design, values, lags=round(0.2 * RATE_HZ))
+        least_squares(design, values, lags=round(0.2 * RATE_HZ))
 
 
 def peer(seconds: float) -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import records
 from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.calibration_records import as_calibration
@@ -26,6 +25,7 @@ from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.files.side import StatedColumns
 from autodb.pairs.forecast import means_of_lots
+from autodb.records import source as records
 from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import chosen
 from autodb.store import Store, models

@@ -8,9 +8,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.errors import SetAside, UnusableInput
 from autodb.files.side import StatedColumns
+from autodb.records import source as records
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
 from autodb.records.tables import EDGE, CutTable, edge_codes

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from autodb import records
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import FORCES
 from autodb.files.side import Operation
+from autodb.records import source as records
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
 from autodb.records.tables import CutTable

@@ -34,8 +34,8 @@ from autodb.cli.learn.staging import (
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from autodb import records
     from autodb.agent.sense.identifying import KeptModel, ModelVersion
+    from autodb.records import tables
     from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit
     from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
     from autodb.sensing.drives.masses import Mass
@@ -153,8 +153,8 @@ def identify_command(
 
 def _show_fit(
     model: "Identified",
-    moves: "records.Recording",
-    other: "records.Recording | None",
+    moves: "tables.Recording",
+    other: "tables.Recording | None",
     spread: "list[PlainFit]",
 ) -> None:
     """Print the terms, how far off they are, and what they owe to the filter."""
@@ -215,14 +215,14 @@ def term_names(terms: str | None) -> tuple[str, ...] | None:
 
 def moves_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
-) -> "records.Recording":
+) -> "tables.Recording":
     """Read moves of an axis over time, refused where a channel cannot be what it claims."""
     from autodb.agent.sense.identifying import check_moves
 
     return check_moves(read_over_time(path, columns, group, resample), axis)
 
 
-def say_time(recording: "records.Recording") -> None:
+def say_time(recording: "tables.Recording") -> None:
     """Say what a recording's stamps are, where they are not even."""
     if not recording.timing.is_even:
         say(f"time: {recording.path.name}: {recording.timing}")
@@ -230,7 +230,7 @@ def say_time(recording: "records.Recording") -> None:
 
 def read_over_time(
     path: Path, columns: Path | None, group: str | None, resample: float | None
-) -> "records.Recording":
+) -> "tables.Recording":
     """Read a recording over time."""
     from autodb.records.resample import only_over_time
 
@@ -296,7 +296,7 @@ def _show_cogging(model: "Identified") -> None:
             f"{tried}")  # fmt: skip
 
 
-def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
+def _show_cross_test(model: "Identified", other: "tables.Recording") -> None:
     """Print how well the model does on a recording that it was not fitted to."""
     from autodb.sensing.drives.feed_axis import cross_test, without_ripple
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm
+from autodb.sensing.ranges.validity import LEAST_FEED_MM_S
 
 if TYPE_CHECKING:
     from autodb.records.tables import CutTable
@@ -16,8 +17,6 @@ Rows = NDArray[np.bool_]
 OBLIQUE = ("taper", "contour")
 """Operations whose cuts state the direction of their feed."""
 TURNING = ("turn", "face", *OBLIQUE)
-LEAST_FEED_MM_S = 0.01
-"""Mean velocity of an axis in a cut below which it stands. Chosen: 0.6 mm/min."""
 
 
 def operations_of(table: "CutTable") -> list[str]:

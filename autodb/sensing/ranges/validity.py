@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.sensing.ranges.feeding import LEAST_FEED_MM_S
-
 if TYPE_CHECKING:
     from autodb.records.tables import CutTable
 
+LEAST_FEED_MM_S = 0.01
+"""Mean velocity of an axis in a cut below which it stands. Chosen: 0.6 mm/min."""
 GEARED = "spindle"
 """The axis that changes gear and grows warm."""
 STATED = ("gear_range", "coolant", "spindle_state")

@@ -140,7 +140,7 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
 
 def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     """The force constant is 0.8 · 2π · 1000/10 = 502.7 N/A; its ± 10 % are not in the rows' sd."""
-    from autodb import records
+    from autodb.records import source as records
 
     cut = screw_moves(40, _steps(len(screw_moves(40))))
     write_moves(Path("air.csv"), screw_moves(1))
