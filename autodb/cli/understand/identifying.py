@@ -22,7 +22,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.learn.staging import (
+from autodb.cli.understand.staging import (
     Pitch,
     Staging,
     check_staging,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
-from autodb.cli.plan.predict_and_trace import (
+from autodb.cli.everyday.predicting import (
     ToolPath,
     say_answer,
     show_figures,

@@ -23,7 +23,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of, read_over_time, say_time, term_names
+from autodb.cli.understand.identifying import Axis, moves_of, read_over_time, say_time, term_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable

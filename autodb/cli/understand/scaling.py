@@ -18,7 +18,7 @@ from autodb.cli._common import (
     say_json,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of
+from autodb.cli.understand.identifying import Axis, moves_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -106,7 +106,7 @@ def predict_command(
         say(line)
     say_answer(answer.cuts, answer)
     if compared:
-        from autodb.cli.plan.comparing import show_beside
+        from autodb.cli.everyday.comparing import show_beside
 
         show_beside(compared)
     for what, path in (("table", csv), ("picture", plot)):
