@@ -28,7 +28,8 @@ from autodb.cli.start.demo import run_demo
 from autodb.cutting import endmill, insert, shear
 from autodb.cutting.elements import cut_forces
 from autodb.explain import explain
-from autodb.files.job import JobCut, read_job
+from autodb.files.job import read_job
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import LATHE
 from autodb.fitting.linear import least_squares
 from autodb.proofs.machines.axis.axis import air_moves

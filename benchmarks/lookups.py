@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisFile, MachineFile
 from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import PairPosterior, Shared, law_error

@@ -2,7 +2,7 @@
 
 GROUPS = {
     "Start": {
-        "demo": "everyday.predicting:demo",
+        "demo": "start.demonstrating:demo",
         "init": "start.database:init",
         "machine": "start.database:machine",
         "look": "start.looking:look_command",
@@ -20,7 +20,7 @@ GROUPS = {
     "Understand": {
         "explain": "understand.explaining:explain_command",
         "mismatch": "understand.deciding:mismatch",
-        "trace": "everyday.predicting:trace_command",
+        "trace": "understand.tracing:trace_command",
         "sensors": "understand.inspecting:sensors_command",
         "identify": "understand.identifying:identify_command",
         "scale": "understand.scaling:scale",
@@ -40,7 +40,7 @@ GROUPS = {
         "withdraw": "maintain.keeping:withdraw_command",
         "schedule": "maintain.scheduling:schedule",
         "fleet": "maintain.fleet:fleet",
-        "token": "everyday.serving:token",
+        "token": "maintain.tokens:token",
     },
     "Develop": {"prove": "develop.proving:prove"},
 }

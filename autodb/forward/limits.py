@@ -19,8 +19,7 @@ import numpy as np
 from autodb.cutting.elements import RAD_S_A_RPM
 from autodb.files.channels import axis_words
 from autodb.files.machine import AxisLimits
-from autodb.forward.distribution import chance_beyond
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut, chance_beyond
 from autodb.pairs.engaged import BANDS
 from autodb.wording import amount_words, listed, localized, msgid, phrase
 

@@ -24,9 +24,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.forward.distribution import wider_interval
 from autodb.forward.limits import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut, wider_interval
 from autodb.wording import listed, localized, phrase
 
 PRIOR_CUTS = 10.0

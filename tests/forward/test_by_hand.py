@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting import shear
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.fitting.gaussian import Gaussian
 from autodb.forward.job_cuts import predict
 from autodb.forward.prediction import ToolOf

@@ -7,9 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.forward.distribution import wider_interval
 from autodb.forward.limits import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, PredictedCut
+from autodb.forward.prediction import Interval, Moment, PredictedCut, wider_interval
 from autodb.forward.scored import (
     AS_STATED,
     Scored,

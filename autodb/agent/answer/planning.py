@@ -19,7 +19,8 @@ from autodb.agent.rows.sensed_forces import QUANTITY
 from autodb.agent.sense.sensed import Readings
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.determined import (
     PossibleMeasurement,

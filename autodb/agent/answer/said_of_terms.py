@@ -6,7 +6,7 @@ import numpy as np
 
 from autodb.agent.learn.learnt_from import said_of_wear, wear_words
 from autodb.cutting.shear import NAMES, PARAMETERS
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, lot_key

@@ -12,7 +12,7 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.posteriors import as_posterior, version_chain
 from autodb.agent.rows.sensed_forces import operation_of
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.limits import QUANTITIES
 from autodb.forward.matching import OVERRIDE, CutOfJob, MadeCut, overridden_alike
 from autodb.forward.prediction import ToolOf

@@ -15,7 +15,7 @@ from babel.messages.pofile import read_po, write_po
 
 import autodb
 from autodb.cutting.shear import PARAMETERS
-from autodb.files.job import OPERATIONS
+from autodb.files.job_cut import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
 from autodb.wording.catalogues import LANGUAGES
 

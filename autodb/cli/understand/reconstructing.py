@@ -23,7 +23,8 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.understand.identifying import Axis, moves_of, read_over_time, say_time, term_names
+from autodb.cli.understand.identifying import Axis, term_names
+from autodb.cli.understand.over_time import moves_of, read_over_time, say_time
 
 if TYPE_CHECKING:
     from collections.abc import Callable

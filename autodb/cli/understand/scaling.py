@@ -18,7 +18,8 @@ from autodb.cli._common import (
     say_json,
     working,
 )
-from autodb.cli.understand.identifying import Axis, moves_of
+from autodb.cli.understand.identifying import Axis
+from autodb.cli.understand.over_time import moves_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
