@@ -9,13 +9,17 @@ unexport PYTHONDONTWRITEBYTECODE
 # the theme's notice about MkDocs 2 says nothing about this build
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test campaigns kernels hashes lint docs bench prove wheel-demo clean
+.PHONY: demo test pages campaigns kernels hashes lint docs bench prove wheel-demo clean
 
 demo: $(VENV)/.core
 	$(BIN)/autodb demo --out demo-out
 
 test: $(VENV)/.dev
 	$(BIN)/pytest -n 2 --dist worksteal -q
+
+# what pages of docs print, and what pages show in a browser
+pages: $(VENV)/.dev
+	$(BIN)/pytest -n 2 --dist worksteal -q -m pages
 
 # many draws of what the tests do with few; by hand
 campaigns: $(VENV)/.dev

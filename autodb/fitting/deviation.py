@@ -31,6 +31,11 @@ from which the likelihood is climbed."""
 VAST = 30.0
 """A size's logarithm is taken to be below VAST beforehand, as one standard deviation: what the rows
 do not show stays where none is needed, and no other is moved by it. Chosen."""
+FOLLOWED = 1e-3
+"""Share of a group's largest direction that the law leaves of one it can follow itself, at most:
+such a direction tells nothing of how large deviations are. Chosen: of axes laws leave up to 4e-4 of
+the directions they can follow, and 1e-2 at least of all others.
+"""
 LEAST_ADDED = 1e-6
 """Share of its own variance that leaving out a block adds to a coefficient's at least: less is
 rounding. Chosen."""
@@ -69,7 +74,8 @@ class Deviating:
 class _Rows:
     """The white rows reduced: R (p + m + 1, p + m + 1) of [X, Z, values], columns scaled.
 
-    ``scale`` (p + m,) of them; ``unit`` (groups,): the mean of a group's scales.
+    ``scale`` (p + m,) of them; ``unit`` (groups,): the mean of a group's scales. ``left`` (m, m):
+    what X leaves of Z, in units, without directions that X can follow.
     """
 
     factor: Array
@@ -78,6 +84,7 @@ class _Rows:
     columns: int
     group: NDArray[np.intp]
     unit: Array
+    left: Array
 
     @property
     def freedom(self) -> int:
@@ -157,7 +164,16 @@ def _reduced(white: Array, columns: int, group: NDArray[np.intp], groups: int) -
     ridged = np.vstack([found.factor, np.sqrt(RIDGE) * np.eye(k, k + 1)])
     factor = np.asarray(np.linalg.qr(ridged, mode="r"))
     unit = np.array([found.scale[columns:][group == g].mean() for g in range(groups)])
-    return _Rows(factor, found.scale, found.rows, columns, group, unit)
+    left = factor[columns:-1, columns:-1] * (found.scale[columns:] / unit[group])
+    for g in range(groups):
+        left[:, group == g] = _unfollowed(left[:, group == g])
+    return _Rows(factor, found.scale, found.rows, columns, group, unit, left)
+
+
+def _unfollowed(left: Array) -> Array:
+    """Return what laws leave of a group's columns (m, k) without directions they can follow."""
+    to, size, of = np.linalg.svd(left, full_matrices=False)
+    return np.asarray((to * np.where(size > FOLLOWED * size[0], size, 0.0)) @ of)
 
 
 def _optima(rows: _Rows) -> list[tuple[float, Array]]:
@@ -176,9 +192,7 @@ def _restricted_likelihood(rows: _Rows, at: Array) -> tuple[float, Array]:
     V = I + B D Bᵀ, in units of σ², and ``beyond`` of the values is out of both. Of a change of D_ii
     the determinant's logarithm changes by bᵢᵀ V⁻¹ bᵢ, yᵀ V⁻¹ y by −(bᵢᵀ V⁻¹ y)².
     """
-    p, group = rows.columns, rows.group
-    unit = rows.unit[group]
-    left = rows.factor[p:-1, p:-1] * (rows.scale[p:] / unit)
+    p, group, left = rows.columns, rows.group, rows.left
     y, beyond = rows.factor[p:-1, -1], rows.factor[-1, -1]
     size, slope = np.sinh(at), np.cosh(at)
     grown = np.vstack([np.eye(len(y)), (left * size[group]).T])

@@ -9,7 +9,7 @@ to the highest, to numbers there that expect the same readings.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,59 +39,73 @@ SHUT = 1e-13
 def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosterior:
     """Return the posterior after a pair's first readings, over laws that are near and FAR off.
 
-    FAR_ODDS are the odds beforehand. Where no hill is found in STEPS, nor in MANY_STEPS, the near
-    law is learnt in as many as it takes.
+    FAR_ODDS are the odds beforehand. A climb that is far below a hill is left. Where no hill is
+    found in STEPS, nor in MANY_STEPS, the near law is learnt in as many as it takes.
 
     Raises UnusableInput where learning does not come to rest.
     """
     laws = (posterior, replace(posterior, off_law=FAR))
     for most in (STEPS, MANY_STEPS):
-        hills, logs = _hills(laws, observed, most)
+        hills = _hills(laws, observed, most)
         if hills:
-            shares = np.exp(np.array(logs) - max(logs))
-            return _averaged(hills, shares / shares.sum(), prior=laws[1], observed=observed)
+            logs = np.array([hill.log_odds for hill in hills])
+            shares = np.exp(logs - logs.max())
+            found = [hill.there for hill in hills]
+            return _averaged(found, shares / shares.sum(), prior=laws[1], observed=observed)
     return posterior_of_readings(posterior, observed)
 
 
-def _hills(
-    laws: Sequence[PairPosterior], observed: Observed, most: int
-) -> tuple[list[PairPosterior], list[float]]:
-    """Return the hills found of laws near and FAR off in ``most`` steps, and their log odds."""
-    first = [_found(law, observed, most) for law in laws]
-    second = [
-        None if other is None else _found(law, observed, most, near=other, known=own)
-        for law, own, other in zip(laws, first, first[::-1], strict=True)
-    ]
-    hills, logs = [], []
-    for law, odds, some in zip(laws, (1.0, FAR_ODDS), zip(first, second, strict=True), strict=True):
-        for hill in _distinct(some):
-            hills.append(hill)
-            logs.append(log_evidence(law, hill, observed) + np.log(odds))
-    return hills, logs
+@dataclass(frozen=True)
+class _Hill:
+    """A hill that was climbed: the posterior there, and its log odds."""
+
+    there: PairPosterior
+    log_odds: float
 
 
-def _found(
+def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list[_Hill]:
+    """Return the hills found of laws near and FAR off in ``most`` steps."""
+    found: list[list[_Hill]] = [[] for _ in laws]
+    logs = np.log([1.0, FAR_ODDS])
+
+    def climb(k: int, near: PairPosterior | None = None) -> None:
+        best = max((hill.log_odds for some in found for hill in some), default=-np.inf)
+        there = _climbed(
+            laws[k], observed, most,
+            near=near, known=[hill.there for hill in found[k]], beaten=best - logs[k],
+        )  # fmt: skip
+        if there is not None:
+            log_odds = log_evidence(laws[k], there, observed) + logs[k]
+            found[k].append(_Hill(there, float(log_odds)))
+
+    for k in range(len(laws)):
+        climb(k)
+    first = [some[0].there if some else None for some in found]
+    for k, near in enumerate(first[::-1]):
+        if near is not None:
+            climb(k, near)
+    return [hill for some in found for hill in some]
+
+
+def _climbed(
     law: PairPosterior,
     observed: Observed,
     most: int,
     *,
-    near: PairPosterior | None = None,
-    known: PairPosterior | None = None,
+    near: PairPosterior | None,
+    known: Sequence[PairPosterior],
+    beaten: float,
 ) -> PairPosterior | None:
-    """Return the hill that is climbed; None where none is, or the one that is ``known``."""
+    """Return the hill that is climbed; None where none is, or one that is ``known``, or one far
+    below the evidence by which it would be ``beaten``.
+    """
     try:
-        return posterior_of_readings(law, observed, near=near, most=most, known=known)
+        there = posterior_of_readings(
+            law, observed, near=near, most=most, known=known[0] if known else None, beaten=beaten
+        )
     except (UnusableInput, AtKnownMaximum):
         return None
-
-
-def _distinct(some: Sequence[PairPosterior | None]) -> list[PairPosterior]:
-    """Return those that were found, those alike once."""
-    kept: list[PairPosterior] = []
-    for one in some:
-        if one is not None and not any(_alike(one, other) for other in kept):
-            kept.append(one)
-    return kept
+    return None if any(_alike(there, other) for other in known) else there
 
 
 def _alike(one: PairPosterior, other: PairPosterior) -> bool:

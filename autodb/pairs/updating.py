@@ -48,6 +48,9 @@ MOSTLY = np.sqrt(0.5)
 REACHED = 1e-2
 """Standard deviations within which a climb is at a maximum that is known. Chosen: rounds near one
 end at it."""
+PATIENCE, HOPELESS = 40, 30.0
+"""Steps after which a climb is left where its evidence is lower than a known one by a factor of
+exp(HOPELESS): no digit of an average over both would tell it. Chosen."""
 ENOUGH = 1e-3
 """Standard deviations that the last of many rounds may move a number by. Chosen: far below what any
 answer shows."""
@@ -64,21 +67,23 @@ def posterior_of_readings(
     near: PairPosterior | None = None,
     most: int | None = None,
     known: PairPosterior | None = None,
+    beaten: float = -np.inf,
 ) -> PairPosterior:
     """Return the posterior after readings.
 
     ``near``: one that is close to it, from which the maximum is searched for; it has no other
     effect where there is one maximum. ``known``: the posterior at a maximum that was found before.
+    ``beaten``: the log evidence of another law, far below which this one is of no use.
 
-    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps, and
-    AtKnownMaximum where it comes to the one that is ``known``.
+    Raises UnusableInput where learning does not come to rest, or not in ``most`` steps, or is
+    ``beaten``, and AtKnownMaximum where it comes to the one that is ``known``.
     """
     prior, model = met(posterior, observed)
     begun = (
         prior if near is None else replace(prior, scatter=near.scatter, state=_begun(prior, near))
     )
     try:
-        state, scatter = _Rounds(prior, model, most, known).settled(begun)
+        state, scatter = _Rounds(prior, model, most, known, beaten).settled(begun)
     except NotSettled as error:
         cuts = len(np.unique(observed.cut))
         raise UnusableInput(
@@ -168,12 +173,14 @@ class _Rounds:
         prior: PairPosterior,
         model: Modelled,
         most: int | None,
-        known: PairPosterior | None = None,
+        known: PairPosterior | None,
+        beaten: float,
     ) -> None:
         self._prior, self._model = prior, model
         self._root = root_of(prior.state.covariance)
         self._most = most
         self._known = None if known is None else self._place(known)
+        self._beaten = beaten - HOPELESS
         self._rounds, self._steps, self._length = 0, 0, 1.0
 
     def settled(self, begun: PairPosterior) -> tuple[Gaussian, Scatter]:
@@ -229,6 +236,8 @@ class _Rounds:
                 self._steps += STEPS - 1 - taken
                 break
             seen, design = self._model.steep(self._mean(z))
+        if self._steps > PATIENCE and self._log_evidence(z, seen, noise, triangle) < self._beaten:
+            raise NotSettled(f"far below another law after {self._steps} steps")
         known = dtrtrs(triangle, columns.T, trans=1)[0]
         return z, self._scatter(seen, np.sum(known**2, axis=0), scatter), triangle
 
@@ -270,6 +279,12 @@ class _Rounds:
                 return z + step, there
             step = 0.5 * step
         return z, seen
+
+    def _log_evidence(self, z: Array, seen: Seen, noise: Array, triangle: Array) -> float:
+        """Return about the logarithm of the probability of the readings, were this a maximum."""
+        left = (self._model.observed.value - seen.expected) / noise
+        volume = np.sum(np.log(noise)) + np.sum(np.log(np.abs(np.diag(triangle))))
+        return float(-0.5 * (left @ left + z @ z) - volume)
 
     def _scatter(self, seen: Seen, known: Array, now: Scatter) -> Scatter:
         """Return what cuts scatter by: the prior's weight and one expectation over the readings.

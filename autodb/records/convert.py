@@ -148,6 +148,8 @@ class Conversion:
 
     def _refuse_damage(self, name: str, spec: FileColumn, numbers: Array, before: int) -> None:
         most = LARGEST_STAMP if name == "t" else LARGEST
+        if not len(numbers) or -most <= numbers.min() <= numbers.max() <= most:
+            return  # no number is missing either, or none of these would hold
         huge = np.flatnonzero(np.isfinite(numbers) & (np.abs(numbers) > most))
         if huge.size:
             row, column = before + int(huge[0]) + 1, spec.column or name

@@ -7,7 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
-from autodb.pairs import averaging
+from autodb.errors import UnusableInput
+from autodb.pairs import averaging, updating
 from autodb.pairs.averaging import learn_averaging, log_evidence
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
@@ -75,6 +76,21 @@ def test_laws_that_need_many_steps_are_averaged_all_the_same(
     slowly = learn_averaging(PRIOR, observed)
     assert_allclose(slowly.state.mean, found.state.mean, rtol=1e-6, atol=1e-9)
     assert slowly.off_law == found.off_law
+
+
+def test_a_climb_is_left_where_another_law_is_far_likelier(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By exp(30); one that is as likely is climbed to its end."""
+    monkeypatch.setattr(updating, "PATIENCE", 0)
+    cuts = cuts_of(24, 1)
+    observed = sensed(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
+    found = posterior_of_readings(PRIOR, observed)
+    evidence = log_evidence(PRIOR, found, observed)
+    climbed = posterior_of_readings(PRIOR, observed, beaten=evidence)
+    assert np.array_equal(climbed.state.mean, found.state.mean)
+    with pytest.raises(UnusableInput, match="far below another law"):
+        posterior_of_readings(PRIOR, observed, beaten=evidence + 31.0)
 
 
 def test_geometry_that_is_assumed_is_learnt_with_the_pair() -> None:

@@ -1,6 +1,7 @@
 """Text tables as loggers write them: what is detected is what was written, and is said."""
 
 import codecs
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -260,3 +261,19 @@ def test_a_german_table_of_cuts(tmp_path: Path) -> None:
     assert isinstance(table, CutTable)
     assert_allclose(table["cutting.feed"][:3], [0.32, 0.18, 0.25])
     assert_allclose(table["force.y"][:3], [1427.5, 986.7, 784.9])
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (gzip.compress(b"t,x.current\n0,1\n" * 100, mtime=0), "packed by gzip, not text; rename"),
+        (b"\x89HDF\r\n\x1a\n\x81" + bytes(99), r"HDF5, not text; rename it to end in \.h5"),
+        (np.linspace(-9.0, 9.0, 500).astype("<f4").tobytes(), "not text in any encoding; export"),
+        (b"t;Gr\xf6\xdfe\n0;\x81\n", 'not text in cp1252.*state encoding = "…"'),
+    ],
+)
+def test_bytes_of_another_format_are_called_so(tmp_path: Path, content: bytes, said: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(UnusableInput, match=rf"a\.csv: {said}"):
+        records.open_source(path)

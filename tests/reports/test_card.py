@@ -311,6 +311,7 @@ def test_a_browser_that_fails_leaves_the_earlier_card(
     assert not list(Path().glob(".card*"))
 
 
+@pytest.mark.pages
 @pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
 def test_a_pdf_is_printed(cli: Cli, cuts: Path) -> None:
     assert cli("calibrate", cuts, "--card", "card.pdf").code == 0

@@ -89,6 +89,7 @@ def _drawn(page: Page, path: Path) -> tuple[int, int]:
     return plots.count(), page.locator(".js-plotly-plot .main-svg:first-child").count()
 
 
+@pytest.mark.pages
 def test_every_commands_page_is_small_and_shows_its_plots_without_a_network(
     standard_learnt: Cli, sample_jobs: Path, browser: Browser
 ) -> None:
@@ -110,6 +111,7 @@ def test_every_commands_page_is_small_and_shows_its_plots_without_a_network(
     assert wrong == []
 
 
+@pytest.mark.pages
 def test_a_page_without_its_script_says_what_it_lacks(browser: Browser, tmp_path: Path) -> None:
     html = render_explanation(explained(channel(friction())))
     write_page(tmp_path / "alone.html", html, self_contained=True)

@@ -13,7 +13,10 @@ from playwright.sync_api import Browser, Page, expect
 from tests.helpers.browsing import CHROMIUM, MACHINE, Site, Watched, sign_in
 from tests.helpers.campaigns import first
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path")
+pytestmark = [
+    pytest.mark.pages,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path"),
+]
 TARGET_PX = 44
 NOT_SERIOUS = ("minor", "moderate")
 

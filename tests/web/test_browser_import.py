@@ -10,7 +10,10 @@ from playwright.sync_api import Browser, Page, expect
 from autodb.store import Store, models
 from tests.helpers.browsing import CHROMIUM, MACHINE, Site, Watched, sign_in
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path")
+pytestmark = [
+    pytest.mark.pages,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on the path"),
+]
 LONG_MS = 60_000
 ROWS = (
     "Nr;Bearbeitung;Werkstoff;Werkzeug;Vorschub;Schnitttiefe;Durchmesser;Drehzahl;Strom Z;Wert 7\n"

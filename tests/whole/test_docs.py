@@ -42,11 +42,13 @@ FETCHED = re.compile(
 )
 
 
+@pytest.mark.pages
 @pytest.mark.parametrize("page", make.SAMPLE_PAGES, ids=lambda page: page.stem)
 def test_how_to_pages_print_what_the_commands_print(page: Path) -> None:
     _agree(make.made(page, make.SAMPLE), page.read_text("utf-8"))
 
 
+@pytest.mark.pages
 def test_the_tutorial_prints_what_the_commands_print(emps: Path, vicomtech: Path) -> None:
     _agree(make.made(make.REAL_PAGE, (emps, vicomtech)), make.REAL_PAGE.read_text("utf-8"))
 

@@ -40,6 +40,7 @@ def test_a_picture_is_small_shown_and_names_what_was_left_out(
     assert after < 0.6 * before
 
 
+@pytest.mark.pages
 @pytest.mark.parametrize("picture", real_axes.PICTURES, ids=lambda picture: picture.name)
 def test_explain_still_says_what_a_picture_says(picture: real_axes.RealPicture) -> None:
     case = REAL_CASES / picture.folder

@@ -58,7 +58,9 @@ def detected(path: Path, stated: TextSection) -> TextLayout:
     text = source.decoded(path, beginning[mark:], encoding)
     _refuse_trees(path, text)
     if "\x00" in text:
-        raise UnusableInput(f"{path}: not text, there are zeros in it; save it as UTF-8")
+        raise source.other_format(path, beginning) or UnusableInput(
+            f"{path}: not text, there are zeros in it; save it as UTF-8"
+        )
     lines = lines_of(text)
     if '"' in text and not is_plain(lines) and is_plain(lines_of(on_one_line(text))):
         lines = lines_of(on_one_line(text))

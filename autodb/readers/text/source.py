@@ -21,6 +21,19 @@ _BOMS = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
+_FORMATS = (
+    (b"\x1f\x8b", "packed by gzip", ".csv.gz"),
+    (b"PK\x03\x04", "an archive or a workbook", ".zip or .xlsx"),
+    (b"\x89HDF", "HDF5", ".h5"),
+    (b"PAR1", "Parquet", ".parquet"),
+    (b"TDSm", "TDMS", ".tdms"),
+    (b"MDF ", "MDF", ".mf4"),
+    (b"MATLAB ", "MATLAB", ".mat"),
+)
+"""How files of other formats begin, what they are, and how their names end."""
+_OF_TEXT = bytes([*b"\t\n\r\f\x1a\x1b", *range(0x20, 0x100)])
+BINARY = 0.01
+"""Share of control characters from which on bytes are no text in any encoding. Chosen."""
 WORKS = "use one line a row, and the same separator throughout"
 
 
@@ -84,8 +97,24 @@ def decoded(path: Path, text: bytes, encoding: str) -> str:
         raise not_text(path, encoding, error) from None
 
 
+def other_format(path: Path, beginning: bytes) -> UnusableInput | None:
+    """Return the line for a file of another format that is called as text is, else None."""
+    for begins, what, suffix in _FORMATS:
+        if beginning.startswith(begins):
+            return UnusableInput(f"{path}: {what}, not text; rename it to end in {suffix}")
+    return None
+
+
 def not_text(path: Path, encoding: str, error: Exception) -> UnusableInput:
-    """Return the line for bytes that are no text in ``encoding``."""
+    """Return the line for bytes that are no text in ``encoding``, or in none."""
+    read = error.object if isinstance(error, UnicodeDecodeError) else b""
+    if (other := other_format(path, read)) is not None:
+        return other
+    if len(read.translate(None, _OF_TEXT)) > BINARY * len(read):
+        return UnusableInput(
+            f"{path}: not text in any encoding; export a table of text, or give the program's own "
+            "file its own name (docs/formats.md)"
+        )
     return UnusableInput(
         f'{path}: not text in {encoding} ({error}); state encoding = "…" under [csv] in the side '
         "file"

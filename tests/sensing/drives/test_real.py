@@ -176,6 +176,7 @@ def test_what_was_left_out_of_the_simulation_is_named(
     assert answer["fit"]["heldout_after"] < 0.2 * answer["fit"]["heldout_before"]
 
 
+@pytest.mark.campaign
 def test_the_asymmetry_of_a_real_axis_is_named_and_helps_on_its_other_recording(
     emps: Path, pulses: Path, sample_jobs: Path
 ) -> None:
@@ -201,6 +202,7 @@ def test_the_asymmetry_of_a_real_axis_is_named_and_helps_on_its_other_recording(
     assert np.std(corrected) < 0.98 * np.std(difference)
 
 
+@pytest.mark.campaign
 def test_wear_is_named_on_real_turning_and_starts_again_at_an_edge_change(vicomtech: Path) -> None:
     table = wear.read(vicomtech)
     looked = wear.searched(wear.hidden(table), wear.fresh_edge(table))
@@ -242,7 +244,7 @@ TRYOUT_MODELLED = {
 }
 
 
-@pytest.mark.parametrize("name", first(3, TRYOUT_MODELLED))
+@pytest.mark.parametrize("name", first(1, TRYOUT_MODELLED))
 def test_foreign_recordings(cli: Cli, tryout: Path, name: str) -> None:
     truth = json.loads((tryout / name / "truth.json").read_text())
     done = cli(

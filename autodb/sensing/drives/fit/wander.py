@@ -57,7 +57,7 @@ def friction_wander(rows: Prepared, problem: Linearised, *, tells: bool) -> Wand
     if not tells or count < FEWEST_RUNS:
         return Wander([], motion_blocks(t, sense))
     friction = _friction(problem)
-    fast = rows.reduced(rows.inputs["direction"] * np.abs(rows.inputs["velocity"]))
+    fast = rows.reduced(rows.inputs["velocity"])
     member = np.eye(count)[run]
     middle = np.bincount(run, t) / np.bincount(run)
     apart = np.abs(np.subtract.outer(middle, middle)) / (SLOW_SHARE * (t[-1] - t[0]))
