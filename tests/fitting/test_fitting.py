@@ -315,7 +315,7 @@ def test_what_the_law_follows_nearly_does_not_tell_how_large_deviations_are() ->
     own = speed[:, None] * (runs[:, None] == np.arange(12)) + 1e-4 / 12 * stands[:, None]
     noise = 0.05 * np.random.default_rng(1).standard_normal(len(runs))
     values = 2.0 * speed + 3.0 * stands + noise
-    fit = fitting.least_squares_with_deviation(speed[:, None], [own], values, blocks=runs, order=2)
+    fit = least_squares_with_deviation(speed[:, None], [own], values, blocks=runs, order=2)
     assert_allclose(fit.coefficients, 2.0, atol=0.05)
     assert fit.covariance[0, 0] < 0.05**2
 
