@@ -98,16 +98,12 @@ def identify_command(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
-    from autodb.errors import UnusableInput
     from autodb.reports.axis import render_axis
     from autodb.reports.written import write_page
     from autodb.sensing.drives import feed_axis
 
     names = term_names(terms)
-    if update and machine is None:
-        raise UnusableInput(
-            "--update goes with --machine: it goes on from a machine's last version"
-        )
+    _check_update(update=update, machine=machine)
     check_page(page, option="--page", self_contained=self_contained)
     check_staging(staged=staged, pitch=pitch)
     with working(f"identifying from {recording.name}") as progress:
@@ -142,6 +138,16 @@ def identify_command(
     if page is not None:
         say(f"page: {page}")
     _show_stored(stored, machine or "")
+
+
+def _check_update(*, update: bool, machine: str | None) -> None:
+    """Raise UnusableInput where there is no version to go on from."""
+    from autodb.errors import UnusableInput
+
+    if update and machine is None:
+        raise UnusableInput(
+            "--update goes with --machine: it goes on from a machine's last version"
+        )
 
 
 def _alone(
