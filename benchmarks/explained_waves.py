@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.files.channels import FORCES
+from autodb.files.side import SideFile
+from autodb.records.tables import Recording
 from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]
@@ -36,10 +39,11 @@ def _forces(angle: Array, engaged: Array, out_mm: float) -> Array:
 
 def explained(count: int) -> None:
     """Explain a waveform of so many rows; print seconds of processor, GiB, and what is named."""
-    from autodb.files.channels import FORCES
-    from autodb.files.side import SideFile
-    from autodb.records.tables import Recording
+    print_cost(*slot(count))
 
+
+def slot(count: int) -> tuple[Recording, Recording]:
+    """Return the forces of a slot in so many rows, and a simulation without the run-out."""
     t = np.arange(count) / RATE_HZ
     angle = 2.0 * np.pi * SPEED_RPM / 60.0 * t
     engaged = ((t > 0.1 * t[-1]) & (t < 0.9 * t[-1])).astype(float)
@@ -59,7 +63,7 @@ def explained(count: int) -> None:
         Path("recording"), turned | dict(zip(FORCES, sensed, strict=True)), side=side
     )
     simulated = dict(zip(FORCES, _forces(angle, engaged, 0.0), strict=True))
-    print_cost(recording, Recording(Path("simulation"), {"t": t, **simulated}))
+    return recording, Recording(Path("simulation"), {"t": t, **simulated})
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.understand.over_time import moves_of, say_time
+from autodb.cli.understand.over_time import moves_of, say_time, term_names
 from autodb.cli.understand.staging import (
     Pitch,
     Staging,
@@ -249,21 +249,6 @@ def _with_sd(term: "IdentifiedTerm | None") -> str:
     if term is None:
         return ""
     return f"{_scaled(term.value, term.unit):.4g} ± {_scaled(term.sd or 0.0, term.unit):.2g}"
-
-
-def term_names(terms: str | None) -> tuple[str, ...] | None:
-    """Return the names of ``--terms``, each once; None where the option is not given."""
-    from autodb.errors import UnusableInput
-
-    if terms is None:
-        return None
-    names = tuple(name.strip() for name in terms.split(",") if name.strip())
-    if not names:
-        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
-    for name in names:
-        if names.count(name) > 1:
-            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
-    return names
 
 
 def _fitted_names(model: "Identified") -> list[str]:

@@ -1,4 +1,4 @@
-"""Recordings over time that commands are given: read, and what is said of their stamps."""
+"""Recordings over time, and names of terms, that commands are given."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,3 +38,18 @@ def read_over_time(
     from autodb.records.resample import only_over_time
 
     return only_over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
+
+
+def term_names(terms: str | None) -> tuple[str, ...] | None:
+    """Return the names of ``--terms``, each once; None where the option is not given."""
+    from autodb.errors import UnusableInput
+
+    if terms is None:
+        return None
+    names = tuple(name.strip() for name in terms.split(",") if name.strip())
+    if not names:
+        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
+    for name in names:
+        if names.count(name) > 1:
+            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
+    return names

@@ -23,8 +23,8 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.understand.identifying import Axis, term_names
-from autodb.cli.understand.over_time import moves_of, read_over_time, say_time
+from autodb.cli.understand.identifying import Axis
+from autodb.cli.understand.over_time import moves_of, read_over_time, say_time, term_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -27,7 +27,7 @@ from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.plain import PlainRows
 from autodb.explain.waves.candidates import OWN_WAYS, candidates_by_key
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
-from autodb.explain.waves.look import FoundInWaves, look_in_waves
+from autodb.explain.waves.look import FoundInWaves, but_for_laws, look_in_waves
 from autodb.explain.waves.parameters import (
     EffectInWaves,
     change_of_own,
@@ -154,8 +154,16 @@ class _Told:
         ways = candidates_by_key(whole.world, () if known else (OWN_WAYS,)).values()
         beside = [Choice(one, len(one.forms) - 1) for one in ways]
         choices = as_one(whole.world, whole.bench, whole.found, whole.quiet)
+        named = tuple(c for c in choices if c.candidate.named)
+        choices = tuple(c if c.candidate.named else self._left(c, named) for c in choices)
         fit = fit_waves(whole.bench, choices, whole.quiet, beside=beside)
         return replace(fit, covariance=(whole.repeats or 1.0) * fit.covariance)
+
+    def _left(self, course: Choice, named: Sequence[Choice]) -> Choice:
+        """Return a course without a name in what effects with a name leave of it: its own part."""
+        left = but_for_laws(self.whole.bench, named, course, self.whole.quiet)
+        key = f"{left.candidate.key}, left"
+        return Choice(replace(left.candidate, key=key), left.form)
 
     @cached_property
     def standing(self) -> list[Standing]:

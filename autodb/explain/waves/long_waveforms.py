@@ -11,8 +11,8 @@ from autodb.explain.engine.noise import ORDER
 from autodb.explain.waves.plain_rows import GOLDEN
 from autodb.explain.waves.world import SimulatedWaves
 
-MOST_ROWS = 30_000
-"""Rows that are searched at most: some 400 columns of them take 2 to 3 s. Chosen."""
+MOST_ROWS = 12_000
+"""Rows that are searched at most: some 400 columns of them take about 1 s. Chosen."""
 TURNS = 4
 """Turns that stay together. Chosen."""
 SHORTEST = 40 * ORDER

@@ -114,7 +114,7 @@ def _at_every_row(looked: FoundInWaves, world: SimulatedWaves, measured: Array) 
     laws = tuple(choices[c.candidate.key] for c in looked.laws)
     quiet = looked.quiet.over(world.timing)
     if looked.plainly:
-        choices[OVER_TURN] = _but_for_laws(bench, laws, choices[OVER_TURN], quiet)
+        choices[OVER_TURN] = but_for_laws(bench, laws, choices[OVER_TURN], quiet)
     found = replace(looked.found, choices=tuple(choices.values()))
     return replace(looked, world=world, bench=bench, found=found, quiet=quiet, laws=laws)
 
@@ -215,7 +215,7 @@ def _seen_plainly(
     if account.course is None:
         return None
     plain = bench.plain(bench.chosen(account.laws))
-    course = _but_for_laws(bench, account.laws, account.course, plain)
+    course = but_for_laws(bench, account.laws, account.course, plain)
     key = course.candidate.key
     every = [course.candidate if one.key == key else one for one in candidates]
     bench.forget([key])
@@ -225,7 +225,7 @@ def _seen_plainly(
     return FoundInWaves(world, bench, search, search.begin, plain, account.laws, repeats)
 
 
-def _but_for_laws(
+def but_for_laws(
     bench: WhiteWaves, laws: Sequence[Choice], course: Choice, plain: WhitenedNoise
 ) -> Choice:
     """Return a course without a name in what own terms and laws leave of it: they come first."""

@@ -15,6 +15,7 @@ from autodb.explain.waves.world import SimulatedWaves
 from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
 from autodb.proofs.runs.explain.left_out import tables
 from autodb.records.tables import Recording
+from benchmarks.explained_waves import slot
 from tests.helpers.campaigns import first
 
 PLAIN = {1012: {"hard_spot", "table_inertia"}, 1054: {"shear", "chatter"}}
@@ -101,3 +102,14 @@ def test_part_of_the_rows_says_what_all_say(seed: int, monkeypatch: pytest.Monke
         assert sizes[0].keys() == PLAIN[seed] & sizes[1].keys() == sizes[1].keys()
         assert sizes[0] == pytest.approx(sizes[1], rel=0.1)
         assert answer.fit.heldout_after == pytest.approx(known.fit.heldout_after, rel=0.03)
+
+
+@pytest.mark.campaign
+def test_what_has_no_name_is_what_run_out_leaves() -> None:
+    """Where the edge's force sets in at one row a curve over the turn follows it; before it was
+    what run-out leaves, it had the larger part of run-out's own force, 74 N, and it came first.
+    """
+    found = explain(*slot(30_000)).explanation.channels["force.x"].missing
+    assert [cause.term for cause in found] == ["runout", "unknown"]
+    runout, unknown = (cause.parameters["size"].value for cause in found)
+    assert unknown < 0.5 * runout
