@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 
 from autodb.explain import explain
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 
 
 def print_cost(recording: Recording | CutTable, simulation: Recording | CutTable) -> None:

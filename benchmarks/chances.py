@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import shear
-from autodb.fitting import Gaussian
-from autodb.forward.distribution import chance_above
-from autodb.forward.prediction import intervals
+from autodb.fitting.gaussian import Gaussian
+from autodb.forward.prediction import chance_above, intervals
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.observed import Observed, PairCuts

@@ -17,7 +17,6 @@ from pyarrow import csv as arrow_csv
 from pyarrow import parquet
 from sqlalchemy import select
 
-from autodb import fitting, records
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.ingest.importing import import_file
@@ -29,10 +28,14 @@ from autodb.cli.start.demo import run_demo
 from autodb.cutting import endmill, insert, shear
 from autodb.cutting.elements import cut_forces
 from autodb.explain import explain
-from autodb.files.job import JobCut, read_job
+from autodb.files.job import read_job
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import LATHE
+from autodb.fitting.linear import least_squares
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
+from autodb.records.timed import on_even_rows
 from autodb.signals.filters import derivatives
 from autodb.store import Store, create_store, models, open_store
 from autodb.timing import examined
@@ -99,7 +102,7 @@ def _repeated(seconds: float, *, part_s: float = 600.0) -> dict[str, Array]:
 def _least_squares(folder: Path) -> Pair:  # noqa: ARG001
     rng = np.random.default_rng(0)
     design, values = rng.normal(size=(ROWS, 10)), rng.normal(size=ROWS)
-    return lambda: fitting.least_squares(design, values), lambda: design.T @ design
+    return lambda: least_squares(design, values), lambda: design.T @ design
 
 
 def _derivatives(folder: Path) -> Pair:  # noqa: ARG001
@@ -242,7 +245,7 @@ def _stamps(folder: Path, *, scatter: float) -> Pair:
     off_s = np.random.default_rng(3).normal(0.0, scatter * step_s, len(channels["t"]))
     raw = Recording(path=Path("moves.csv"), channels=channels | {"t": channels["t"] + off_s})
     explained, _ = _explained_axis(folder)
-    return lambda: records.on_even_rows(raw), explained
+    return lambda: on_even_rows(raw), explained
 
 
 def _explained_cuts(folder: Path) -> Pair:  # noqa: ARG001

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 
 from autodb import signals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ CORRELATION = 0.9
 def explained(rows: int) -> None:
     """Explain a recording of so many rows, and print what it took and what is named."""
     from autodb.explain import explain
-    from autodb.records import Recording
+    from autodb.records.tables import Recording
 
     t = np.arange(rows) / RATE_HZ
     v = 120.0 * np.sin(0.9 * t) * np.sin(0.031 * t)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import FORCES
 from autodb.files.side import SideFile
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from benchmarks.by_length import print_cost, print_growth
 
 Array = NDArray[np.float64]

@@ -28,9 +28,9 @@ from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import LATHE
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import PairPosterior, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.proofs.machines.lathe import fleets

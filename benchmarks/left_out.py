@@ -6,10 +6,10 @@
 import sys
 from pathlib import Path
 
-from autodb import records
 from autodb.assets import kit
 from autodb.explain import explain
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import predict_effort
 from autodb.sensing.drives.fit.axis_model import terms_with
 

@@ -36,11 +36,11 @@ def moves(seconds: float, seed: int) -> dict[str, Array]:
 
 def fit(seconds: float) -> None:
     """Build ten columns of each axis and fit them, with standard deviations over 0.2 s."""
-    from autodb import fitting
+    from autodb.fitting.linear import least_squares
 
     for axis in range(AXES):
         design, values = columns(seconds, axis)
-        fitting.least_squares(design, values, lags=round(0.2 * RATE_HZ))
+        least_squares(design, values, lags=round(0.2 * RATE_HZ))
 
 
 def peer(seconds: float) -> None:
@@ -58,7 +58,7 @@ def build(seconds: float) -> None:
 
 def identify(seconds: float) -> None:
     """Identify each axis: the command's own path, from a recording in memory."""
-    from autodb.records import Recording
+    from autodb.records.tables import Recording
     from autodb.sensing.drives import feed_axis
 
     for axis in range(AXES):

@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisFile, MachineFile
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import PairPosterior, Shared, law_error
 from autodb.pairs.prior import any_metal
 from autodb.store import create_store, open_store

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb import records
 from autodb.assets import kit
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified
 

@@ -24,7 +24,7 @@ from autodb.proofs.machines.mill.reference_mill import MillAxis, draw_mill, swep
 from autodb.proofs.runs.axis.axis_ours import TERMS, axis_recording
 from autodb.proofs.runs.mill import mill_ours
 from autodb.proofs.runs.mill.mill_run import SCORED
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.passes import passes_of

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE, OF_CURRENT, CurrentForm, MeasuredCuts
 from autodb.sensing.ranges.sensed_force import sense

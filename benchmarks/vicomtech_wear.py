@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.assets import kit
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.fit import fit_cuts
-from autodb.records import CutTable
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from benchmarks.wear_law import wear_law
 
 Array = NDArray[np.float64]

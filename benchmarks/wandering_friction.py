@@ -21,7 +21,7 @@ from autodb.proofs.machines.axis.axes import AxisRun, draw_run, parts_A
 from autodb.proofs.machines.axis.motion import TrueMotion, coloured
 from autodb.proofs.machines.axis.quantities import FRICTION_MM_S, friction_name, quantities
 from autodb.proofs.runs.axis.axis_intervals import identified_axis, quantity_intervals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import PlainFit
 
 Array = NDArray[np.float64]

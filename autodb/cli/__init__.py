@@ -15,8 +15,7 @@ import typer
 
 from autodb import __version__
 from autodb.cli._common import Stopped
-from autodb.cli._examples import examples_of
-from autodb.cli._listed import COMMANDS, GROUP_OF
+from autodb.cli._listed import COMMANDS, GROUP_OF, examples_of
 from autodb.files.excuses import excuse
 
 INTERRUPTED = 130

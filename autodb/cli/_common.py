@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.tree import Tree
 
-    from autodb.records import CutTable, Recording
+    from autodb.records.tables import CutTable, Recording
     from autodb.store import Store
 
 Database = Annotated[
@@ -158,8 +158,8 @@ def read_one(
 
     Where its stamps are those of ``like``, its rows are laid out alike.
     """
-    from autodb.records import open_source
     from autodb.records.resample import one_base
+    from autodb.records.source import open_source
 
     source = open_source(path, columns=columns)
     return one_base(source, group=group, resample_hz=resample_hz, like=like)

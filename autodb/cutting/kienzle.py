@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting import shear
 from autodb.cutting.shear import Edge, Values
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from autodb.cutting.drill import WEB_SHARE, Drill
 from autodb.cutting.endmill import EndMill
 from autodb.cutting.insert import Insert
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.wording import localized, shop_amount
 
 Tool = TypeVar("Tool", Insert, EndMill, Drill)

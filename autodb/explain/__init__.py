@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput, near
 from autodb.explain.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
-from autodb.records import CutTable, Recording, rows_of_file
+from autodb.records.tables import CutTable, Recording
+from autodb.records.timed import rows_of_file
 from autodb.terms.vocabulary import vocabulary
 
 Array = NDArray[np.float64]

@@ -35,7 +35,7 @@ from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 
 Array = NDArray[np.float64]

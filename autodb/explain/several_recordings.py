@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from autodb.explain.answer import Cause, ChannelAnswer, IntervalValue
-from autodb.fitting import NORMAL_95
-from autodb.records import CutTable, Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import CutTable, Recording
 from autodb.terms.vocabulary import effect_called
 
 Array = NDArray[np.float64]

@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.wording import amount_words, listed, msgid, phrase, shop_amount
 
 

@@ -7,13 +7,12 @@ Everything that is not known is left out. Values are always in the unit of their
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 
 from autodb.errors import near
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.files.dynamometer import DynamometerSection
 from autodb.files.toml import Finite, NotNegative, Positive, ReferenceValue, Section, read_toml
-from autodb.files.workholding import Clamping
 
 SPINDLE = "spindle"
 AXES = (*LINEAR_AXES, *ROTARY_AXES, SPINDLE)
@@ -26,6 +25,43 @@ Counterweight = Literal["none", "weight", "gas", "hydraulic", "spring"]
 
 Curve = Annotated[tuple[tuple[Positive, Positive], ...], Field(min_length=2)]
 """Pairs of a speed, rpm, rising, and what a motor gives there."""
+
+
+class Position(Section):
+    """Positions of linear axes in their travel."""
+
+    x_mm: Finite | None = None
+    y_mm: Finite | None = None
+    z_mm: Finite | None = None
+
+
+class Body(Section):
+    """Jaws or a tailstock: where z is when the tool tip touches its face, and how wide it is."""
+
+    z_mm: Finite
+    diameter_mm: Positive | None = None
+
+
+class Clamping(Section):
+    """What is clamped today: where the program's zero, the jaws and the tailstock are.
+
+    NC programs alone are made from it; it changes with every job, so the database does not keep it.
+    Positions are those of the axes in their travel (a lathe's X as a radius), with the tool tip at
+    the place that is named.
+
+    ``zero``: axes with the tool tip at the program's zero (a bar's face on the spindle's axis, the
+    middle of a block's top). ``retract``: axes where nothing is in the way. ``clearance_mm``: how
+    near rapids come to the stock, and anything to jaws and tailstock.
+    """
+
+    tool: PositiveInt = Field(le=99)
+    spindle: Literal["M3", "M4"]
+    clearance_mm: Positive
+    max_speed_rpm: Positive | None = None
+    zero: Position
+    retract: Position
+    jaws: Body
+    tailstock: Body | None = None
 
 
 class AxisLimits(Section):

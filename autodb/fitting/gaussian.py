@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dtrtri, dtrtrs
 
 Array = NDArray[np.float64]
 
@@ -26,6 +25,8 @@ def posterior_after(prior: Gaussian, design: Array, values: Array, noise_sd: Arr
     In z, θ = mean + root · z with z ~ N(0, 1) beforehand, by QR; cost linear in n. What the prior
     is sure of, a variance of zero, stays as it is.
     """
+    from scipy.linalg.lapack import dtrtri, dtrtrs
+
     root = root_of(prior.covariance)
     rows = np.vstack([design @ root / noise_sd[:, None], np.eye(root.shape[1])])
     left = np.concatenate([(values - design @ prior.mean) / noise_sd, np.zeros(root.shape[1])])
@@ -42,6 +43,8 @@ def root_of(covariance: Array) -> Array:
     Cholesky's of the correlations, so that parameters of any size are alike; where these are
     singular to rounding, that of their eigenvalues.
     """
+    from scipy.linalg.lapack import dpotrf
+
     size = np.sqrt(np.diag(covariance))
     active = np.flatnonzero(size > 0)
     alike = covariance[np.ix_(active, active)] / np.outer(size[active], size[active])

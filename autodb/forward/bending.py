@@ -15,10 +15,9 @@ import numpy as np
 
 from autodb.files.job import Job
 from autodb.files.part import BarSection
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.pairs.engaged import BANDS
-from autodb.sensing.ranges.inspection import RoundBar, between_centres, held_in_a_chuck
 from autodb.wording import listed, localized, msgid, phrase, shop_amount
 
 RADIAL = ("turn", "taper", "contour", "bore", "thread")
@@ -63,6 +62,8 @@ def _bent(bar: BarSection | None, force: Interval) -> Interval | None:
     """Return how far a bar gives way under a force of either sign where that is most."""
     if bar is None:
         return None
+    from autodb.sensing.ranges.inspection import RoundBar, between_centres, held_in_a_chuck
+
     of = RoundBar(bar.diameter_mm, bar.length_mm, bar.modulus_MPa)
     centres = bar.held == "centres"
     place = np.array([0.5 * bar.length_mm if centres else bar.length_mm])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting import endmill, tools
 from autodb.cutting.elements import Elements, removal_mm3_min
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.course import over_time
 from autodb.forward.prediction import (
     Interval,

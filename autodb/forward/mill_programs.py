@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from autodb.cutting.block import ACROSS, Block, Cutter, MilledSteps, milled
 from autodb.errors import UnusableInput
-from autodb.files.job import LEAST, MOST_CUT, OTHERS, JobProgram, ProgramTool
+from autodb.files.job import OTHERS, JobProgram, ProgramTool
+from autodb.files.job_cut import LEAST, MOST_CUT
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     Followed,

@@ -5,7 +5,6 @@ machine has not is empty.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import chain
 
 from autodb.files import csvtext
@@ -13,42 +12,15 @@ from autodb.files.cut_words import job_in_words
 from autodb.files.job import Job
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import cut_figures
-from autodb.forward.distribution import chance_beyond
-from autodb.forward.limits import LINEAR, SPINDLE, fastest_rpm, limit_standing, load_limit
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
-
-
-@dataclass(frozen=True)
-class PredictedQuantity:
-    """A predicted quantity: its channel, field and unit, and the axis and key of its limit."""
-
-    channel: str
-    field: str
-    unit: str
-    axis: str
-    key: str
-
-    def of(self, some: PredictedCut | Peaks | Moment | None) -> Interval | None:
-        """Return the interval of a cut, its peaks or a moment; None where there are none."""
-        found: Interval | None = getattr(some, self.field, None)
-        return found
-
-    def limit(self, limits: Mapping[str, AxisLimits], cut: PredictedCut) -> float | None:
-        """Return what the machine gives of it in a cut; None where its limit is not entered."""
-        stated = limits.get(self.axis)
-        return None if stated is None else load_limit(stated, self.key, cut)
-
-    def chance(self, cut: PredictedCut, limit: float | None) -> float | None:
-        """Return the probability that a cut's peak, or mean, exceeds a limit, if there is one."""
-        worst = self.of(cut.peaks or cut)
-        return None if worst is None or limit is None else chance_beyond(worst, limit)
-
-
-QUANTITIES = (
-    *(PredictedQuantity(f"force.{a}", f"force_{a}_N", "N", a, "force_N") for a in LINEAR),
-    PredictedQuantity("torque.spindle", "torque_N_m", "N·m", SPINDLE, "torque_N_m"),
-    PredictedQuantity("spindle.power", "power_W", "W", SPINDLE, "power_W"),
+from autodb.forward.limits import (
+    QUANTITIES,
+    SPINDLE,
+    PredictedQuantity,
+    fastest_rpm,
+    limit_standing,
 )
+from autodb.forward.prediction import Interval, PredictedCut
+
 ENDS = ("", ".low", ".high")
 FIGURES = (
     *("feed.speed", "time", "removal"),

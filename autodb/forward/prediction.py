@@ -1,13 +1,23 @@
-"""What a prediction of a cut is: its forces, torque and power with their 95 % intervals."""
+"""What a prediction of a cut is: its forces, torque and power with their 95 % intervals.
+
+One that is as far from its value on both sides is normal. Any other is a normal's exponential,
+shifted, whose 2.5, 50 and 97.5 % are the interval's low end, value and high end:
+
+    F = v + s (e^(k z) - 1)/k,    z ~ N(0, 1),    e^(1.96 k) = (high - v)/(v - low)
+
+What has one sign and is normal in its logarithm has s = v k. So an interval's ends, their widening
+and chances beyond any limit are of one distribution.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import erfc, exp, expm1, inf, log, log1p, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import TURNED, force_role
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
 from autodb.pairs.forecast import Forecast
 from autodb.pairs.posterior import PairPosterior, PassiveKnown
@@ -29,6 +39,11 @@ TINY_SKEW = 1e-9
 """A smaller skew is none: what is left of arithmetic."""
 ALL = 0.999
 """Share of a force from which on it is taken to be all along the cutting speed."""
+ALIKE = 1e-6
+"""Logarithm of the ratio of its sides below which an interval is a normal's: what is left of
+arithmetic."""
+ODD = 40.0
+"""The largest such logarithm: beyond, one side is none. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -215,7 +230,7 @@ def intervals(
 
 
 def _stretched(skew: Array, z: float) -> Array:
-    """Return (e^(k z) - 1)/k of skews k, which is z where there is none (``distribution``)."""
+    """Return (e^(k z) - 1)/k of skews k, which is z where there is none."""
     skews = np.abs(skew) > TINY_SKEW
     made = np.expm1(np.where(skews, skew, 0.0) * z)
     return np.divide(made, skew, out=np.full_like(skew, z), where=skews)
@@ -224,3 +239,59 @@ def _stretched(skew: Array, z: float) -> Array:
 def moment(conditions: Conditions, expected: Sequence[Interval]) -> Moment:
     """Return the moment of a cut that has these conditions, and of which this is expected."""
     return Moment(conditions[DIAMETER], conditions[RPM], conditions[SPEED], *expected)
+
+
+@dataclass(frozen=True)
+class _Skewed:
+    """What an interval stands for: its value, s and k; k is 0 of a normal."""
+
+    value: float
+    sd: float
+    skew: float
+
+    def at(self, z: float) -> float:
+        """Return the value that is reached at so many standard deviations."""
+        if self.skew == 0.0:
+            return self.value + self.sd * z
+        return self.value + self.sd * expm1(self.skew * z) / self.skew
+
+    def z(self, reached: float) -> float:
+        """Return at how many standard deviations a value is reached; infinite beyond all."""
+        if self.sd == 0.0:
+            return inf if reached >= self.value else -inf
+        off = (reached - self.value) / self.sd
+        if self.skew == 0.0:
+            return off
+        if self.skew * off <= -1.0:
+            return -inf if self.skew > 0.0 else inf
+        return log1p(self.skew * off) / self.skew
+
+
+def _of(one: Interval) -> _Skewed:
+    rise, fall = one.high - one.value, one.value - one.low
+    if rise <= 0.0 or fall <= 0.0:
+        return _Skewed(one.value, max(rise, fall, 0.0) / NORMAL_95, 0.0)
+    ratio = min(max(log(rise / fall), -ODD), ODD)
+    if abs(ratio) < ALIKE:
+        return _Skewed(one.value, 0.5 * (rise + fall) / NORMAL_95, 0.0)
+    skew = ratio / NORMAL_95
+    return _Skewed(one.value, (rise + fall) * skew / (exp(ratio) - exp(-ratio)), skew)
+
+
+def wider_interval(one: Interval, factor: float) -> Interval:
+    """Return an interval with its standard deviation times a factor."""
+    rise, fall = one.high - one.value, one.value - one.low
+    if rise <= 0.0 or fall <= 0.0:
+        return Interval(one.value, one.value - factor * fall, one.value + factor * rise)
+    its = _of(one)
+    return Interval(one.value, its.at(-NORMAL_95 * factor), its.at(NORMAL_95 * factor))
+
+
+def chance_above(one: Interval, limit: float) -> float:
+    """Return the probability that a predicted value is larger than a limit, with its sign."""
+    return 0.5 * erfc(_of(one).z(limit) / sqrt(2.0))
+
+
+def chance_beyond(one: Interval, limit: float) -> float:
+    """Return the probability that a predicted value is larger in size than a limit."""
+    return chance_above(one, limit) + 1.0 - chance_above(one, -limit)

@@ -17,7 +17,8 @@ from autodb.cutting.tools import FOLLOWS_DEG
 from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
-from autodb.files.job import LEAST, MOST_CUT, MOST_PITCH_MM, OTHERS, JobProgram, ProgramTool
+from autodb.files.job import OTHERS, JobProgram, ProgramTool
+from autodb.files.job_cut import LEAST, MOST_CUT, MOST_PITCH_MM
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     Followed,

@@ -22,12 +22,10 @@ from math import erfc, exp, pi, sqrt
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.special import betaincinv
 
-from autodb.fitting import NORMAL_95
-from autodb.forward.distribution import wider_interval
-from autodb.forward.predictedfile import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.forward.limits import QUANTITIES
+from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut, wider_interval
 from autodb.wording import listed, localized, phrase
 
 PRIOR_CUTS = 10.0
@@ -121,6 +119,8 @@ class Score:
 
 def score_of(quantity: str, some: Sequence[Scored]) -> Score:
     """Return the score of one quantity of cuts, one at least."""
+    from scipy.special import betaincinv
+
     z, error = (np.array([getattr(one, of) for one in some]) for of in ("z", "error"))
     recordings = Counter(one.recording for one in some)
     inside = float(np.mean([one.held for one in some]))

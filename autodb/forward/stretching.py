@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
-from autodb.forward.predictedfile import QUANTITIES
+from autodb.forward.limits import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
 
 Reach = tuple[float, float]

@@ -25,13 +25,13 @@ local weights, Nadaraya 1964.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import erfc, sqrt
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.forward.stretching import Reach, stretched
 from autodb.pairs.engaged import BANDS, CUTTING_TIME, FLANK_WEAR, SPEED
@@ -165,7 +165,8 @@ def _quantile(middle: Array, spread: Array, share: Array, at: float) -> float:
     low, high = float(np.min(middle - 6.0 * spread)), float(np.max(middle + 6.0 * spread))
     for _ in range(STEPS):
         half = 0.5 * (low + high)
-        if share @ ndtr((half - middle) / spread) < at:
+        below = [0.5 * erfc(score) for score in (middle - half) / (sqrt(2.0) * spread)]
+        if share @ np.array(below) < at:
             low = half
         else:
             high = half

@@ -14,10 +14,10 @@ from autodb.explain import explain
 from autodb.files.checksums import checksum
 from autodb.library.found import ExplainResult, IdentifyResult
 from autodb.library.given import ColumnsGiven, Given, Units, pair_taken, taken
-from autodb.records import CutTable, Recording
 from autodb.records.plausible import doubts
 from autodb.records.resample import one_base, only_over_time
 from autodb.records.summary import summary_of
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.standard import CutProtocol

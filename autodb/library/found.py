@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from autodb.agent.answer.explaining import KeptCause, Key
 from autodb.explain.answer import Explained
 from autodb.library.results import Result, ResultPage
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import Identified, readable
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import pyarrow as pa
 
 from autodb.errors import UnusableInput, near
 from autodb.files.side import SideFile, StatedColumns, stated_side
-from autodb.records import RecordingSource, open_source
 from autodb.records.frames import arrow_of, frame_columns, frame_source, is_frame
+from autodb.records.source import RecordingSource, open_source
 
 Given = Any
 """A file by its path, or a data frame: of pandas, or of any library that narwhals knows."""

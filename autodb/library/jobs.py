@@ -8,7 +8,8 @@ from typing import Any
 from autodb.agent.learn.usual_cut import STATED
 from autodb.errors import UnusableInput
 from autodb.files.channels import is_channel
-from autodb.files.job import KEYS, Job, JobCut, read_job
+from autodb.files.job import Job, read_job
+from autodb.files.job_cut import KEYS, JobCut
 from autodb.files.toml import checked
 from autodb.library.given import Given
 from autodb.pairs.engaged import FEED, RPM, SPEED

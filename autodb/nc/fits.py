@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.errors import UnusableInput
-from autodb.files.machine import AxisFile, MachineFile
-from autodb.files.workholding import Clamping
+from autodb.files.machine import AxisFile, Clamping, MachineFile
 from autodb.nc.steps import CutPath, StraightMove
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.fitting import Gaussian, root_of
+from autodb.fitting.gaussian import Gaussian, root_of
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import FAR, PairPosterior, Scatter, Shared
 from autodb.pairs.updating import AtKnownMaximum, met, posterior_of_readings

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.kienzle import View, ViewRange, kienzle, linear_edge
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95, Gaussian
+from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.prior import CardForces
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES, PARAMETERS
-from autodb.fitting import posterior_after
+from autodb.fitting.gaussian import posterior_after
 from autodb.pairs.modelled import own_variance
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import OWN, PairPosterior

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from autodb.cutting.shear import BETA, EDGE_R, EDGE_T, TAU, Edge, chip_coefficients
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.hierarchy import ACTIVE, InformationOfCuts
 from autodb.pairs.posterior import OWN
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.cutting import drill, endmill, insert, tools, turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import SPEED_M_MIN
-from autodb.files.job import KEYS
+from autodb.files.job_cut import KEYS
 from autodb.files.tool import ToolKind
 from autodb.pairs.observed import PairCuts, Variant
 

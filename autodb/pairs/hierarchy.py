@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import OWN, PairPosterior
 from autodb.pairs.prior import OF_EDGE, RELATIVE, any_metal, of_relative
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.shear import NAMES
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.terms.chip import BUILT_UP_EDGE, HARD_SPOT
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import NAMES, PARAMETERS, Edge
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.observed import Observed, PairCuts, X, Y
 from autodb.pairs.posterior import (
     CALIBRATION,

@@ -26,8 +26,8 @@ from scipy.linalg.lapack import dtrtri, dtrtrs
 
 from autodb.cutting.turning import TURNED
 from autodb.errors import UnusableInput
-from autodb.fitting import Gaussian, NotSettled, root_of, stationary
-from autodb.fitting.rounds import MIXED_ROUNDS
+from autodb.fitting.gaussian import Gaussian, root_of
+from autodb.fitting.rounds import MIXED_ROUNDS, NotSettled, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, PassiveKnown, Scatter

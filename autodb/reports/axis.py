@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from autodb import __version__
 from autodb.files.channels import ROTARY_AXES
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from autodb.reports import amounts, figures
 from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amplitudes, readable

@@ -12,7 +12,7 @@ from autodb import __version__
 from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.files.channels import LINEAR_AXES
 from autodb.files.targets import hidden, replace_by
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.reports import amounts, figures
 from autodb.sensing.drives.reconstruct import DriveLoad
 

@@ -13,15 +13,17 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.tracing import Node, trace
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.agent.learn.starting import start_of
-from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.calibration_records import as_calibration
+from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, pair_name, version_chain
+from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts
 from autodb.agent.rows.stored_cuts import cuts_as_table
-from autodb.agent.sense.sensed import QUANTITY, as_cuts, as_observed
+from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast

@@ -9,8 +9,8 @@ from markupsafe import Markup
 from autodb import __version__
 from autodb.agent.matching.past_predictions import PastCut
 from autodb.agent.matching.scoring import PredictionScores
-from autodb.fitting import NORMAL_95
-from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.forward.limits import QUANTITIES, PredictedQuantity
 from autodb.forward.scored import Scored
 from autodb.reports import amounts, figures
 from autodb.reports.against import PredictedMade, plot_against

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.wording import msgid
 
 DRIVE, NETWORK, TABLE = msgid("drive model"), msgid("network"), msgid("table dynamometer")

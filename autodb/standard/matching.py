@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.standard.protocol import CutProtocol, StandardCut
 
 Array = NDArray[np.float64]

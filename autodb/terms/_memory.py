@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import step_s
+from autodb.terms.term import step_s
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, Factor, InputChange, OutputChange, Term, TermParameter
+from autodb.terms.term import Contribution, Factor, InputChange, OutputChange, Term, TermParameter
 
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]

@@ -6,7 +6,7 @@ All are 1 under the stated reference conditions, so that the factor of `shear` k
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Factor, ParameterPrior, TermParameter
+from autodb.terms.term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 

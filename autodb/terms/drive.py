@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.terms._memory import by_run
-from autodb.terms._term import Contribution, ParameterPrior, TermParameter, step_s
+from autodb.terms.term import Contribution, ParameterPrior, TermParameter, step_s
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Factor, ParameterPrior, TermParameter
+from autodb.terms.term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from autodb import fitting
-from autodb.terms._term import OutputChange, TermParameter
+from autodb.fitting.gaussian import Gaussian
+from autodb.fitting.linear import CoefficientBounds, solve, triangle
+from autodb.fitting.projection import ProjectionProblem, separable
 from autodb.terms.channel import (
     ChannelPart,
     Inputs,
@@ -19,6 +20,7 @@ from autodb.terms.channel import (
     predicted_channel,
     reshaped,
 )
+from autodb.terms.term import OutputChange, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -89,8 +91,8 @@ def _linear(parts: tuple[ChannelPart, ...], seen: _Seen) -> FittedParts:
         signs += list(np.sign(matrix).T)
 
     def solved(sign: Array | float) -> FittedParts:
-        reduced = fitting.triangle(matrix, seen.values * sign, 1.0 / seen.sd)
-        return FittedParts(parts, fitting.solve(reduced)[0])
+        reduced = triangle(matrix, seen.values * sign, 1.0 / seen.sd)
+        return FittedParts(parts, solve(reduced)[0])
 
     return min((solved(sign) for sign in signs), key=seen.cost)
 
@@ -102,7 +104,7 @@ def _projected(fit: FittedParts, seen: _Seen) -> FittedParts:
         return fit
     linear = [p for _, p in linear_parameters(fit.parts)]
     start = np.array([part.shape[p.name] for part, p in free])
-    problem = fitting.ProjectionProblem(
+    problem = ProjectionProblem(
         design=lambda shape: channel_columns(reshaped(fit.parts, shape), seen.inputs),
         values=seen.values,
         typical=np.array([shape_step(p, part.shape[p.name]) for part, p in free]),
@@ -111,7 +113,7 @@ def _projected(fit: FittedParts, seen: _Seen) -> FittedParts:
         root=1.0 / seen.sd,
         prior=prior_of(linear, fit.linear, [p for _, p in free], start),
     )
-    found = fitting.separable(problem, start)
+    found = separable(problem, start)
     return FittedParts(reshaped(fit.parts, found.shape), found.coefficients)
 
 
@@ -138,9 +140,9 @@ def _together(fit: FittedParts, seen: _Seen) -> FittedParts:
     return at(found.x)
 
 
-def bounds_of(parameters: Sequence[TermParameter]) -> fitting.CoefficientBounds:
+def bounds_of(parameters: Sequence[TermParameter]) -> CoefficientBounds:
     """Return the parameters' bounds."""
-    return fitting.CoefficientBounds(
+    return CoefficientBounds(
         np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
     )
 
@@ -152,7 +154,7 @@ def shape_step(parameter: TermParameter, value: float) -> float:
 
 def prior_of(
     linear: Sequence[TermParameter], weights: Array, shape: Sequence[TermParameter], start: Array
-) -> fitting.Gaussian | None:
+) -> Gaussian | None:
     """Return the prior of (coefficients, shape); None where there is none."""
     known = [p.prior for p in (*linear, *shape)]
     if not any(known):
@@ -161,4 +163,4 @@ def prior_of(
     flat = FLAT * np.maximum(np.abs(here), 1.0)
     mean = np.array([b.mean if b else h for b, h in zip(known, here, strict=True)])
     sd = np.array([b.sd if b else f for b, f in zip(known, flat, strict=True)])
-    return fitting.Gaussian(mean, np.diag(sd**2))
+    return Gaussian(mean, np.diag(sd**2))

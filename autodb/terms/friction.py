@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, InputChange, ParameterPrior, TermParameter
+from autodb.terms.term import Contribution, InputChange, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Where confirmed effects are kept, in words: what each changes in the commands that come after."""
 
-from autodb.terms._term import Home
+from autodb.terms.term import Home
 from autodb.terms.vocabulary import all_terms, where_kept
 from autodb.wording import Worded, msgid, phrase
 

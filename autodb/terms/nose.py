@@ -26,8 +26,8 @@ with a nose is a static set of edge elements. Valid for entering angles near 90Â
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, Factor, InputChange, ParameterPrior, TermParameter
 from autodb.terms.engagement import SHALLOWEST_MM
+from autodb.terms.term import Contribution, Factor, InputChange, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 

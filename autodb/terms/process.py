@@ -22,7 +22,7 @@ force over time has the same inputs, one value a sample.
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, TermParameter
+from autodb.terms.term import Contribution, TermParameter
 
 Array = NDArray[np.float64]
 

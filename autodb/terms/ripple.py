@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import Contribution, TermParameter
+from autodb.terms.term import Contribution, TermParameter
 
 Array = NDArray[np.float64]
 

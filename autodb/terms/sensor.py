@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.terms._term import (
+from autodb.terms.term import (
     Contribution,
     Factor,
     InputChange,

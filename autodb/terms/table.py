@@ -10,15 +10,14 @@ others are its inputs in turn.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import constants
 
 from autodb.terms._memory import first_order
-from autodb.terms._term import Contribution, ParameterPrior, TermParameter
+from autodb.terms.term import Contribution, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 
-G_M_S2 = constants.g
-"""Standard acceleration of gravity, m/s², as scipy.constants lists it."""
+G_M_S2 = 9.80665
+"""Standard acceleration of gravity, m/s², as the third CGPM fixed it in 1901."""
 
 
 def table_gravity_x(angle_x_rad: Array, angle_z_rad: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.terms._memory import first_order
-from autodb.terms._term import Factor, ParameterPrior, TermParameter
+from autodb.terms.term import Factor, ParameterPrior, TermParameter
 
 Array = NDArray[np.float64]
 

@@ -28,7 +28,8 @@ from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
 from autodb.agent.matching.scoring import PredictionScores
 from autodb.errors import NotThere, UnusableInput
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.web.http.said import BatchLine, Decision, End, Importing, Machines, Senses, Step
 
 API = "/api/v1"

@@ -4,7 +4,7 @@ import numpy as np
 
 from autodb.proofs.cases.base.case import Array, Case
 from autodb.proofs.runs.explain.left_out import tables
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import axis_motion
 from autodb.sensing.drives.moves.protocol import default_protocol
 from benchmarks.peers.problem import Problem

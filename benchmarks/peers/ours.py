@@ -6,7 +6,7 @@ import numpy as np
 
 import autodb
 from autodb.explain import explain
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from benchmarks.peers.problem import Answer, Part, Problem
 
 VERSION = f"autodb {autodb.__version__}"

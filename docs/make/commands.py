@@ -3,7 +3,7 @@
 from typing import Any
 
 from autodb.cli import commands
-from autodb.cli._examples import example_lines
+from autodb.cli._listed import example_lines
 
 BEGIN, END = "<!-- commands: made by python -m docs.make -->\n", "<!-- end of commands -->\n"
 

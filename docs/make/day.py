@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 from autodb.explain import explain
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
 from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, walked
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from docs.make.style import CORRECTED, INK, MUTED, RECORDING, SHADE, WARN, drawn, legend
 
 Array = NDArray[np.float64]

@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from autodb import records, signals
+from autodb import signals
 from autodb.explain import explain
 from autodb.explain.answer import ChannelTrace
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.reports.figures import keep_peaks, thinned
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit

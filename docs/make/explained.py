@@ -11,7 +11,7 @@ from autodb.explain.cuts.candidates.effect_parameters import READ
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.waves.answers import STATEMENTS
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 RATE_HZ = 50.0
 LASTS_S = 60.0

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from autodb import records
 from autodb.explain import explain
 from autodb.explain.answer import Array, Cause, ChannelAnswer, ChannelTrace
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.reports.amounts import quantity, span
 from autodb.reports.explanation import headline
 from autodb.reports.figures import keep_peaks

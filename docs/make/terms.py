@@ -7,7 +7,8 @@ import re
 import numpy as np
 
 from autodb.explain.waves.answers import APART, STATEMENTS
-from autodb.terms import TERMS, Contribution, Term, TermParameter
+from autodb.terms.term import Contribution, Term, TermParameter
+from autodb.terms.vocabulary import TERMS
 from docs.make import explained
 
 BEGIN, END = "<!-- terms: made by python -m docs.make -->\n", "<!-- end of terms -->\n"

@@ -7,9 +7,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from autodb import fitting, records
 from autodb.explain import explain
-from autodb.records import CutTable
+from autodb.fitting.scores import leave_group_out, straight_line
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from autodb.reports.figures import keep_peaks
 from autodb.sensing.ranges.outliers import transients
 from autodb.sensing.ranges.points import Points, calibration_points
@@ -39,9 +40,7 @@ def _lines(points: Points, sudden: NDArray[np.bool_]) -> None:
         ends = np.array([points.sensed.current[kept].min(), points.sensed.current[kept].max()])
         for tool in np.unique(points.groups):
             used = kept & (points.groups != tool)
-            c0, c1 = fitting.straight_line(
-                points.sensed.current[used], points.target[used]
-            ).coefficients
+            c0, c1 = straight_line(points.sensed.current[used], points.target[used]).coefficients
             axes.plot(ends, c0 + c1 * ends, color=CORRECTED, lw=0.7)
         axes.plot([], [], color=CORRECTED, lw=0.7, label="fitted without one tool")
         crosses: Any = {"color": WARN, "ms": 6, "mew": 1.6, "label": "transient"}
@@ -54,7 +53,7 @@ def _by_tool(points: Points, sudden: NDArray[np.bool_]) -> None:
     """Error of the force sensed on each tool by the line that never saw it."""
     kept = ~sudden
     groups = points.groups[kept]
-    errors = fitting.leave_group_out(points.sensed.current[kept], points.target[kept], groups)
+    errors = leave_group_out(points.sensed.current[kept], points.target[kept], groups)
     tools = np.unique(groups)
     with drawn("turning-residuals", height_in=3.6) as (axes,):
         axes.axhline(0, color=MUTED, lw=0.8)

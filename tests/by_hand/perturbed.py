@@ -24,7 +24,7 @@ from autodb.explain import explain
 from autodb.explain.answer import Explanation
 from autodb.proofs.cases.plan import FIXED, draw_concealed, planned_case
 from autodb.proofs.runs.explain.left_out import tables
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from tests.helpers.expected import LEARNT_FROM, answer
 
 Array = NDArray[np.float64]

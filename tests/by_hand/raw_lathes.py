@@ -21,7 +21,7 @@ from autodb.agent.ingest.gathering import cuts_of_files
 from autodb.agent.sense.calibrating import calibrate_table
 from autodb.errors import SetAside, UnusableInput
 from autodb.proofs.machines.sample import write_parquet
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.chosen import SensedCut, sense_each
 from tests.helpers.raw_lathe import CUTS, STANDARD, Array, Logged, recordings

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.cli.start import demo
 from autodb.proofs.machines.sample import write_sample
+from autodb.records import source as records
 from autodb.reports.written import LIBRARY
 from tests.conftest import Cli
 

@@ -11,8 +11,7 @@ from typer.core import TyperGroup
 
 from autodb import __version__
 from autodb.cli import commands
-from autodb.cli._examples import EXAMPLES, example_lines
-from autodb.cli._listed import GROUPS
+from autodb.cli._listed import EXAMPLES, GROUPS, example_lines
 from tests.conftest import Cli
 
 ALONE = {"standard list"}

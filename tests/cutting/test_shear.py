@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from autodb.cutting import kienzle, shear
 from autodb.cutting.shear import Edge
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from tests.helpers.plain_law import PLAIN, Array, theta
 
 

@@ -14,7 +14,7 @@ from autodb.explain.several_recordings import (
     RecordingSetup,
     explain_together,
 )
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.terms.vocabulary import effect_called, vocabulary
 
 FORCE = "force.y"

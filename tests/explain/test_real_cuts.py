@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
+from autodb.records import source as records
 from tests.conftest import shared
 from tests.helpers.campaigns import first
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import fitting
-from autodb.fitting import CoefficientBounds, ProjectionProblem, separable
+from autodb.fitting.linear import CoefficientBounds, least_squares
+from autodb.fitting.projection import ProjectionProblem, separable
 from tests.helpers.certified import LINEAR, SEPARABLE, Linear, Separable
 
 SIX_DIGITS = 1e-6
@@ -14,7 +14,7 @@ FOUR_DIGITS = 1e-4
 
 @pytest.mark.parametrize("case", LINEAR, ids=lambda case: case.name)
 def test_linear(case: Linear) -> None:
-    fit = fitting.least_squares(case.design, case.values)
+    fit = least_squares(case.design, case.values)
     assert_allclose(fit.coefficients, case.certified, rtol=SIX_DIGITS)
     # Wampler 1 and 2 are exact: certified sd 0, ours rounding errors of values up to 3e6
     assert_allclose(fit.sd, case.sd, rtol=FOUR_DIGITS, atol=1e-8 if not case.sd.any() else 0.0)
@@ -37,5 +37,5 @@ def test_separable(case: Separable, start: tuple[float, ...]) -> None:
     fit = separable(problem, np.array(start))
     assert_allclose([*fit.coefficients, *fit.shape], case.certified, rtol=SIX_DIGITS)
     # standard deviations by the linear solver on the Jacobian: s² (JᵀJ)⁻¹
-    linear = fitting.least_squares(fit.jacobian, fit.residual)
+    linear = least_squares(fit.jacobian, fit.residual)
     assert_allclose(linear.sd, case.sd, rtol=FOUR_DIGITS)

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting import shear
-from autodb.files.job import JobCut
-from autodb.fitting import Gaussian
+from autodb.files.job_cut import JobCut
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward.job_cuts import predict
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior

@@ -9,9 +9,14 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import lognorm, norm
 
-from autodb.fitting import NORMAL_95, Gaussian
-from autodb.forward.distribution import chance_above, chance_beyond, wider_interval
-from autodb.forward.prediction import Interval, intervals
+from autodb.fitting.gaussian import NORMAL_95, Gaussian
+from autodb.forward.prediction import (
+    Interval,
+    chance_above,
+    chance_beyond,
+    intervals,
+    wider_interval,
+)
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.observed import TORQUE, PairCuts, X, Y, Z

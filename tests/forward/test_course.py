@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward import job_cuts
 from autodb.forward.limits import exceeding
 from autodb.forward.predictedfile import prediction_as_csv

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.cut_figures import cut_figures, job_totals
 from autodb.forward.job_cuts import predict
 from autodb.forward.prediction import ToolOf

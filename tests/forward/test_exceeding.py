@@ -6,9 +6,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.files.machine import AxisLimits
-from autodb.forward.distribution import chance_beyond
 from autodb.forward.limits import exceeding
-from autodb.forward.prediction import Interval, Peaks, PredictedCut
+from autodb.forward.prediction import Interval, Peaks, PredictedCut, chance_beyond
 
 CUT = PredictedCut(
     name="rough",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from autodb.errors import UnusableInput
-from autodb.files.job import KEYS, OPERATIONS, JobCut, Operation
+from autodb.files.job_cut import KEYS, OPERATIONS, JobCut, Operation
 from autodb.forward import job_cuts
 from autodb.forward.prediction import Interval, PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME

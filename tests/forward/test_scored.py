@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.fitting import NORMAL_95
-from autodb.forward.distribution import wider_interval
-from autodb.forward.predictedfile import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, PredictedCut
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.forward.limits import QUANTITIES
+from autodb.forward.prediction import Interval, Moment, PredictedCut, wider_interval
 from autodb.forward.scored import (
     AS_STATED,
     Scored,

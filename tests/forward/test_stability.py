@@ -11,7 +11,7 @@ from autodb.cutting import shear
 from autodb.cutting.elements import cut_forces
 from autodb.cutting.regenerating import directional_stiffness
 from autodb.errors import UnusableInput
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.prediction import ToolOf
 from autodb.forward.stability.depths import StableDepth, stable_depth
 from autodb.forward.stability.dynamics import ModeSection, ToolPoint, of_modes, read_tool_point

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import select
 
-from autodb import records
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.catalogue import numbers_of
@@ -17,6 +16,8 @@ from autodb.files.machine import LATHE
 from autodb.forward.prediction import COLUMNS, intervals, passive_known
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from autodb.store import create_store, models, open_store
 
 Array = NDArray[np.float64]
@@ -111,7 +112,7 @@ def held_out(table: Path, folder: Path, *, side: str, fold: int, folds: int) -> 
     import_file(store, folder / "learnt.csv", machine=MACHINE)
     refresh(store, MACHINE)
     found = records.read(folder / "left.csv")
-    assert isinstance(found, records.CutTable)
+    assert isinstance(found, CutTable)
     rows_: list[tuple[str, float, float, float, float]] = []
     with store.reading() as session:
         pair = session.scalars(select(models.Pair)).one()

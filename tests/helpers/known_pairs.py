@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.prior import any_metal

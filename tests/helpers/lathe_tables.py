@@ -11,8 +11,8 @@ from autodb.files.side import SideFile
 from autodb.proofs.machines.lathe.jobs import standard_cuts
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
 from autodb.proofs.machines.lathe.process import ALUMINIUM, BRASS, STEEL
-from autodb.records import CutTable
 from autodb.records.mistaken import Mistake
+from autodb.records.tables import CutTable
 from autodb.standard import CutProtocol
 
 Array = NDArray[np.float64]

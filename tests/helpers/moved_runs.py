@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_row
 from autodb.proofs.machines.lathe.process import ALUMINIUM, TrueCut
-from autodb.records import EDGE, CutTable, edge_codes
+from autodb.records.tables import EDGE, CutTable, edge_codes
 from autodb.standard import CutProtocol, StandardCut, read_protocol, run_order
 
 Array = NDArray[np.float64]

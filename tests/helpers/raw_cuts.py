@@ -8,7 +8,7 @@ from autodb.proofs.machines.lathe.disturbed import CutDisturbance, Disturbed, di
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.process import TrueCut
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_parquet
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded import raw
 
 CONDITIONS = (  # depth mm, feed mm/rev, speed rpm, machined diameter mm

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 RATE_HZ = 250.0

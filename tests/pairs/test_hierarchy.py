@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from autodb.fitting import Gaussian, posterior_after
+from autodb.fitting.gaussian import Gaussian, posterior_after
 from autodb.pairs.hierarchy import (
     ACTIVE,
     ANY,

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from autodb.cutting import kienzle, shear
 from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, kienzle_card, linear_coefficients
 from autodb.pairs.cards import COLUMNS, cards_as_csv, read_cards
 from autodb.pairs.handbook.conventional import (

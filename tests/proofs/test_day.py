@@ -20,7 +20,7 @@ from autodb.proofs.runs.keeping.day_oracle import FEWEST, case_of, decidable_fro
 from autodb.proofs.runs.keeping.day_run import DayOutcome, EventOutcome, Invented, names_it, walked
 from autodb.proofs.runs.keeping.day_summary import BETTER, DaySummary, day_summary_of
 from autodb.proofs.runs.run_file import Finished, Origin
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 SEED = 501
 

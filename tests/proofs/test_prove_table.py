@@ -12,7 +12,7 @@ from autodb.proofs.machines.mill import reference_table
 from autodb.proofs.machines.mill.reference_table import RecordedTable, TrueTable
 from autodb.proofs.runs.mill import published_table, table_run, table_summary
 from autodb.proofs.runs.run_file import Finished, Origin
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.engaged import engaged
 
 SEED = 101

@@ -15,12 +15,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.io import savemat
 from sqlalchemy import select
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import BLOCK_ROWS, _base, open_bases
-from autodb.records import Recording
+from autodb.records import source as records
 from autodb.records.resample import common_times_s, read_at
 from autodb.records.summary import summarise
+from autodb.records.tables import Recording
 from autodb.store import models, open_store
 from tests.conftest import Cli
 from tests.helpers.files import write, write_groups

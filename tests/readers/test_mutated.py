@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import READERS
-from autodb.records import Recording
+from autodb.records import source as records
 from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
+from autodb.records.tables import Recording
 from tests.helpers.files import write, write_groups
 from tests.helpers.mutations import MUTATIONS, Edit, mutated
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import MOST_COLUMNS
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
 from tests.conftest import Cli
 from tests.helpers.files import write
 

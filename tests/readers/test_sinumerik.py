@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.files.side import stated_side
 from autodb.readers import open_bases
+from autodb.records import source as records
 from tests.helpers.files import write_trace
 
 HEAD = """<?xml version="1.0" encoding="utf-8" ?>

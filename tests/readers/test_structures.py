@@ -11,9 +11,9 @@ from numpy.testing import assert_allclose
 from pyarrow import parquet
 from scipy.io import savemat
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import ColumnSet, open_bases
+from autodb.records import source as records
 from tests.conftest import SHARED
 from tests.helpers.files import write_workbook
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.readers import ColumnSet, open_bases
-from autodb.records import CutTable
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from tests.conftest import SHARED
 
 LOGS = SHARED / "failures" / "logs"

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile, stated_side
 from autodb.readers import open_bases
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 
 PAIRS = [
     ("t", "t2"), ("t_fast", "t_slow"), ("Zeit schnell [s]", "Zeit langsam [s]"), ("Time1", "Time2"),

@@ -15,11 +15,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.readers import open_bases
-from autodb.records import Recording
+from autodb.records import source as records
 from autodb.records.proposed.columns import propose_channels
 from autodb.records.proposed.written import side_file_of
+from autodb.records.tables import Recording
 
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
 ROWS = 260

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb import records
+from autodb.records import source as records
 from autodb.records.plausible import doubts
 from autodb.records.summary import summarise
 from tests.conftest import Cli

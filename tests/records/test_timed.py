@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from autodb import records
 from autodb.errors import UnusableInput
-from autodb.records import Recording, on_even_rows
+from autodb.records import source as records
+from autodb.records.tables import Recording
+from autodb.records.timed import on_even_rows
 from autodb.reports.figures import broken_line
 from autodb.sensing.drives.feed_axis import identify
 from autodb.store import models, open_store

@@ -5,10 +5,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.files.operation_words import OTHERS, WORDS, suggested_operation
-from autodb.records import CutTable
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from tests.conftest import Cli
 
 TABLE = """\

@@ -14,13 +14,13 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from sqlalchemy import func, select
 
-from autodb import records
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.sense.calibrating import known_forces
 from autodb.assets import kit
 from autodb.cli import run
-from autodb.fitting import NORMAL_95
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from autodb.reports import amounts
 from autodb.reports.card import axis_card
 from autodb.reports.card.axis_figures import at_middle, rules, trueness

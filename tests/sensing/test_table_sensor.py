@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.records.timed import on_even_rows
 from autodb.sensing.table.forces import envelopes, heat_of, table_forces
 from autodb.sensing.table.identify import air_left_N, identify_table

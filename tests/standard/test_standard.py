@@ -11,10 +11,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from autodb import records, standard
+from autodb import standard
 from autodb.agent.sense.measuring import new_protocol, read_measured, with_references
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.standard import CutProtocol, read_protocol, run_order
 from autodb.standard.writing import as_toml

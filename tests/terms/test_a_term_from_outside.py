@@ -22,10 +22,11 @@ from autodb.agent.sense.identifying import newest_model, stored_terms
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer import Cause
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.store import open_store
-from autodb.terms import Contribution, Factor, InputChange, Term, TermParameter, vocabulary
+from autodb.terms import vocabulary
+from autodb.terms.term import Contribution, Factor, InputChange, Term, TermParameter
 from autodb.terms.vocabulary import add_term, added_terms, all_terms, effect_called, term_called
 from tests.conftest import Cli, Once
 from tests.helpers.trapezoids import COULOMB, INERTIA, VISCOUS, WEIGHT, moves

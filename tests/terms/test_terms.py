@@ -9,9 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb import signals
-from autodb.terms import TERMS, Contribution, InputChange, OutputChange, Term
 from autodb.terms.channel import ChannelPart
 from autodb.terms.friction import STANDSTILL_MM_S, direction, presliding, since_reversal
+from autodb.terms.term import Contribution, InputChange, OutputChange, Term
+from autodb.terms.vocabulary import TERMS
 from autodb.timing import examined
 from tests.conftest import ROOT
 from tests.helpers.recovery import Seen, recover, without_columns

@@ -14,7 +14,7 @@ from autodb.agent.answer.predicting import JobAnswer
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import add_token
 from autodb.files.channels import largest_of
-from autodb.files.job import LEAST, MOST_CUT, JobCut
+from autodb.files.job_cut import LEAST, MOST_CUT, JobCut
 from autodb.store import Store, models
 from tests.helpers.asked import API, CUT, MILLED, batch, bearer, client_of, detail
 

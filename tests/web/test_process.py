@@ -14,7 +14,8 @@ from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import noted
 from autodb.cli import run
 from autodb.errors import NotThere, UnusableInput
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.store import Store, open_store
 from autodb.web.client import Client, Unanswered
 from autodb.web.http.settings import Settings

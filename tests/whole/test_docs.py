@@ -15,8 +15,7 @@ from autodb.proofs.runs.found import origin_line
 from autodb.proofs.runs.proof_summary import IntervalsSummary
 from autodb.proofs.runs.score import POOLED, coverage_limits, exact_interval
 from autodb.store import head
-from autodb.terms import TERMS
-from autodb.terms.vocabulary import vocabulary
+from autodb.terms.vocabulary import TERMS, vocabulary
 from docs.make import __main__ as make
 from docs.make import (
     api,

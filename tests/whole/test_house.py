@@ -16,8 +16,7 @@ from hatchling.builders.wheel import WheelBuilder
 from packaging.requirements import Requirement
 
 from autodb.cli._listed import GROUPS
-from autodb.terms import TERMS
-from autodb.terms.vocabulary import vocabulary
+from autodb.terms.vocabulary import TERMS, vocabulary
 from docs.make.terms import MANY
 from tests.conftest import ROOT, Cli
 

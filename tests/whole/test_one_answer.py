@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
-from autodb.fitting import NotSettled, stationary
+from autodb.fitting.rounds import NotSettled, stationary
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.sample import job_forces_N
 from tests.helpers.expected import LEARNT_FROM, OF_CUTS, answer

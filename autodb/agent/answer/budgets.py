@@ -12,7 +12,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.force_errors import errors_of, shared_key
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.sense.sensed import Readings, as_observed

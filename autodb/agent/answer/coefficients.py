@@ -15,7 +15,7 @@ from autodb.cutting.shear import PARAMETERS
 from autodb.errors import UnusableInput
 from autodb.files import coefficients
 from autodb.files.tool import ISO_13399, Geometry
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.card import Bounded, kienzle_card, linear_coefficients
 from autodb.pairs.posterior import OWN
 from autodb.store import models

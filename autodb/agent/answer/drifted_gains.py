@@ -15,14 +15,14 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.states import recordings_of
+from autodb.agent.learn.excluded import recordings_of
 from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span
-from autodb.agent.sense.sensed import QUANTITY, Calibrations, as_cuts, forces_of_pair
+from autodb.agent.rows.sensed_forces import QUANTITY, Calibrations, as_cuts, forces_of_pair
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.changes.drifting_gain import GainDrift, drifted_gain
 from autodb.pairs.changes.shared_shifts import PAIRS, SensedShares
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, RPM

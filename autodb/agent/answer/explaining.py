@@ -10,22 +10,23 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import records
 from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import import_file
-from autodb.agent.rows.calibrations import as_calibration, current_calibrations
+from autodb.agent.rows.calibration_records import as_calibration
+from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.corrected import corrected
 from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
+from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts, usable
 from autodb.agent.rows.stored_cuts import counted_cuts, cuts_as_table
-from autodb.agent.sense.sensed import QUANTITY, as_cuts, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.files.side import StatedColumns
 from autodb.pairs.forecast import means_of_lots
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import chosen
 from autodb.store import Store, models
 

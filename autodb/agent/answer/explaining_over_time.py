@@ -12,7 +12,7 @@ from autodb.agent.sense.identifying import newest_model, off_law_of, stored_term
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.files.channels import FORCES, effort_channels
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import predict_effort
 from autodb.store import models
 from autodb.terms.vocabulary import RUNOUT

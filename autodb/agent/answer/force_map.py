@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.agent.answer.prediction_basis import PredictionBasis
-from autodb.files.job import KEYS, JobCut
+from autodb.files.job_cut import KEYS, JobCut
 from autodb.files.machine import AxisLimits
-from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
+from autodb.forward.limits import QUANTITIES, PredictedQuantity
 from autodb.forward.prediction import PredictedCut
 from autodb.pairs.engaged import DEPTH, FEED
 

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session, aliased
 
 from autodb.agent.learn.learnt_from import LearntFrom, learnt_from
 from autodb.agent.rows.posteriors import as_posterior
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward import job_cuts
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import CUTTING_TIME, FLANK_WEAR, SPEED

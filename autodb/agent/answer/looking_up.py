@@ -26,7 +26,7 @@ from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.owner import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of
 from autodb.errors import UnusableInput, near
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.prediction import ToolOf
 from autodb.store import models
 

@@ -17,7 +17,7 @@ from autodb.forward.prediction import ToolOf
 from autodb.forward.waveform import waves_N
 from autodb.pairs.engaged import DEPTH, DIRECTION, FEED, RPM, WIDTH
 from autodb.pairs.posterior import PairPosterior
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.signals import by_piece, flagged_runs
 from autodb.store import models
 

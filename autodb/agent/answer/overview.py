@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session, selectinload
 
-from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holding
+from autodb.agent.rows.calibration_records import as_calibration
+from autodb.agent.rows.calibrations import current_calibrations, holding
 from autodb.agent.rows.machines import as_file, find_machine, limits_of
 from autodb.agent.rows.mismatches import decision_words, found_words
 from autodb.files.machine import AxisLimits

@@ -15,11 +15,13 @@ from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.owner import owner_of
-from autodb.agent.sense.sensed import QUANTITY, Readings
+from autodb.agent.rows.sensed_forces import QUANTITY
+from autodb.agent.sense.sensed import Readings
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.files.job import Job, JobCut
-from autodb.fitting import NORMAL_95
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.determined import (
     PossibleMeasurement,
     UndeterminedNumbers,

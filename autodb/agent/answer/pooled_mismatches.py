@@ -12,15 +12,15 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
-from autodb.agent.learn.states import excluded_cuts, recordings_of
+from autodb.agent.learn.excluded import excluded_cuts, recordings_of
 from autodb.agent.rows.mismatches import found_words, is_cause
 from autodb.agent.rows.posteriors import latest
+from autodb.agent.rows.sensed_forces import usable
 from autodb.agent.rows.stored_cuts import counted_cuts
-from autodb.agent.sense.sensed import usable
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.posterior import WEAR
-from autodb.records import EDGE
+from autodb.records.tables import EDGE
 from autodb.store import models
 
 MOST = 400

@@ -11,7 +11,6 @@ from autodb.agent.rows.catalogue import pair_id, refuse_other_geometry
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.owner import owner_named
 from autodb.files.job import Job
-from autodb.forward import along
 from autodb.forward.bending import CutBending, bending_of_job
 from autodb.forward.cut_figures import CutFigures, JobTotals, cut_figures, job_totals
 from autodb.forward.limits import Exceeding, LimitStanding
@@ -135,6 +134,8 @@ def _answer(
         cuts, states = basis.predict(job.cut)
         notes = basis.said(job.cut, cuts)
     else:
+        from autodb.forward import along
+
         source, states = program.source, []
         cuts = basis.widened(
             along.predict_lines(known.posterior, known.tool, program.lines, source=source)
@@ -170,6 +171,8 @@ def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
 
 def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) -> Iterable[str]:
     """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
+    from autodb.forward.along import peaked
+
     lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
     yield (
         f"{lines} cut for {program.cutting_s:.1f} s, of {program.fed_s:.1f} s at a feed, and take "
@@ -178,4 +181,4 @@ def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) ->
     if len(program.tools) > 1:
         yield f"cuts with tools {', '.join(program.tools)}: all by what is known of {tool}"
     yield from program.notes
-    yield from along.peaked(cuts)
+    yield from peaked(cuts)

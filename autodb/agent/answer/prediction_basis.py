@@ -26,7 +26,7 @@ from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near
 from autodb.files.channels import axis_words
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
 from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings

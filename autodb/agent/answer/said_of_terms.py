@@ -6,12 +6,11 @@ import numpy as np
 
 from autodb.agent.learn.learnt_from import said_of_wear, wear_words
 from autodb.cutting.shear import NAMES, PARAMETERS
-from autodb.files.job import JobCut
-from autodb.fitting import NORMAL_95
+from autodb.files.job_cut import JobCut
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, lot_key
 from autodb.terms.chip import HARD_SPOT, built_up_edge
-from autodb.terms.vocabulary import all_terms
 
 NOTICED = 0.05
 """Share of a band's change from which on a cut is said to be in it. Chosen."""
@@ -32,6 +31,8 @@ def terms_words(posterior: PairPosterior, terms: Iterable[str]) -> Iterator[str]
 
 def _law_words(posterior: PairPosterior, name: str) -> Iterator[str]:
     """Say what the numbers of the law are that hold a term."""
+    from autodb.terms.vocabulary import all_terms
+
     numbers = {n for term in all_terms() if term.name == name for n in term.in_law}
     said = []
     for k in sorted(NAMES.index(number) for number in numbers):

@@ -14,7 +14,7 @@ from autodb.agent.answer.said_of_terms import terms_words
 from autodb.agent.ingest.importing import time_sentences
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
-from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.mismatches import decision_words
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.agent.rows.stored_cuts import cuts_as_table
@@ -22,7 +22,7 @@ from autodb.agent.sense.measured import statement_of
 from autodb.cutting import shear
 from autodb.errors import NotThere, near
 from autodb.files.dynamometer import COMPONENTS
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.scored import Width
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.sensed_force import left_domain

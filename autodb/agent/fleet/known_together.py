@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.shared_priors import known_materials, newest_prior
 from autodb.cutting import shear
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.disagreeing import DisagreementCause, Disagrees
 from autodb.store import models
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 from autodb.agent.ingest.importing import whole_file
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
-from autodb.records import CutTable, Recording, open_as_stored
+from autodb.records.source import open_as_stored
+from autodb.records.tables import CutTable, Recording
 from autodb.store import models
 
 

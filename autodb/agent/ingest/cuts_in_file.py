@@ -12,7 +12,8 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import JOB, JOB_BLOCK, JOB_CUT, LOT, axis_of
 from autodb.files.side import SideFile
 from autodb.pairs.engaged import BY_NAME, DIRECTION
-from autodb.records import EDGE, CutTable, Recording, RecordingSource
+from autodb.records.source import RecordingSource
+from autodb.records.tables import EDGE, CutTable, Recording
 from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.feeding import feeds_outward
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS

@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.errors import SetAside, UnusableInput
 from autodb.files.side import StatedColumns
-from autodb.records import EDGE, CutTable, edge_codes
+from autodb.records import source as records
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
+from autodb.records.tables import EDGE, CutTable, edge_codes
 from autodb.sensing.ranges.recorded import raw
 from autodb.sensing.ranges.validity import with_stated
 

@@ -8,7 +8,6 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb import records
 from autodb.agent.ingest.cuts_in_file import cuts_in, made_cuts
 from autodb.agent.ingest.redelivered import (
     ROWS_ALIKE,
@@ -26,9 +25,11 @@ from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile, StatedColumns
-from autodb.records import CutTable, RecordingSource
+from autodb.records import source as records
 from autodb.records.plausible import left_out_operations, refuse_implausible
+from autodb.records.source import RecordingSource
 from autodb.records.summary import BaseSummary, summarise
+from autodb.records.tables import CutTable
 from autodb.store import Store, models
 from autodb.timing import Timing
 

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
-from autodb.records import RecordingSource, open_as_stored
+from autodb.records.source import RecordingSource, open_as_stored
 from autodb.store import models
 
 CUTS_ALIKE, ROWS_ALIKE = 0.5, 0.9

@@ -12,10 +12,11 @@ from dataclasses import replace
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.states import PERSISTS, Forces, causes_of, recordings_of
+from autodb.agent.learn.excluded import recordings_of
+from autodb.agent.learn.states import PERSISTS, Forces, causes_of
 from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.shear import NAMES
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.confirmed import learn_banded, with_terms
 from autodb.pairs.engaged import CUTTING_TIME, RPM, SPEED
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, PairTerms

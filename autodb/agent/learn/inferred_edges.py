@@ -18,7 +18,7 @@ from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.edges_in_use import conditions_in_use, label_of
 from autodb.agent.rows.mismatches import NEW_EDGE
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
-from autodb.agent.sense.sensed import (
+from autodb.agent.rows.sensed_forces import (
     QUANTITY,
     Calibrations,
     PairForces,
@@ -27,7 +27,7 @@ from autodb.agent.sense.sensed import (
 )
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.changes.edge_changes import AROUND, EdgeChange, EdgeCuts, edge_changes, wears
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, EDGE
 from autodb.pairs.forecast import expected_means

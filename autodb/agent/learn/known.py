@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import LAW, as_posterior, latest
@@ -63,6 +62,8 @@ def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownP
     if row is not None:
         behind = Behind(row.id, row.version, row.n_cuts, row.started_from)
         return KnownPair(as_posterior(row), called, behind, row)
+    from autodb.agent.learn.starting import start_of
+
     _refuse_earlier_law(session, owner, pair)
     start = start_of(session, owner.id, material, tool)
     behind = Behind(None, None, 0, start.said)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
+from autodb.agent.learn.excluded import newest_states, recordings_of
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
@@ -13,9 +14,7 @@ from autodb.agent.learn.states import (
     causes_of,
     learnt_before,
     named_states,
-    newest_states,
     outlying_cuts,
-    recordings_of,
     sorted_forces,
 )
 from autodb.agent.rows.posteriors import (
@@ -29,7 +28,8 @@ from autodb.agent.rows.posteriors import (
     posterior_columns,
     version_chain,
 )
-from autodb.agent.sense.sensed import PairForces, as_observed
+from autodb.agent.rows.sensed_forces import PairForces
+from autodb.agent.sense.sensed import as_observed
 from autodb.errors import UnusableInput
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import CUTTING_TIME

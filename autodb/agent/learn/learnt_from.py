@@ -10,8 +10,8 @@ import numpy as np
 from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
-from autodb.files.job import JobCut
-from autodb.fitting import NORMAL_95
+from autodb.files.job_cut import JobCut
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
 from autodb.pairs.forecast import worn

@@ -8,9 +8,9 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.posteriors import LAW, as_posterior, law_from_json
-from autodb.agent.sense.sensed import QUANTITY
+from autodb.agent.rows.sensed_forces import QUANTITY
 from autodb.cutting.turning import PASSIVE_AXIS
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast

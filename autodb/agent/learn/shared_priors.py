@@ -15,7 +15,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.posteriors import LAW, OF_CALIBRATIONS, kept_law, law_from_json, posterior_of
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.hierarchy import (
     ACTIVE,
     STEPS,

@@ -7,8 +7,8 @@ import numpy as np
 
 from autodb.agent.learn.usual_cut import nearest_to_median
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.sense.sensed import QUANTITY, operation_of
-from autodb.fitting import NORMAL_95
+from autodb.agent.rows.sensed_forces import QUANTITY, operation_of
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior

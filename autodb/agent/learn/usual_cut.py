@@ -7,8 +7,8 @@ from pydantic import ValidationError
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.sense.sensed import operation_of
-from autodb.files.job import KEYS, JobCut
+from autodb.agent.rows.sensed_forces import operation_of
+from autodb.files.job_cut import KEYS, JobCut
 from autodb.pairs.engaged import (
     DEPTH,
     DIAMETER,

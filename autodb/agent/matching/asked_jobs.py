@@ -11,10 +11,10 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.posteriors import as_posterior, version_chain
-from autodb.agent.sense.sensed import operation_of
-from autodb.files.job import JobCut
+from autodb.agent.rows.sensed_forces import operation_of
+from autodb.files.job_cut import JobCut
+from autodb.forward.limits import QUANTITIES
 from autodb.forward.matching import OVERRIDE, CutOfJob, MadeCut, overridden_alike
-from autodb.forward.predictedfile import QUANTITIES
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED, RPM, SPEED, WIDTH, Conditions
 from autodb.pairs.forecast import expected_means

@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.matching.past_predictions import HISTORY, PastCut, past_cuts
 from autodb.agent.rows.machines import find_machine
-from autodb.forward.predictedfile import QUANTITIES
+from autodb.forward.limits import QUANTITIES
 from autodb.forward.scored import Score, Width, score_of, width_of
 from autodb.store import Store
 from autodb.wording import msgid

@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session
 from autodb.agent.matching.asked_jobs import AskedCuts
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.refresh_cursor import Span
-from autodb.agent.sense.sensed import Calibrations, forces_of_cuts, sd_beside_N
+from autodb.agent.rows.sensed_forces import Calibrations, forces_of_cuts
+from autodb.agent.sense.sensed import sd_beside_N
 from autodb.pairs.engaged import RPM
 from autodb.store import models
 

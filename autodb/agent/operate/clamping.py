@@ -7,7 +7,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.store import models
 
 OFFSET, TOOTH = "offset", "tooth "

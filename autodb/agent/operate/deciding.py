@@ -20,10 +20,10 @@ from autodb.agent.rows.posteriors import as_posterior, pair_name
 from autodb.agent.sense.identifying import KeptModel
 from autodb.errors import NotThere, UnusableInput, near
 from autodb.explain.engine.candidates import UNKNOWN
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
-from autodb.terms import Home
+from autodb.terms.term import Home
 from autodb.terms.vocabulary import effect_called, of_the_machine, where_kept
 from autodb.wording import listed, phrase
 

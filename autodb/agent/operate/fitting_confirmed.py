@@ -17,11 +17,11 @@ from autodb.agent.sense.identifying import (
 )
 from autodb.errors import UnusableInput
 from autodb.files.channels import effort_channels
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import cross_test
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.store import models
-from autodb.terms import COGGING, FRICTION_RIPPLE
+from autodb.terms.drive import COGGING, FRICTION_RIPPLE
 
 
 @dataclass(frozen=True)

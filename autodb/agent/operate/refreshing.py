@@ -33,11 +33,11 @@ from autodb.agent.operate.retaining import retain
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span, basis_of, last_mark, next_span
+from autodb.agent.rows.sensed_forces import Calibrations, forces_of_pair
 from autodb.agent.sense.due import calibrations_due
 from autodb.agent.sense.measured import measure_over_time
 from autodb.agent.sense.over_time import feel_over_time
 from autodb.agent.sense.ranging import known_otherwise, sense_cuts
-from autodb.agent.sense.sensed import Calibrations, forces_of_pair
 from autodb.store import Store, models, retried
 from autodb.terms.chip import HARD_SPOT
 

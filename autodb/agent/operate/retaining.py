@@ -28,7 +28,7 @@ from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
 from autodb.files.targets import hidden, replace_by
-from autodb.records import RecordingSource, open_as_stored
+from autodb.records.source import RecordingSource, open_as_stored
 from autodb.store import Store, models
 
 COMPRESSED = ".csv"

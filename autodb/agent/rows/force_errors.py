@@ -4,9 +4,6 @@ from autodb.pairs.posterior import DAY, GAIN
 from autodb.sensing.dynamometer import ForceError
 from autodb.store import models
 
-MEASURED = "dynamometer"
-"""What a measured force has as its estimator."""
-
 
 def errors_of(row: models.SensedForce) -> list[ForceError]:
     """Return the errors of a measured force."""

@@ -10,13 +10,14 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb import standard
-from autodb.agent.rows.calibrations import current_calibrations, keep_calibration
+from autodb.agent.rows.calibration_records import keep_calibration
+from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.machines import as_file, find_machine
 from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.measured import reference_errors
 from autodb.errors import UnusableInput
-from autodb.fitting import Undetermined
-from autodb.records import CutTable
+from autodb.fitting.linear import Undetermined
+from autodb.records.tables import CutTable
 from autodb.sensing.dynamometer import ForceStatement, errors_of_table
 from autodb.sensing.ranges import calibration, faults
 from autodb.sensing.ranges.calibration import Calibration

@@ -10,7 +10,7 @@ from autodb.agent.ingest.importing import whole_file
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import NotThere, near
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
 from autodb.sensing.drives.moves.motion import protocol_of

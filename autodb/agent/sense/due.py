@@ -9,7 +9,8 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.calibrations import as_calibration, current_calibrations, holds_for
+from autodb.agent.rows.calibration_records import as_calibration
+from autodb.agent.rows.calibrations import current_calibrations, holds_for
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.sensing.ranges.feeding import moving

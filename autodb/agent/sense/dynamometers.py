@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from autodb import records
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.estimators import FittedComponent, is_learnt_from, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.reconstructing import ReconstructedLoad
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces

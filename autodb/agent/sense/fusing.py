@@ -14,7 +14,7 @@ from autodb.agent.sense.networks import forces_on_machine
 from autodb.agent.sense.reconstructing import ReconstructedLoad, reconstruct_on_machine
 from autodb.errors import UnusableInput
 from autodb.explain import explain
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.fusion import (
     DRIVE,
     NETWORK,

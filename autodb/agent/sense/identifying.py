@@ -14,9 +14,9 @@ from autodb.agent.rows.machines import find_machine
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import StatedColumns
-from autodb.records import Recording
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import cross_test, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy

@@ -18,16 +18,17 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.importing import files_of
 from autodb.agent.rows.estimators import newest
-from autodb.agent.rows.force_errors import MEASURED, errors_of
+from autodb.agent.rows.force_errors import errors_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span
+from autodb.agent.rows.sensed_forces import MEASURED
 from autodb.agent.sense.dynamometers import KIND
 from autodb.agent.sense.over_time import WaitingCut
 from autodb.errors import UnusableInput
 from autodb.files.channels import FORCES
 from autodb.files.dynamometer import COMPONENTS, DynamometerSection
 from autodb.files.side import SideFile
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.dynamometer import ForceError, ForceStatement, MeasuredForces, mean_errors
 from autodb.sensing.ranges.in_cut import steady_rows
 from autodb.store import Store, models

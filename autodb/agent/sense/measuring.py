@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from autodb import records
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import FORCES
 from autodb.files.side import Operation
-from autodb.records import CutTable
+from autodb.records import source as records
 from autodb.records.plausible import refuse_doubtful
 from autodb.records.summary import summary_of
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.recorded.raw import cut_of_recording
 from autodb.standard import CutProtocol, ReferenceForce, StandardCut, rows_of_cut
 from autodb.standard.protocol import HOLES

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from autodb import records
 from autodb.agent.ingest.as_imported import signed
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.estimators import (
@@ -33,7 +32,8 @@ from autodb.agent.sense.reconstructing import (
 )
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES, axis_of
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
 from autodb.sensing.network import need_torch
 from autodb.store import Store, models

@@ -25,8 +25,8 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
-from autodb.records import Recording
 from autodb.records.source import open_as_stored
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from autodb.store import Store, models
 

@@ -14,8 +14,8 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
 from autodb.errors import UnusableInput
 from autodb.files.channels import ROTARY_AXES, axis_of, effort_channels
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.reconstruct import DriveLoad, DriveModel, observe, reconstruct

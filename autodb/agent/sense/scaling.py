@@ -19,8 +19,8 @@ from autodb.agent.sense.identifying import newest_model, refuse_faults, stored_t
 from autodb.agent.sense.reconstructing import Scale, drive_model, scale_of
 from autodb.errors import UnusableInput
 from autodb.files.channels import LINEAR_AXES
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.moves.prepared import effort_axis, effort_channel

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from autodb.agent.ingest.as_imported import signed
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, refuse_faults, version_names
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.prepared import effort_channel, prepared
 from autodb.sensing.drives.staged import agreement, agreement_linear

@@ -15,7 +15,7 @@ from babel.messages.pofile import read_po, write_po
 
 import autodb
 from autodb.cutting.shear import PARAMETERS
-from autodb.files.job import OPERATIONS
+from autodb.files.job_cut import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
 from autodb.wording.catalogues import LANGUAGES
 
@@ -56,7 +56,7 @@ def said_messages() -> Catalog:
 def _vocabulary() -> Iterator[tuple[str, str]]:
     """Give what is said of operations and effects, which are data, and where they are listed."""
     for operation in OPERATIONS:
-        yield operation, "autodb/files/job.py"
+        yield operation, "autodb/files/job_cut.py"
     for effect in (*all_terms(), *WITHOUT_TERM):
         if effect.title:
             yield effect.title, "autodb/terms/vocabulary.py"

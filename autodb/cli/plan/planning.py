@@ -18,7 +18,7 @@ from autodb.cli._common import (
 
 if TYPE_CHECKING:
     from autodb.agent.answer.planning import ProposedCuts
-    from autodb.files.job import JobCut
+    from autodb.files.job_cut import JobCut
 
 JobFile = Annotated[
     Path,

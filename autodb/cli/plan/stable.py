@@ -15,7 +15,7 @@ from autodb.cli._common import (
     say,
     working,
 )
-from autodb.cli.plan.predict_and_trace import ToolPath, stated_tool
+from autodb.cli.everyday.predicting import ToolPath, stated_tool
 
 JobFile = Annotated[Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts.")]
 DynamicsFile = Annotated[

@@ -1,1 +1,1 @@
-"""The demonstration."""
+"""Commands that set a database and a machine up, with its first recordings."""

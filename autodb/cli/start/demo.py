@@ -18,7 +18,8 @@ from autodb.explain.answer import Explained
 from autodb.files.job import read_job
 from autodb.files.machine import LATHE
 from autodb.files.targets import hidden, replace_by
-from autodb.records import Recording, read
+from autodb.records.source import read
+from autodb.records.tables import Recording
 from autodb.reports.explanation import explanation_fragment
 from autodb.reports.explanation_files import write_answer
 from autodb.reports.machine_page import machine_page

@@ -1,1 +1,1 @@
-"""Commands that explain recordings."""
+"""Commands that explain recordings and what is stored."""

@@ -260,7 +260,7 @@ def _why_no_version(done: "Decided") -> str:
 def _show_version(done: "Decided", kept: "KeptModel") -> None:
     """Print the version that holds the term now, its numbers, and what it does to the error."""
     from autodb.agent.operate.fitting_confirmed import of_term
-    from autodb.cli.learn.identifying import show_kept
+    from autodb.cli.understand.identifying import show_kept
     from autodb.sensing.drives.fit.axis_model import amplitudes, readable
 
     say(f"mismatch {done.number}: {done.term} confirmed")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
     from autodb.explain import Explained
     from autodb.explain.several_recordings import RecordingSetup
-    from autodb.records import CutTable, Recording
+    from autodb.records.tables import CutTable, Recording
 
 RecordingFiles = Annotated[
     list[Path],

@@ -26,8 +26,8 @@ from autodb.explain.engine.confidence import (
 from autodb.explain.engine.entries import own_term_entries
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
-from autodb.fitting import NORMAL_95
-from autodb.terms import Term
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.terms.term import Term
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]

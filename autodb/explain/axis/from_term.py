@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Candidate, CandidateForm, near_one
-from autodb.terms import Contribution, Factor, InputChange, Term, TermParameter
 from autodb.terms.channel import EVERY, OTHER, ChannelPart, channel_columns, input_name, parts_over
+from autodb.terms.term import Contribution, Factor, InputChange, Term, TermParameter
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]

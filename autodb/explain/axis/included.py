@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL, ROWS
-from autodb.fitting import NotConverged
+from autodb.fitting.projection import NotConverged
 from autodb.signals.waves import strongest_wave
-from autodb.terms import Channel, Contribution, Factor, Term
 from autodb.terms.channel import ChannelPart, channel_columns, linear_parameters, parts_over
 from autodb.terms.fit import fit_parts
+from autodb.terms.term import Channel, Contribution, Factor, Term
 from autodb.terms.vocabulary import terms_on
 
 Array = NDArray[np.float64]

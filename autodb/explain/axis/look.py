@@ -38,7 +38,7 @@ from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
 from autodb.files.channels import axis_of
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import is_on_change, refuse_unknown_rests
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar, nnls
 from autodb import signals
 from autodb.explain.axis.tilt import CONSTANT, own_tilt
 from autodb.files.channels import ROTARY_AXES, place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import noise_sd, top_speed
 from autodb.terms.drive import tilt
 from autodb.terms.friction import direction

@@ -13,8 +13,8 @@ from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.fitted import FittedEffects
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]

@@ -12,12 +12,12 @@ from autodb.explain.axis.included import included_parts, ripples_over_position
 from autodb.explain.axis.read_off import READ_OFF, OwnTerms, own_terms, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import axis_kind
 from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
-from autodb.terms import Factor, OutputChange
 from autodb.terms.channel import EVERY
 from autodb.terms.friction import since_reversal
+from autodb.terms.term import Factor, OutputChange
 from autodb.terms.vocabulary import all_terms, friction_terms
 
 Array = NDArray[np.float64]

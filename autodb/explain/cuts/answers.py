@@ -39,8 +39,8 @@ from autodb.explain.engine.entries import (
 )
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
-from autodb.fitting import NORMAL_95
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import CutTable
 from autodb.terms.vocabulary import all_terms, term_called
 
 Array = NDArray[np.float64]

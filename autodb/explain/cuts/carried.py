@@ -26,7 +26,7 @@ from autodb.explain.cuts.fit import CutsFit, fit_cuts
 from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.telling import held_coefficients
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.laws import GAIN
 from autodb.explain.engine.plain import NEEDED
 from autodb.explain.engine.search import FoundSet, settled_set
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 

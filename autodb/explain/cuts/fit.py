@@ -16,7 +16,8 @@ from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.normal import HELD, Normal
-from autodb.fitting import NORMAL_95, orthonormal_basis
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.fitting.linear import orthonormal_basis
 
 Array = NDArray[np.float64]
 

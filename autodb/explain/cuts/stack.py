@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.records import EDGE, CutTable
+from autodb.records.tables import EDGE, CutTable
 
 Array = NDArray[np.float64]
 

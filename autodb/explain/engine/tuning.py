@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.noise import Noise
-from autodb.fitting import NotSettled, stationary
+from autodb.fitting.rounds import NotSettled, stationary
 
 Array = NDArray[np.float64]
 

@@ -39,7 +39,7 @@ from autodb.explain.waves.parameters import (
 )
 from autodb.explain.waves.plain_rows import WaveRows
 from autodb.explain.waves.refined import as_one
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

@@ -26,7 +26,7 @@ from autodb.explain.engine.normal import HELD, Normal, normal
 from autodb.explain.engine.search import DETAIL
 from autodb.explain.engine.working import WorkingRate
 from autodb.explain.waves.world import shape_columns
-from autodb.fitting import orthonormal_basis
+from autodb.fitting.linear import orthonormal_basis
 from autodb.timing import Timing
 
 Array = NDArray[np.float64]

@@ -32,7 +32,7 @@ from autodb.explain.waves.world import (
     own_columns_of_waves,
     shape_columns,
 )
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.signals import by_piece
 
 Array = NDArray[np.float64]

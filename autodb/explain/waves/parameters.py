@@ -19,7 +19,7 @@ from autodb.explain.waves.scans import harder_stretch
 from autodb.explain.waves.sensors import HEATED, heated_sensor, in_one
 from autodb.explain.waves.teeth import StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, on_each, shape_columns
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from autodb.explain.waves.law import (
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts, machine_and_table
 from autodb.explain.waves.waves import Waves, heard, mill_of
 from autodb.files.channels import FORCES
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

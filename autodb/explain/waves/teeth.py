@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.files.channels import FORCES
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 
 Array = NDArray[np.float64]

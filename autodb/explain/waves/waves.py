@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.explain.waves.law import ReadLaw
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from autodb.cutting.regenerating import directional_stiffness
 from autodb.errors import UnusableInput
-from autodb.files.job import KEYS, JobCut
-from autodb.fitting import NORMAL_95, root_of
-from autodb.forward.distribution import chance_above
+from autodb.files.job_cut import KEYS, JobCut
+from autodb.fitting.gaussian import NORMAL_95, root_of
 from autodb.forward.limits import probability_words
-from autodb.forward.prediction import Interval, ToolOf
+from autodb.forward.prediction import Interval, ToolOf, chance_above
 from autodb.forward.stability.dynamics import ToolPoint
 from autodb.forward.stability.lobes import Loop, limit_at, lines_for, loop_of
 from autodb.pairs.engaged import BANDS, BY_NAME, RPM

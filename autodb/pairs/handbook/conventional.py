@@ -22,7 +22,7 @@ from autodb.cutting.kienzle import ViewRange
 from autodb.cutting.shear import THICKNESS_MM, Values
 from autodb.errors import UnusableInput, near
 from autodb.files.toml import read_toml
-from autodb.fitting import NORMAL_95, Gaussian
+from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level_of_bounds
 from autodb.pairs.handbook.material_groups import bare_name, grouped_names, material_of_group
 from autodb.pairs.handbook.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting, standard
-from autodb.fitting import NORMAL_95
+from autodb import standard
 from autodb.fitting.anfis.sentences import Rules, rule_sentences
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.fitting.linear import Undetermined
+from autodb.fitting.scores import straight_line
+from autodb.records.tables import CutTable
 from autodb.reports.card import conditions
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.choosing import FOLDS, groups_left_out
@@ -203,14 +205,14 @@ def trueness(target: Array, estimate: Array, groups: NDArray[np.generic]) -> Tru
     """Return the line of reference (n,) on estimate (n,); None where estimates hold no line."""
     names = np.unique(groups)
     try:
-        whole = fitting.straight_line(estimate, target).coefficients
+        whole = straight_line(estimate, target).coefficients
         without = np.array(
             [
-                fitting.straight_line(estimate[groups != name], target[groups != name]).coefficients
+                straight_line(estimate[groups != name], target[groups != name]).coefficients
                 for name in names
             ]
         )
-    except fitting.Undetermined:
+    except Undetermined:
         return None
     g = len(names)
     errors = np.sqrt((g - 1) / g * np.sum((without - without.mean(axis=0)) ** 2, axis=0))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import standard
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autodb.cutting.turning import PASSIVE_AXIS
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.reports.card.axis_figures import AxisCard
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.error_kinds import DAY_SHARE

@@ -3,7 +3,7 @@
 import numpy as np
 
 from autodb import __version__
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.reports import amounts, figures
 from autodb.reports.card import plots
 from autodb.reports.card.axis_figures import AxisCard, OneCut

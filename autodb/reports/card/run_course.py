@@ -8,7 +8,7 @@ from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
 from autodb.explain.answer import Cause
 from autodb.explain.calibration_run import Ends, cause_sentences, explain_moved
 from autodb.explain.cuts.candidates.currents import StandardRun
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.reports.card import axis_figures
 from autodb.reports.card.conditions import codes, last_less_first
 from autodb.sensing.ranges.calibration import Calibration

@@ -13,8 +13,7 @@ from autodb.files.cut_words import job_in_words
 from autodb.files.machine import AxisLimits
 from autodb.forward.bending import bending_in_words
 from autodb.forward.cut_figures import CutFigures, JobTotals
-from autodb.forward.limits import standings_in_words
-from autodb.forward.predictedfile import QUANTITIES, PredictedQuantity
+from autodb.forward.limits import QUANTITIES, PredictedQuantity, standings_in_words
 from autodb.forward.prediction import Interval
 from autodb.reports import amounts, figures
 from autodb.wording import amount_words, msgid, phrase, shop_amount

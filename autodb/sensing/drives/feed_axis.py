@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import ROTARY_AXES
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
@@ -36,9 +36,10 @@ from autodb.sensing.drives.moves.protocol import (
     default_protocol,
     means_by_way,
 )
-from autodb.terms import COGGING, Channel, Contribution, Term, TermParameter
 from autodb.terms.channel import ChannelPart, parts_over
+from autodb.terms.drive import COGGING
 from autodb.terms.ripple import NODES
+from autodb.terms.term import Channel, Contribution, Term, TermParameter
 from autodb.terms.vocabulary import terms_on
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, predicted_effort
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STEADY, states

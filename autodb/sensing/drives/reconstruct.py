@@ -14,7 +14,7 @@ from scipy import signal
 
 from autodb import signals
 from autodb.files.channels import place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
@@ -23,8 +23,8 @@ from autodb.sensing.drives.fit.axis_model import (
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import STANDING, TURNED, DriveErrors, states
 from autodb.sensing.drives.moves.motion import protocol_of, term_inputs
-from autodb.terms import Contribution, Factor
 from autodb.terms.friction import direction
+from autodb.terms.term import Contribution, Factor
 from autodb.terms.vocabulary import friction_terms, term_called
 
 Array = NDArray[np.float64]

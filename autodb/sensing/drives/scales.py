@@ -10,7 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting, signals
+from autodb import signals
+from autodb.fitting.covariance import long_run_variance
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.fitting.linear import least_squares, spanning
 from autodb.sensing.drives.reconstruct import DriveLoad
 
 Array = NDArray[np.float64]
@@ -42,11 +45,11 @@ def by_force(load: DriveLoad, force_N: Array, *, rate_hz: float) -> ForceScale |
     smooth = signals.lowpass(force_N, rate_hz=rate_hz, cutoff_hz=load.bandwidth_hz)[kept]
     sense = np.sign(load.direction[kept])
     design = np.column_stack([-smooth, np.ones_like(smooth), sense])
-    spans = fitting.spanning(design)
+    spans = spanning(design)
     if 0 not in spans or np.ptp(smooth) == 0.0:
         return None
     lags = round(CORRELATED_S * rate_hz)
-    fit = fitting.least_squares(design[:, spans], load.value[kept], lags=lags)
+    fit = least_squares(design[:, spans], load.value[kept], lags=lags)
     amperes_per_newton = float(fit.coefficients[0])
     return ForceScale(1.0 / amperes_per_newton, float(fit.sd[0]) / abs(amperes_per_newton))
 
@@ -66,7 +69,7 @@ def by_step(load: DriveLoad, force_N: float, share: float, *, rate_hz: float) ->
     one_way = np.sign(np.mean(load.direction[parts.cut])) == np.sign(
         np.mean(load.direction[parts.air])
     )
-    if not one_way or abs(step) < fitting.NORMAL_95 * float(np.median(load.sd[parts.cut])):
+    if not one_way or abs(step) < NORMAL_95 * float(np.median(load.sd[parts.cut])):
         return None
     return ForceScale(-force_N / step, float(np.sqrt(share**2 + variance / step**2)))
 
@@ -75,4 +78,4 @@ def _mean(values: Array) -> tuple[float, float]:
     """Return the mean of the known values and its variance, which correlated rows make larger."""
     known = values[np.isfinite(values)]
     mean = float(known.mean())
-    return mean, fitting.long_run_variance(known - mean) / len(known)
+    return mean, long_run_variance(known - mean) / len(known)

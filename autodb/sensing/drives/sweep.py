@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, STEADY
 from autodb.sensing.drives.reconstruct import DriveModel, term_slopes
 from autodb.terms.friction import direction

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
 from autodb.sensing.fusion import DRIVE, NETWORK, Fusion, SensedTogether, fuse, learn_fusion
 from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.sensing.network.coherent import coherent_hz
 from autodb.sensing.network.drive_loads import AxisTables, LoadedDrive, SeenAxis
 from autodb.sensing.network.greybox import (

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import axis_motion, protocol_of
 from autodb.sensing.network.drive_loads import LoadedDrive
 from autodb.sensing.network.greybox import SPINDLE, GreyBox, KnownForceRecording, loads_of

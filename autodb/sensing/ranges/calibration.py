@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.fitting.scores import bootstrap_r_squared, r_squared
+from autodb.records.tables import CutTable
 from autodb.sensing.dynamometer import ForceError
 from autodb.sensing.ranges.choosing import (
     CONDITION,
@@ -285,11 +285,11 @@ def _forms(table: CutTable, axis: str, unit: str) -> tuple[CurrentForm, ...]:
 
 def _scores(errors: Array, points: Points) -> Scores:
     y, groups = points.target, points.groups
-    low, high = fitting.bootstrap_r_squared(errors, y, groups)
+    low, high = bootstrap_r_squared(errors, y, groups)
     return Scores(
         n=len(y),
         rmse=float(np.sqrt(np.mean(errors**2))),
-        r_squared=fitting.r_squared(errors, y),
+        r_squared=r_squared(errors, y),
         r_squared_low=low,
         r_squared_high=high,
         groups=len(np.unique(groups)),

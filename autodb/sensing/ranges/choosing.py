@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting import Undetermined
-from autodb.records import CutTable
+from autodb.fitting.linear import Undetermined
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts

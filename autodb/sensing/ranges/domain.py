@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.fitting import Undetermined
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.choosing import TriedForm
 from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import CurrentForm, FittedForm, MeasuredCuts, of_one_way

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.groups import Components, components, small_sample
 
 Array = NDArray[np.float64]
 
@@ -124,7 +124,7 @@ def error_kinds_of(
     seen = gain + (offset + by_groups) / square
     freedom = len(cuts.error) - cuts.slopes.shape[1]
     kinds = ErrorKinds(
-        cut_sd=float(np.sqrt(own * fitting.small_sample(freedom))),
+        cut_sd=float(np.sqrt(own * small_sample(freedom))),
         gain_share=float(np.sqrt(gain + max(0.0, day_share**2 - seen))),
         reference_share=reference_share,
         group=found.widened + np.diag([offset, 0.0]),
@@ -137,12 +137,12 @@ def _mean_variance(columns: Array, covariance: Array) -> float:
     return float(np.mean(np.einsum("ij,jk,ik->i", columns, covariance, columns)))
 
 
-def _components(cuts: FittedCuts, both: Array) -> fitting.Components:
+def _components(cuts: FittedCuts, both: Array) -> Components:
     groups = np.arange(len(cuts.error)) if cuts.groups is None else cuts.groups
-    return fitting.components(cuts.slopes, both, cuts.error, groups, known=cuts.from_current)
+    return components(cuts.slopes, both, cuts.error, groups, known=cuts.from_current)
 
 
-def _of_groups(cuts: FittedCuts, both: Array, found: fitting.Components) -> Array:
+def _of_groups(cuts: FittedCuts, both: Array, found: Components) -> Array:
     """Return what groups add to the coefficients' covariance (p, p): K Z B Zᵀ Kᵀ over groups.
 
     K = C Xᵀ/s² is how the coefficients follow the targets.

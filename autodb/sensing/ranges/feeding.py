@@ -1,10 +1,15 @@
 """How the cuts of a table are fed: their direction, the arm of their torque, which axes move."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import PASSIVE_AXIS, effective_radius_mm
-from autodb.records import CutTable
+from autodb.sensing.ranges.validity import LEAST_FEED_MM_S
+
+if TYPE_CHECKING:
+    from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
@@ -12,27 +17,25 @@ Rows = NDArray[np.bool_]
 OBLIQUE = ("taper", "contour")
 """Operations whose cuts state the direction of their feed."""
 TURNING = ("turn", "face", *OBLIQUE)
-LEAST_FEED_MM_S = 0.01
-"""Mean velocity of an axis in a cut below which it stands. Chosen: 0.6 mm/min."""
 
 
-def operations_of(table: CutTable) -> list[str]:
+def operations_of(table: "CutTable") -> list[str]:
     """Return the operation of each cut (n,), empty where it is not said."""
     return table.texts.get("operation", [""] * len(table))
 
 
-def turned_cuts(table: CutTable) -> Rows:
+def turned_cuts(table: "CutTable") -> Rows:
     """Return which cuts turn, by what is said of them, shape (n,)."""
     milled = "cutting.width" in table
     return np.array([o in TURNING or (not o and not milled) for o in operations_of(table)])
 
 
-def oblique_cuts(table: CutTable) -> Rows:
+def oblique_cuts(table: "CutTable") -> Rows:
     """Return which cuts (n,) are fed by both axes of a lathe, or by its cross slide alone."""
     return np.isin(operations_of(table), ("face", *OBLIQUE))
 
 
-def feeds_outward(table: CutTable) -> Rows:
+def feeds_outward(table: "CutTable") -> Rows:
     """Return which faces (n,) are cut away from the axis.
 
     By x.velocity where it is recorded, or a ``cutting.direction`` below 0.
@@ -43,12 +46,12 @@ def feeds_outward(table: CutTable) -> Rows:
     return facing & ((_velocity(table, "x") >= LEAST_FEED_MM_S) | (away < 0.0))
 
 
-def z_runs_back(table: CutTable) -> Rows:
+def z_runs_back(table: "CutTable") -> Rows:
     """Return which cuts (n,) feed away from the chuck, by z.velocity where it is recorded."""
     return _velocity(table, "z") >= LEAST_FEED_MM_S
 
 
-def mill_feed(table: CutTable) -> tuple[Array, Array]:
+def mill_feed(table: "CutTable") -> tuple[Array, Array]:
     """Return x and y (n,) of the direction that a mill feeds in; NaN where it is not known.
 
     As ``cutting.direction`` states it, else as the axes' velocities have it.
@@ -61,13 +64,13 @@ def mill_feed(table: CutTable) -> tuple[Array, Array]:
     return np.cos(angle), np.sin(angle)
 
 
-def _velocity(table: CutTable, axis: str) -> Array:
+def _velocity(table: "CutTable", axis: str) -> Array:
     """Return an axis' mean velocity in each cut (n,); 0 where it was not recorded."""
     velocity = table.get(f"{axis}.velocity")
     return np.zeros(len(table)) if velocity is None else np.nan_to_num(velocity)
 
 
-def inward_rad(table: CutTable) -> Array:
+def inward_rad(table: "CutTable") -> Array:
     """Return the direction of turned feeds (n,): 0 along the axis, π/2 to the centre, -π/2 away.
 
     An oblique cut that does not state it counts as one along the axis.
@@ -81,7 +84,7 @@ def inward_rad(table: CutTable) -> Array:
     return np.where(facing, square, np.where(leans, oblique, 0.0))
 
 
-def torque_arm_mm(table: CutTable) -> Array | None:
+def torque_arm_mm(table: "CutTable") -> Array | None:
     """Return the torque arm (n,) of every cut, mm; None where diameter or depth is not known."""
     if "work.diameter" not in table or "cutting.depth" not in table:
         return None
@@ -90,7 +93,7 @@ def torque_arm_mm(table: CutTable) -> Array | None:
     )
 
 
-def moving(table: CutTable, axis: str) -> Rows:
+def moving(table: "CutTable", axis: str) -> Rows:
     """Return which rows move the axis: one that stands still shows no load in its current.
 
     By what the operation feeds, and by the axis' velocity where it is recorded.

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.files.part import PartFile
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from autodb import fitting
+from autodb.fitting.linear import spread
+from autodb.fitting.scores import robust_line
 from autodb.sensing.ranges.forms import FittedForm
 
 Array = NDArray[np.float64]
@@ -34,12 +35,12 @@ def transients(current: Array, target: Array, groups: NDArray[np.generic]) -> ND
     judged = rows[of.ravel()] > TRANSIENT_WINDOW
     if not judged.any():
         return np.zeros(len(current), dtype=np.bool_)
-    c0, c1 = fitting.robust_line(current, target)
+    c0, c1 = robust_line(current, target)
     expected = c0 + c1 * current
     jump_current = _off_neighbours(expected, groups)
     jump_target = _off_neighbours(target, groups)
     jump = _off_neighbours(target - expected, groups)
-    limit = TRANSIENT_SPREADS * fitting.spread(jump[judged])
+    limit = TRANSIENT_SPREADS * spread(jump[judged])
     jumps = (np.abs(jump) > limit) & (np.abs(jump_current) > np.abs(jump_target))
     return np.asarray(judged & jumps)
 

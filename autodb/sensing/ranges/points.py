@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.cutting.turning import torque_N_m
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.choosing import MIN_GROUPS, grouping
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import MeasuredCuts

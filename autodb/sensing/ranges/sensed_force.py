@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.calibration import Calibration
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.folding import Fold

@@ -6,13 +6,16 @@ friction and its screw's losses differ), the coolant for all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
-from autodb.sensing.ranges.feeding import LEAST_FEED_MM_S
+if TYPE_CHECKING:
+    from autodb.records.tables import CutTable
 
+LEAST_FEED_MM_S = 0.01
+"""Mean velocity of an axis in a cut below which it stands. Chosen: 0.6 mm/min."""
 GEARED = "spindle"
 """The axis that changes gear and grows warm."""
 STATED = ("gear_range", "coolant", "spindle_state")
@@ -48,14 +51,14 @@ class Holds:
 ANY = Holds()
 
 
-def with_stated(table: CutTable) -> CutTable:
+def with_stated(table: "CutTable") -> "CutTable":
     """Return a table whose text columns say what its side file states of all its cuts."""
     said = table.side.recording
     texts = {name: [getattr(said, name) or ""] * len(table) for name in STATED}
     return replace(table, texts={**table.texts, **texts})
 
 
-def holds_of(table: CutTable, axis: str) -> list[Holds]:
+def holds_of(table: "CutTable", axis: str) -> list[Holds]:
     """Return what each cut of a table (n,) was made with, as far as it counts for an axis."""
     nothing = [""] * len(table)
     of_axis = STATED if axis == GEARED else ("coolant",)
@@ -70,7 +73,7 @@ def holds_of(table: CutTable, axis: str) -> list[Holds]:
     ]
 
 
-def _directions(table: CutTable, axis: str) -> list[str]:
+def _directions(table: "CutTable", axis: str) -> list[str]:
     velocity = table.get(f"{axis}.velocity")
     if velocity is None:
         return [""] * len(table)

@@ -10,7 +10,7 @@ from scipy.ndimage import binary_closing, uniform_filter1d
 
 from autodb import signals
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.model import FORCES
 
 Rows = NDArray[np.bool_]

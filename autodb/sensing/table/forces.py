@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.model import G_M_S2, UP, TableModel, readings, table_motion
 from autodb.signals import by_piece
 from autodb.terms.table import thermal_drift

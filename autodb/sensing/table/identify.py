@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.sensing.table.model import (
     G_M_S2,

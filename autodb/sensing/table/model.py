@@ -17,7 +17,7 @@ from scipy import constants
 
 from autodb import signals
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.terms.table import table_inertia
 from autodb.timing import Timing

@@ -7,8 +7,8 @@ from starlette.datastructures import QueryParams
 
 from autodb.errors import UnusableInput
 from autodb.files.cut_words import FIELDS, shown_fields
-from autodb.files.job import ANY_CUT, KEYS, OPERATIONS, JobCut
-from autodb.forward.predictedfile import QUANTITIES
+from autodb.files.job_cut import ANY_CUT, KEYS, OPERATIONS, JobCut
+from autodb.forward.limits import QUANTITIES
 from autodb.forward.prediction import Interval, PredictedCut
 from autodb.reports.amounts import quantity, span
 from autodb.reports.figures import quantity_title

@@ -18,7 +18,7 @@ from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.coefficients import BoundedValue
 from autodb.files.cut_words import cut_in_words
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.forward.limits import standings_in_words
 from autodb.reports.amounts import number, quantity
 from autodb.reports.figures import force_title

@@ -13,7 +13,8 @@ from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.owner import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.cut_words import cut_in_words, job_in_words
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
 from autodb.reports.amounts import number

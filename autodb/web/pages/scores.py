@@ -3,7 +3,7 @@
 from fastapi import APIRouter, Request, Response
 
 from autodb.agent.matching.scoring import PredictionScores, scores_in
-from autodb.forward.predictedfile import QUANTITIES
+from autodb.forward.limits import QUANTITIES
 from autodb.reports.amounts import quantity, span
 from autodb.reports.scored import SHOWN, plot_of_scores, plots_against
 from autodb.web.html import service_page

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from autodb.files.cut_words import FIELDS
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.units import SI, SYSTEMS, shop_units, shown_system
 from autodb.web.routes.asked import as_cut, typed_number
 from autodb.wording import localized, presentation, shop_amount

@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from autodb.errors import UnusableInput, near
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.web.http.problems import first_of
 from autodb.wording import listed, phrase
 

@@ -12,7 +12,7 @@ from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.errors import UnusableInput
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.web.http.problems import problems
 from autodb.web.http.responses import adapter, tag_of
 from autodb.web.http.said import BatchLine, End

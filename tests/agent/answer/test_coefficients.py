@@ -16,7 +16,7 @@ from autodb.cutting.shear import NAMES, PARAMETERS
 from autodb.errors import UnusableInput
 from autodb.files.coefficients import read_coefficients
 from autodb.files.tool import ISO_13399
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.store import models, open_store
 from tests.conftest import Cli
 

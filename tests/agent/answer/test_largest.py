@@ -13,9 +13,9 @@ from autodb.agent.answer.bounds.largest import largest_value
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.rows.machines import add_machine, as_file, find_machine
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisFile, AxisLimits, MachineFile, SpindleFile
-from autodb.forward.distribution import chance_beyond
+from autodb.forward.prediction import chance_beyond
 from autodb.store import Store, create_store, models, open_store
 from tests.conftest import Cli
 

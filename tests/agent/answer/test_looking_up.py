@@ -28,9 +28,10 @@ from autodb.cutting.elements import (
     linearised_forces,
 )
 from autodb.cutting.kienzle import kienzle
-from autodb.files.job import KEYS, OPERATIONS, Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import KEYS, OPERATIONS, JobCut
 from autodb.files.machine import AxisFile, AxisLimits, MachineFile
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward.predictedfile import prediction_as_csv
 from autodb.forward.prediction import Interval, Peaks, PredictedCut
 from autodb.pairs.cards import read_cards

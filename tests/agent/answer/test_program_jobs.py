@@ -11,9 +11,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.files.job import JobCut, JobProgram, read_job
+from autodb.files.job import JobProgram, read_job
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.forward import along, job_cuts, line_parts, programs
 from autodb.forward.limits import exceeding
 from autodb.forward.line_parts import Followed

@@ -22,10 +22,9 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.drive_maps import drive_map, modelled_channels
 from autodb.assets import kit
 from autodb.errors import NotThere, UnusableInput
-from autodb.files.job import JobCut
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
-from autodb.forward.distribution import chance_beyond
-from autodb.forward.prediction import ToolOf
+from autodb.forward.prediction import ToolOf, chance_beyond
 from autodb.pairs.engaged import DEPTH, FEED
 from autodb.reports.pair import force_map_plots
 from autodb.store import Store, models, open_store

@@ -12,7 +12,7 @@ from sqlalchemy import select
 from autodb.agent.ingest import importing
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.sense import identifying
-from autodb.records import RecordingSource
+from autodb.records.source import RecordingSource
 from autodb.records.summary import summarise
 from autodb.store import models, open_store
 from tests.conftest import Cli, Ran
@@ -92,7 +92,7 @@ def test_raw_phase_currents_give_the_same_ranges_as_the_cut_table(
     Two cuts differ by process scatter (5 % at one sd in z) besides the demodulation.
     """
     del learnt
-    from autodb import records
+    from autodb.records import source as records
 
     raw = next(r for r in _rows(models.Cut) if isinstance(r, models.Cut) and r.recording_id == 2)
     table = records.read(recordings / "standard-cuts.csv")

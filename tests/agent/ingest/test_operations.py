@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import select
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import feeding
 from autodb.store import models, open_store
 from tests.conftest import Cli

@@ -14,7 +14,7 @@ from autodb.agent.ingest.gathering import cuts_of_files
 from autodb.errors import UnusableInput
 from autodb.proofs.machines.lathe.disturbed import CutDisturbance, Disturbed
 from autodb.proofs.machines.lathe.process import Array
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded import raw
 from tests.conftest import Cli
 from tests.helpers.campaigns import first

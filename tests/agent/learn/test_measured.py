@@ -13,10 +13,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
-from autodb.agent.rows.force_errors import MEASURED, errors_of
+from autodb.agent.rows.force_errors import errors_of
 from autodb.agent.rows.posteriors import as_posterior
+from autodb.agent.rows.sensed_forces import MEASURED
 from autodb.agent.sense.sensed import as_observed
-from autodb.fitting import Gaussian
+from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import DAY, GAIN, OWN, PairPosterior
 from autodb.pairs.updating import expected_of
 from autodb.store import models, open_store

@@ -16,7 +16,7 @@ from pyarrow import csv
 from sqlalchemy import select
 
 from autodb.agent.rows.posteriors import as_posterior
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import DAY

@@ -12,7 +12,8 @@ from pyarrow import csv
 
 from autodb.agent.operate.fitting_confirmed import of_term
 from autodb.agent.sense.reconstructing import reconstruct_on_machine
-from autodb.records import Recording, read
+from autodb.records.source import read
+from autodb.records.tables import Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, Posteriors
 from autodb.store import open_store

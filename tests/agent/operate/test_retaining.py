@@ -17,7 +17,8 @@ from autodb.agent.operate.refreshing import refresh
 from autodb.agent.operate.retaining import Retained, retain
 from autodb.assets import kit
 from autodb.files.side import SideFile
-from autodb.records import CutTable, open_as_stored
+from autodb.records.source import open_as_stored
+from autodb.records.tables import CutTable
 from autodb.store import Store, models, open_store
 from tests.conftest import Cli, Once
 

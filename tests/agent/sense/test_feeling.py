@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill.reference_milling import ORDERS, MillEngagement, orders, waves
-from autodb.records import Recording, on_even_rows
+from autodb.records.tables import Recording
+from autodb.records.timed import on_even_rows
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from autodb.timing.verdict import even
 from tests.conftest import Cli, Once

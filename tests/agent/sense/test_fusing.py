@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.agent.sense.fusing import fuse_component
 from autodb.agent.sense.reconstructing import ReconstructedLoad
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.fusion import DRIVE, NETWORK, TABLE
 

@@ -39,7 +39,7 @@ from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.search import CandidateSearch
 from autodb.explain.engine.telling import SEPARATES, Separation
 from autodb.explain.engine.tuning import tuned_together
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.friction import backlash, direction
 
 Array = NDArray[np.float64]

@@ -15,7 +15,6 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pyarrow import csv
 
-from autodb import records
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
@@ -28,7 +27,8 @@ from autodb.proofs.machines.axis.axis import (
     PositionFriction,
     air_moves,
 )
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
 from autodb.reports.written import LIBRARY
 from tests.conftest import Cli
 from tests.helpers.campaigns import first

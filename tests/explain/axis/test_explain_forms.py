@@ -21,7 +21,7 @@ from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.search import CandidateSearch, FoundSet
 from autodb.explain.engine.symbolic import Variable, forms, written
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]

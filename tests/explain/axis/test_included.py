@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import Cause
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from tests.helpers.trapezoids import COULOMB, INERTIA, NOISE, VISCOUS, WEIGHT, moves
 
 Array = NDArray[np.float64]

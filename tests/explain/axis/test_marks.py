@@ -15,7 +15,7 @@ from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.marks import clipping, lost_sign_candidate
 from autodb.explain.axis.signals import axis_signals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import without_flicker
 from autodb.terms.friction import backlash, since_reversal
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.friction import falls_with_speed
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from scipy.signal import butter, filtfilt
 
 from autodb.explain import explain
 from autodb.explain.axis.signals import AxisSignals, axis_signals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.friction import direction
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 RATE_HZ, TURN_MM = 100.0, 10.0

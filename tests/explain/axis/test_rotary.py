@@ -12,7 +12,7 @@ from autodb.explain import explain
 from autodb.explain.answer import Cause
 from autodb.explain.axis.moves import LIBRARY, Reach
 from autodb.explain.axis.signals import axis_signals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.drive import tilt
 from tests.conftest import Cli
 

@@ -12,13 +12,13 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.scales import axis_scales
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import Recording
+from autodb.records import source as records
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import axis_motion, standstill_speed
 from autodb.terms.friction import STANDSTILL_MM_S
 from tests.helpers.campaigns import first

@@ -10,7 +10,7 @@ import pytest
 from autodb.explain import explain
 from autodb.proofs.cases.stamps.axis_rows import LAW
 from autodb.proofs.cases.stamps.stamp_cases import StampCase, draw_stamped
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from tests.helpers.campaigns import first
 
 SEEDS = {14: "coulomb", 50: "inertia", 27: "coulomb"}

@@ -33,7 +33,7 @@ from autodb.explain.cuts.trials import (
 )
 from autodb.explain.engine.candidates import Choice
 from autodb.explain.engine.telling import SEPARATES
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from autodb.explain.cuts.candidates.library import families, of_forces
 from autodb.explain.cuts.cut_search import stack_of
 from autodb.explain.cuts.plain_rows import TableRows
 from autodb.explain.cuts.stack import Stack
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 LEVELS = {"cutting.speed": [80.0, 140.0, 240.0], "cutting.feed": [0.1, 0.2, 0.3],

@@ -23,7 +23,7 @@ from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import edge_read_off
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.explain.engine.search import alike_terms
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from tests.helpers.campaigns import first
 from tests.helpers.truths import cuts as truths
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.candidates.library import of_forces
 from autodb.explain.cuts.cut_search import stack_of
 from autodb.explain.cuts.plain_rows import TableRows
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 

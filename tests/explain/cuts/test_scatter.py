@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.cut_search import look_in_cuts, stack_of
 from autodb.explain.cuts.scatter import OfEdges, of_edges, over_range, residual, with_noise
 from autodb.explain.cuts.stack import Conditions, table_conditions
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain import explain
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 DEPTH_MM = np.array([0.5, 2.0, 3.0, 1.0, 2.0, 0.5])

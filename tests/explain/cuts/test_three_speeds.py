@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autodb.explain import explain
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 SCATTER = 0.02
 DRAWS = 20

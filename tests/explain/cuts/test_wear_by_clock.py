@@ -10,7 +10,7 @@ from autodb.explain import explain
 from autodb.explain.answer import Cause
 from autodb.explain.cuts.candidates.cutting import nose_candidates
 from autodb.explain.cuts.cut_search import stack_of
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 

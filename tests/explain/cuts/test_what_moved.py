@@ -17,7 +17,7 @@ from autodb.explain.answer import Cause
 from autodb.explain.calibration_run import FORCE, cause_sentences
 from autodb.explain.cuts.candidates.currents import FRICTION, GAIN, OFFSET
 from autodb.explain.engine.candidates import UNKNOWN
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.reports.card.run_course import what_moved
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.chosen import current_of

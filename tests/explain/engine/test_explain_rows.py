@@ -16,7 +16,7 @@ from autodb.explain.engine.normal import solved
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.weighing import unweighed, weighing
 from autodb.proofs.machines.axis.axis import air_moves
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from tests.helpers.campaigns import first
 
 ORDER = 25

@@ -18,7 +18,7 @@ from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.inquiry import inquire
 from autodb.explain.engine.laws import fitted_laws, founded
 from autodb.explain.engine.plain import BLOCKS, PlainRows
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 from tests.helpers.campaigns import first
 

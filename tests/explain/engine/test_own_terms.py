@@ -11,7 +11,7 @@ from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.engine.confidence import Mistuned, standing
 from autodb.explain.engine.entries import own_term_entries
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.reports.explanation import headline
 from autodb.terms.friction import direction
 

@@ -15,7 +15,7 @@ from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, 
 from autodb.explain.engine.confidence import UNSURE, Standing, of_plain
 from autodb.explain.engine.laws import merged_laws
 from autodb.explain.engine.plain import PlainRows
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 T_S = np.arange(4000) / 100.0

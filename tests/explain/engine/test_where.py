@@ -11,7 +11,7 @@ from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer, ChannelTrace, Regime
 from autodb.explain.engine.locate import DENSER, SHARE, regimes
 from autodb.proofs.machines.axis.axis import PositionFriction, air_moves
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(5)

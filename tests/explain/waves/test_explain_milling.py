@@ -19,7 +19,8 @@ from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_cases import MillCase, draw_mill_case
 from autodb.proofs.cases.plan import DEVELOPMENT
 from autodb.proofs.runs.explain.explain_oracle import oracle_verdict
-from autodb.records import Recording, read
+from autodb.records.source import read
+from autodb.records.tables import Recording
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from autodb.explain.waves.answers import APART, STATEMENTS, words_that_tell
 from autodb.explain.waves.teeth import Mill, StandsOut, Teeth
 from autodb.files.side import SideFile
 from autodb.proofs.cases.mill.mill_families import MILL_KINDS
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.records.timed import on_even_rows
 from autodb.reports.explanation import explanation_fragment
 from autodb.reports.written import LIBRARY

@@ -14,7 +14,7 @@ from autodb.explain.waves.waves import Waves, mill_of
 from autodb.explain.waves.world import SimulatedWaves
 from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
 from autodb.proofs.runs.explain.left_out import tables
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from benchmarks.explained_waves import slot
 from tests.helpers.campaigns import first
 

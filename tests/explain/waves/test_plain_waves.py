@@ -14,8 +14,8 @@ from autodb.explain import explain
 from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.explain.waves.fit import WhiteWaves, fit_waves
 from autodb.files.side import SideFile
-from autodb.fitting import NORMAL_95
-from autodb.records import Recording
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import Recording
 from tests.helpers.campaigns import first
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ from autodb.assets import kit
 from autodb.cutting import insert, shear
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
-from autodb.fitting import NORMAL_95, Gaussian
+from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.forecast import forecast
 from autodb.pairs.handbook import conventional
 from autodb.pairs.handbook.conventional import (

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb import records
 from autodb.readers import open_bases
-from autodb.records import Recording
+from autodb.records import source as records
 from autodb.records.proposed.columns import propose_channels
 from autodb.records.proposed.names import said_by
 from autodb.records.proposed.written import side_file_of
+from autodb.records.tables import Recording
 from tests.conftest import SHARED, Cli
 from tests.helpers.files import write
 

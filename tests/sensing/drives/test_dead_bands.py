@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.explain import explain
 from autodb.proofs.cases.stamps.axis_rows import LAW, AxisDraw, draw_known_axis
-from autodb.records import Recording, on_even_rows
+from autodb.records.tables import Recording
+from autodb.records.timed import on_even_rows
 from autodb.sensing.drives.feed_axis import identify
 
 Array = NDArray[np.float64]

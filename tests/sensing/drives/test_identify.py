@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from pyarrow import csv
 
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import (
     Identified,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.testing import assert_allclose
 
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy

@@ -10,9 +10,9 @@ import pytest
 from numpy.testing import assert_allclose
 from pyarrow import csv
 
-from autodb import records
 from autodb.explain import explain
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import amplitudes, terms_with
 from autodb.sensing.drives.fit.ripples import find_orders

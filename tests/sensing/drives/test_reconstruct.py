@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb import signals
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.sensing.drives.reconstruct import DriveModel, observe, reconstruct, rows_at_limit
@@ -140,7 +140,7 @@ def test_the_load_pulses_of_a_real_axis_are_rebuilt(emps: Path, pulses: Path) ->
 
 def test_a_machines_model_gives_newtons_on_the_tool(cli: Cli) -> None:
     """The force constant is 0.8 · 2π · 1000/10 = 502.7 N/A; its ± 10 % are not in the rows' sd."""
-    from autodb import records
+    from autodb.records import source as records
 
     cut = screw_moves(40, _steps(len(screw_moves(40))))
     write_moves(Path("air.csv"), screw_moves(1))

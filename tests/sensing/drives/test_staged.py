@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.reports.axis import render_axis
 from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm

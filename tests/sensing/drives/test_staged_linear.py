@@ -14,7 +14,7 @@ from autodb.errors import UnusableInput
 from autodb.proofs.machines.mill.reference_mill import draw_mill, swept_axis
 from autodb.proofs.machines.mill.reference_mill_moves import PITCH_MM
 from autodb.proofs.runs.mill import mill_ours
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import default_terms, identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.prepared import Prepared, prepared

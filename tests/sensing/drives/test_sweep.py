@@ -12,7 +12,7 @@ from autodb.errors import UnusableInput
 from autodb.files.machine import MachineFile
 from autodb.nc import DIALECTS
 from autodb.nc.sweep import MARGIN_MM, SweepWay, sweep_program, sweep_stretch
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.reconstruct import DriveModel
 from autodb.sensing.drives.sweep import (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE
 from tests.helpers.lathe_tables import AXES, Array

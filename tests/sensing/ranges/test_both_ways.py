@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.agent.sense.calibrating import calibrate_table
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.chosen import sense_each
 from autodb.sensing.ranges.feeding import inward_rad, moving
 from tests.conftest import Cli

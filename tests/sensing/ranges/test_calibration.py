@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autodb import standard
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.outliers import transients
 from autodb.sensing.ranges.sensed_force import sense

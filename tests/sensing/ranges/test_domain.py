@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.fitting import NORMAL_95
-from autodb.records import CutTable
+from autodb.fitting.gaussian import NORMAL_95
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.calibration import Calibration, calibrate
 from autodb.sensing.ranges.choosing import TriedForm
 from autodb.sensing.ranges.domain import form_weights

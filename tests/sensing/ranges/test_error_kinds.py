@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from autodb import fitting
-from autodb.fitting import components, small_sample
+from autodb.fitting.groups import components, small_sample
+from autodb.fitting.linear import least_squares
 from autodb.sensing.ranges.error_kinds import ErrorKinds, FittedCuts, error_kinds_of, slow
 from autodb.sensing.ranges.forms import LINE, MeasuredCuts
 from autodb.sensing.ranges.outliers import Outlier, outlier_sentences, outliers
@@ -109,7 +109,7 @@ def test_intervals_hold_the_cuts_of_a_new_group(groups: int, between: Array) -> 
     held = alone = 0
     for _ in range(200):
         cuts, new = _grouped(rng, root, groups), _grouped(rng, root, 1)
-        law = fitting.least_squares(_columns(cuts[0]), cuts[1])
+        law = least_squares(_columns(cuts[0]), cuts[1])
         error, none = law.residual, np.zeros_like(law.residual)
         fitted = FittedCuts(
             cuts[1] - error, error, _columns(cuts[0]), law.covariance, cuts[2], none, none
@@ -168,7 +168,7 @@ def test_groups_of_one_row_tell_nothing_of_what_they_share() -> None:
     columns, force_N = _columns(rng.uniform(1.0, 4.0, 30)), rng.standard_normal(30)
     found = components(columns, columns, force_N, np.arange(30.0), known=np.zeros(30))
     assert not found.between.any()
-    assert_allclose(found.own, fitting.least_squares(columns, force_N).residual @ force_N / 28.0)
+    assert_allclose(found.own, least_squares(columns, force_N).residual @ force_N / 28.0)
 
 
 def _named(seed: int, *, off_N: float, lone_A: float | None) -> tuple[Outlier, ...]:

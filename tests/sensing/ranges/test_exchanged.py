@@ -7,7 +7,7 @@ import pytest
 
 from autodb.agent.sense.calibrating import calibrate_table
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import faults
 from tests.helpers.lathe_tables import (
     AXES,

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from autodb import records
 from autodb.proofs.machines.lathe.jobs import standard_cuts
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
 from autodb.proofs.machines.lathe.process import STEEL
 from autodb.proofs.machines.lathe.reference_lathe import campaign
 from autodb.proofs.machines.sample import write_csv
-from autodb.records import CutTable
+from autodb.records import source as records
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import faults
 from tests.conftest import Cli
 from tests.helpers.lathe_tables import (

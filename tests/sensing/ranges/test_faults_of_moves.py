@@ -12,7 +12,7 @@ from autodb.proofs.cases.axis.axis_cases import draw_axis_case
 from autodb.proofs.cases.axis.axis_families import FAMILIES
 from autodb.proofs.machines.axis.axes import draw_run
 from autodb.proofs.machines.axis.axis import HORIZONTAL, VERTICAL, air_moves
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.faults import faults_of_moves
 from tests.conftest import Cli
 from tests.helpers.campaigns import first

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.chosen import sense_each
 from autodb.sensing.ranges.folding import fold_of

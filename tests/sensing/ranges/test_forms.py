@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.fitting import Undetermined
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.choosing import (
     FOLDS,
     TriedForm,

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.fitting import Undetermined, anfis
+from autodb.fitting import anfis
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.choosing import best, try_forms
 from autodb.sensing.ranges.forms import (
     FEED_FORMS,

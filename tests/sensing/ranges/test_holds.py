@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sqlalchemy import select
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated, which
 from autodb.store import models, open_store
 from tests.conftest import Cli

@@ -9,8 +9,8 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from autodb.fitting import Undetermined
-from autodb.records import CutTable
+from autodb.fitting.linear import Undetermined
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
 from autodb.sensing.ranges.forms import LINE, LINE_OF_SPEED, POWER, CurrentForm, MeasuredCuts
 from autodb.sensing.ranges.sensed_force import sense

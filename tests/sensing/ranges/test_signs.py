@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import faults
 from tests.conftest import Cli
 from tests.helpers.lathe_tables import SEEDS, lathe_cuts, with_channels

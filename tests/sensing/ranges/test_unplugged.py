@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from autodb.agent.sense.calibrating import calibrate_table
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import faults
 from tests.helpers.campaigns import first
 from tests.helpers.lathe_tables import (

@@ -15,8 +15,8 @@ from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.lathe import Lathe
 from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import STEEL
-from autodb.records import CutTable, Recording
 from autodb.records.mistaken import Mistake, Radius
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.recorded import raw
 from tests.helpers.campaigns import first

@@ -14,7 +14,7 @@ import numpy as np
 
 from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
 from autodb.errors import UnusableInput, near
-from autodb.files.job import KEYS, LEAST, MOST_CUT, JobCut
+from autodb.files.job_cut import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
 from autodb.wording import amount_words, localized, msgid, phrase

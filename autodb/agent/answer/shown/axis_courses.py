@@ -10,12 +10,12 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.drifted_gains import sensed_beside_expected
 from autodb.agent.answer.shown.due_lines import DueLine, due_on
 from autodb.agent.matching.taken_by_cuts import offered_calibrations
-from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.recordings import stated_start
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.sense.identifying import stored_terms
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.sensing.ranges.forms import MeasuredCuts
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models

@@ -12,7 +12,7 @@ from autodb.agent.ingest.as_imported import as_imported
 from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.errors import UnusableInput
 from autodb.files.channels import unit_of
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded.raw import cut_stretch
 from autodb.store import models
 

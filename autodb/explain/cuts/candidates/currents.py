@@ -27,7 +27,7 @@ from autodb.explain.cuts.candidates.library import SHORTEST, Library
 from autodb.explain.cuts.candidates.over_time import drift_courses
 from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 FEWEST = 8

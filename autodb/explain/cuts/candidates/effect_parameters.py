@@ -28,7 +28,7 @@ from autodb.explain.cuts.candidates.over_time import TIMES_S, warming_columns
 from autodb.explain.cuts.fit import BesideEffect
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.terms.chip import size_effect, speed_softening
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from autodb.proofs.machines.axis.quantities import (
 )
 from autodb.proofs.runs.oracle import oracle
 from autodb.proofs.runs.score import Judged, Z
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified, amplitudes
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.proofs.machines.axis.reference_axis import RecordedRun, Traced
 from autodb.proofs.runs.axis.axis_cells import SweepSegments
 from autodb.proofs.runs.axis.published_axis import published_weight
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify, predict_effort
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.moves.protocol import FilterProtocol

@@ -18,7 +18,7 @@ from autodb.proofs.runs.explain.explain_score import (
     stretches,
     unanswered,
 )
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 
 
 def run_left_out(seed: int) -> list[ScoredCase]:

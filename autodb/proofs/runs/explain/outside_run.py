@@ -10,7 +10,7 @@ from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.proofs.cases.axis.outside import Outside, draw_outside
 from autodb.proofs.runs.explain.explain_oracle import oracle_rms
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 RIGHT = 0.005
 """Relative error of an own term up to which the simulation has it right."""

@@ -21,7 +21,7 @@ from autodb.explain.engine.candidates import UNKNOWN
 from autodb.proofs.machines.lathe.day import FORCES, Day, Event, draw_day
 from autodb.proofs.runs.explain.explain_score import overlap
 from autodb.proofs.runs.keeping.day_oracle import decidable_from
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 Answers = dict[str, ChannelAnswer]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.reference_lathe import Campaign, Table
 from autodb.proofs.runs.lathe.lathe_cuts import rows_in_tables
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration as ranges
 from autodb.sensing.ranges.forms import OF_CURRENT_FEED, OF_CURRENT_SPEED
 from autodb.sensing.ranges.points import calibration_points

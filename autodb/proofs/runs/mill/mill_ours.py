@@ -13,7 +13,7 @@ from autodb.proofs.machines.mill.reference_mill import (
     RecordedMilledCut,
     swept_axis,
 )
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import identify
 from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.reconstruct import DriveModel, reconstruct

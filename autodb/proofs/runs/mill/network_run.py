@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.proofs.machines.mill.reference_mill import TRUTH_HZ, MillAxis, draw_mill, swept_axis
 from autodb.proofs.machines.mill.reference_mill_moves import AXES, RATE_HZ
 from autodb.proofs.machines.mill.reference_milling import ALUMINIUM, C45, STRONGER, TeethLaw

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from autodb.fitting import NORMAL_95
+from autodb.fitting.gaussian import NORMAL_95
 from autodb.proofs.machines.mill.reference_table import (
     AXIS_HZ,
     FIXED_KG,
@@ -46,7 +46,7 @@ from autodb.proofs.runs.mill.table_summary import (
     TableIdentified,
     TableOff,
 )
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import table_forces
 from autodb.sensing.table.identify import identify_table

@@ -23,7 +23,8 @@ from autodb.agent.rows.edges_in_use import inferred_changes
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.errors import UnusableInput
-from autodb.files.job import Job, JobCut
+from autodb.files.job import Job
+from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisFile, MachineFile
 from autodb.proofs.machines.lathe.weeks import (
     PAIRS,

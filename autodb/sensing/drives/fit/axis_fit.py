@@ -11,8 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
+from autodb.fitting.covariance import given_one
+from autodb.fitting.deviation import Deviating, least_squares_with_deviation
+from autodb.fitting.linear import least_squares, spanning
+from autodb.fitting.rounds import NotSettled
 from autodb.sensing.drives.fit.axis_model import (
     Identified,
     IdentifiedTerm,
@@ -31,8 +34,8 @@ from autodb.sensing.drives.fit.unevenness import row_roots
 from autodb.sensing.drives.fit.wander import friction_wander
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import ChannelPart
+from autodb.terms.term import Contribution, TermParameter
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
@@ -148,14 +151,14 @@ def _solved(
     wander = friction_wander(rows, problem, tells=deviation is not None and not uneven)
     root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
     try:
-        fit = fitting.least_squares_with_deviation(
+        fit = least_squares_with_deviation(
             problem.columns * root[:, None],
             [group * root[:, None] for group in (*groups, *wander.groups)],
             problem.target * root,
             blocks=wander.blocks,
             order=NOISE_ORDER,
         )
-    except fitting.NotSettled as error:
+    except NotSettled as error:
         terms = ",".join(part.key for part in parts)
         raise UnusableInput(
             f"{rows.path}: {rows.axis}: the model discrepancy of friction cannot be estimated "
@@ -166,7 +169,7 @@ def _solved(
     return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
 
 
-def _at_shape(problem: Linearised, fit: fitting.Deviating) -> Array:
+def _at_shape(problem: Linearised, fit: Deviating) -> Array:
     """Return all values (p + m,) with the shape where the columns were computed.
 
     Coefficients and the deviation's weights are their mean given that shape:
@@ -211,7 +214,7 @@ def _without_vague(solved: Solved, rows: Prepared) -> Array:
     """
     shape = [i for i, (part, p) in enumerate(solved.problem.names) if p in part.term.shape]
     for k in shape:
-        solved = replace(solved, covariance=fitting.given_one(solved.covariance, k))
+        solved = replace(solved, covariance=given_one(solved.covariance, k))
     while True:
         vague = [k for k in _vague(solved, rows) if k not in shape]
         if not vague:
@@ -223,7 +226,7 @@ def _without_vague(solved: Solved, rows: Prepared) -> Array:
         keep = np.arange(len(values)) != k
         columns = np.where(keep, solved.problem.columns, 1.0)
         problem = replace(solved.problem, columns=columns)
-        covariance = fitting.given_one(solved.covariance, k)
+        covariance = given_one(solved.covariance, k)
         solved = replace(solved, problem=problem, values=values, covariance=covariance)
 
 
@@ -270,7 +273,7 @@ def _described(
 
 
 def _off_law(
-    rows: Prepared, problem: Linearised, fit: fitting.Deviating, weights: Array | None
+    rows: Prepared, problem: Linearised, fit: Deviating, weights: Array | None
 ) -> tuple[FrictionDiscrepancy | None, Array]:
     """Return what friction is off its laws, and what is left (m,) of blocks left out.
 
@@ -339,9 +342,9 @@ def plain_fit(rows: Prepared, parts: tuple[ChannelPart, ...]) -> PlainFit:
 
 def _plain(rows: Prepared, problem: Linearised) -> PlainFit:
     """Return ordinary least squares; of columns that cannot be told apart only some are fitted."""
-    kept = fitting.spanning(problem.columns)
+    kept = spanning(problem.columns)
     lags = round(0.2 * rows.rate_hz / rows.protocol.decimate)
-    fit = fitting.least_squares(problem.columns[:, kept], problem.target, lags=lags)
+    fit = least_squares(problem.columns[:, kept], problem.target, lags=lags)
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     return PlainFit(
         protocol=rows.protocol,

@@ -13,9 +13,9 @@ from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.protocol import FilterProtocol
-from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import ChannelPart, predicted_channel
 from autodb.terms.ripple import NODES
+from autodb.terms.term import Contribution, TermParameter
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]

@@ -15,9 +15,9 @@ from autodb.sensing.drives.fit.linearised import linearised
 from autodb.sensing.drives.fit.ripples import Ripple
 from autodb.sensing.drives.moves.motion import motion_blocks
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import COGGING, COGGING_HARMONICS, COGGING_TABLE
 from autodb.terms.channel import ChannelPart
-from autodb.terms.ripple import NODES, ORDERS
+from autodb.terms.drive import COGGING
+from autodb.terms.ripple import COGGING_HARMONICS, COGGING_TABLE, NODES, ORDERS
 
 Array = NDArray[np.float64]
 

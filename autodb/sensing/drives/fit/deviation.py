@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from autodb.terms import COGGING, FRICTION_RIPPLE, Contribution, Term
 from autodb.terms.channel import ChannelPart, changed_inputs, channel_columns, factors
-from autodb.terms.drive import cogging
+from autodb.terms.drive import COGGING, FRICTION_RIPPLE, cogging
 from autodb.terms.friction import COULOMB
+from autodb.terms.term import Contribution, Term
 
 Array = NDArray[np.float64]
 Inputs = Mapping[str, Array]

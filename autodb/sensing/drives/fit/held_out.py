@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.covariance import long_run_variance
+from autodb.fitting.linear import solve, triangle
+from autodb.fitting.scores import leave_one_out
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.fit.unevenness import row_roots
 from autodb.sensing.drives.moves.motion import motion_blocks
@@ -23,7 +25,7 @@ def held_out_effort(rows: Prepared, problem: Linearised) -> Array:
     A coefficient is believed to add no more than the effort's rms: that of a term which only the
     few rows of a reversal tell from another would be anything, and wrong elsewhere.
     """
-    weights, _ = fitting.solve(fitting.triangle(problem.columns, problem.target))
+    weights, _ = solve(triangle(problem.columns, problem.target))
     noise = float(np.std(problem.target - problem.columns @ weights))
     return _left(rows, problem.columns, problem.target, _pull(rows, problem, noise))
 
@@ -39,7 +41,7 @@ def held_out_off_law(
     matrix = np.column_stack([problem.columns, *groups]) * root[:, None]
     target = problem.target * root
     weights = np.linalg.lstsq(matrix, target, rcond=1e-10)[0]
-    noise = float(np.sqrt(fitting.long_run_variance(target - matrix @ weights)))
+    noise = float(np.sqrt(long_run_variance(target - matrix @ weights)))
     free = np.repeat(noise / sds, [group.shape[1] for group in groups])
     pull = np.concatenate([_pull(rows, problem, noise), free])
     return _left(rows, matrix, target, pull) / root
@@ -55,4 +57,4 @@ def _pull(rows: Prepared, problem: Linearised, noise: float) -> Array:
 def _left(rows: Prepared, matrix: Array, target: Array, pull: Array) -> Array:
     blocks = motion_blocks(rows.sampled("t"), rows.sampled("direction"))
     gap = round(GAP_S * rows.rate_hz / rows.protocol.decimate)
-    return fitting.leave_one_out(matrix, target, blocks, gap=gap, pull=pull)
+    return leave_one_out(matrix, target, blocks, gap=gap, pull=pull)

@@ -5,10 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
+from autodb.fitting.covariance import long_run_variance
+from autodb.fitting.linear import solve, triangle
+from autodb.fitting.projection import (
+    Design,
+    NotConverged,
+    ProjectionProblem,
+    best_start,
+    separable,
+    shape_slopes,
+)
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import Contribution, TermParameter
 from autodb.terms.channel import (
     ChannelPart,
     channel_columns,
@@ -17,6 +25,7 @@ from autodb.terms.channel import (
     reshaped,
 )
 from autodb.terms.fit import bounds_of, prior_of, shape_step
+from autodb.terms.term import Contribution, TermParameter
 
 Array = NDArray[np.float64]
 
@@ -34,17 +43,17 @@ def shaped(rows: Prepared, parts: tuple[ChannelPart, ...]) -> tuple[ChannelPart,
     for k, (_, parameter) in enumerate(wanted):
         if len(parameter.starts) > 1:
             tries = [np.where(np.arange(len(start)) == k, s, start) for s in parameter.starts]
-            start = fitting.best_start(problem, tries)
+            start = best_start(problem, tries)
     try:
-        return reshaped(parts, fitting.separable(problem, start).shape)
-    except fitting.NotConverged as error:
+        return reshaped(parts, separable(problem, start).shape)
+    except NotConverged as error:
         names = ", ".join(f"{part.key} {p.name}" for part, p in wanted)
         raise UnusableInput(f"{rows.path}: {names}: {error}; use fewer terms") from None
 
 
 def _problem(
-    rows: Prepared, parts: tuple[ChannelPart, ...], design: fitting.Design, *, believed: bool
-) -> fitting.ProjectionProblem:
+    rows: Prepared, parts: tuple[ChannelPart, ...], design: Design, *, believed: bool
+) -> ProjectionProblem:
     """Return the separable problem; ``believed``: with the priors of the parameters.
 
     Their weight against the rows is that of the residual's long-run variance, because the noise is
@@ -56,9 +65,9 @@ def _problem(
     weights, noise = np.zeros(len(linear)), 1.0
     if believed:
         base = design(start)
-        weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
-        noise = fitting.long_run_variance(rows.effort - base @ weights)
-    return fitting.ProjectionProblem(
+        weights, _ = solve(triangle(base, rows.effort))
+        noise = long_run_variance(rows.effort - base @ weights)
+    return ProjectionProblem(
         design=design,
         values=rows.effort,
         typical=np.array([shape_step(p, s) for p, s in zip(free, start, strict=True)]),
@@ -70,7 +79,7 @@ def _problem(
     )
 
 
-def _design(rows: Prepared, parts: tuple[ChannelPart, ...]) -> fitting.Design:
+def _design(rows: Prepared, parts: tuple[ChannelPart, ...]) -> Design:
     """Return the reduced columns as a function of the free shape parameters.
 
     Contributions without a free shape are reduced once, unless a part modifies columns.
@@ -119,7 +128,7 @@ def linearised(rows: Prepared, parts: tuple[ChannelPart, ...]) -> Linearised:
     design = _design(rows, parts)
     shape = np.array([part.shape[p.name] for part, p in wanted])
     base = design(shape)
-    weights, _ = fitting.solve(fitting.triangle(base, rows.effort))
-    slopes = fitting.shape_slopes(_problem(rows, parts, design, believed=False), shape, weights)
+    weights, _ = solve(triangle(base, rows.effort))
+    slopes = shape_slopes(_problem(rows, parts, design, believed=False), shape, weights)
     names = (*linear_parameters(parts), *wanted)
     return Linearised(np.column_stack([base, slopes]), rows.effort + slopes @ shape, names)

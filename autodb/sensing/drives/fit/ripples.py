@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from autodb import fitting
-from autodb.terms import COGGING, FRICTION_RIPPLE, Term
+from autodb.fitting.covariance import autoregression
+from autodb.terms.drive import COGGING, FRICTION_RIPPLE
+from autodb.terms.term import Term
 
 Array = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ def strongest_ripple(
     bins = int(min(1 << 14, len(position) // 4))
     if bins < 64 or travel <= 0:
         return None
-    a, _ = fitting.autoregression(residual, order)
+    a, _ = autoregression(residual, order)
     noise = _Noise(a, residual - residual.mean(), _far_from_reversals(direction, SETTLED * order))
     if noise.kept.sum() < 64:
         return None

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.deviation import Deviating
 from autodb.sensing.drives.fit.axis_model import ChangedParameter, IdentifiedTerm, unit_in
 from autodb.sensing.drives.fit.linearised import Linearised
 from autodb.sensing.drives.fit.steady import Deviation
 from autodb.sensing.drives.moves.prepared import Prepared
-from autodb.terms import TermParameter
 from autodb.terms.channel import ChannelPart
+from autodb.terms.term import TermParameter
 
 Array = NDArray[np.float64]
 Name = tuple[ChannelPart, TermParameter]
@@ -24,7 +24,7 @@ class Solved:
     """
 
     problem: Linearised
-    fit: fitting.Deviating
+    fit: Deviating
     deviation: Deviation | None
     values: Array
     covariance: Array

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.deviation import Deviating
 from autodb.sensing.drives.fit.deviation import SPEED, deviating, deviation_groups, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import Linearised
@@ -103,7 +103,7 @@ class Deviation:
         """Return by what friction deviates with ``weights`` (m,)."""
         return FrictionDiscrepancy(self.parts, weights, self.highest_mm_s, self.travel_mm)
 
-    def steady(self, fit: fitting.Deviating, values: Array, weights: Array) -> SteadyMotion:
+    def steady(self, fit: Deviating, values: Array, weights: Array) -> SteadyMotion:
         """Return steady motion of a fit that is told as ``values`` (p,) and ``weights`` (m,)."""
         together = [*self.places, *range(fit.columns, fit.columns + len(weights))]
         return SteadyMotion(

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of, effort_channels, place_channel
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

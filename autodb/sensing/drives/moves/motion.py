@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting, signals
+from autodb import signals
 from autodb.files.channels import LINEAR_AXES, place_channel
-from autodb.records import Recording
+from autodb.fitting.linear import spread
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal
@@ -181,7 +182,7 @@ def without_flicker(sense: Array, position: Array) -> Array:
 
 def noise_sd(values: Array) -> float:
     """Return the sd of white noise in a signal: third differences hold hardly any motion, √20 σ."""
-    return fitting.spread(np.diff(values, 3)) / float(np.sqrt(20.0))
+    return spread(np.diff(values, 3)) / float(np.sqrt(20.0))
 
 
 def _derived_direction(

@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.files.channels import place_channel
-from autodb.records import Recording
+from autodb.fitting.linear import spread
+from autodb.records.tables import Recording
 from autodb.terms.friction import STANDSTILL_MM_S
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ class SpeedPass:
 def passes_of(inputs: Mapping[str, Array]) -> tuple[SpeedPass, ...]:
     """Return the passes of a motion in time, from its `t` (s) and `position` (mm), (n,) each."""
     t, x = inputs["t"], inputs["position"]
-    noise_mm = fitting.spread(np.diff(x, 3)) / np.sqrt(20.0)
+    noise_mm = spread(np.diff(x, 3)) / np.sqrt(20.0)
     corners = _corners(t, x, off_mm=max(OFF_LINE_MM, NOISE_SDS * float(noise_mm)))
     found = [_within(t, x, a, b) for a, b in pairwise(corners)]
     return _numbered([one for one in found if one is not None])

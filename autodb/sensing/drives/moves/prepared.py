@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of, effort_channels, linear_efforts, rotary_efforts
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import (
     SPINDLE,
     protocol_of,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.groups import small_sample
 from autodb.sensing.drives.staged.clusters import one_out, scores
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ def inertia_of(
         return None
     target = left[rows]
     values = np.linalg.lstsq(scaled, target, rcond=None)[0]
-    variance = one_out(scaled, target, part)[0, 0] * fitting.small_sample(int(part[-1]) - 1)
+    variance = one_out(scaled, target, part)[0, 0] * small_sample(int(part[-1]) - 1)
     if patch is not None:
         variance = max(variance, _of_patches(scaled, target - scaled @ values, patch[rows]))
     scale = float(design_scale[0])
@@ -64,4 +64,4 @@ def _of_patches(design: Array, left: Array, patch: Numbers) -> float:
     inverse = np.linalg.inv(design.T @ design)
     between, count = scores(design, left, patch)
     few = max(1, count - 1)
-    return float((inverse @ between @ inverse)[0, 0] * count / few * fitting.small_sample(few))
+    return float((inverse @ between @ inverse)[0, 0] * count / few * small_sample(few))

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
+from autodb.fitting.groups import small_sample
 from autodb.sensing.drives.staged.clusters import lack, one_out, scores, within
 from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
 from autodb.sensing.drives.staged.stages import MeasuredStretch
@@ -123,7 +123,7 @@ def travel_load_of(
     values = np.linalg.lstsq(design, target, rcond=None)[0]
     left = target - design @ values
     off, beyond = _by_place(left, pairs.place), lack(pairs.place, left)
-    covariance = one_out(design, target, pairs.of) * fitting.small_sample(long - 1)
+    covariance = one_out(design, target, pairs.of) * small_sample(long - 1)
     if beyond > 0.0:
         poles = patches(x_mm, pole_mm, travel_mm)
         covariance += _of_poles(design, beyond / _rms(off) * off[_at(pairs.place)], poles)
@@ -143,7 +143,7 @@ def _of_poles(design: Array, off: Array, poles: Numbers) -> Array:
     """Return the covariance (p, p) from places that are off line and table, alike within a pole."""
     between, count = scores(design, off, poles)
     inverse, few = np.linalg.inv(design.T @ design), max(1, count - 1)
-    return np.asarray(inverse @ between @ inverse * count / few * fitting.small_sample(few))
+    return np.asarray(inverse @ between @ inverse * count / few * small_sample(few))
 
 
 def patches(x_mm: Array, pole_mm: float | None, travel_mm: float) -> Numbers:

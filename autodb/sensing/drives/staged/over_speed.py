@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.groups import small_sample
+from autodb.fitting.linear import solve, triangle
 from autodb.terms.channel import (
     ChannelPart,
     channel_columns,
@@ -146,7 +147,7 @@ def _shares(level: Numbers, run: Numbers, share: Array) -> tuple[float, float]:
     own = float(left @ left) / max(1, len(left) - levels - len(whole) + 1)
     if len(whole) < 2:
         return own, 0.0
-    few = fitting.small_sample(len(whole) - 1)
+    few = small_sample(len(whole) - 1)
     return own, float(means.var(ddof=1)) / len(whole) * few
 
 
@@ -183,7 +184,7 @@ def _fitted(levels: FrictionLevels, parts: tuple[ChannelPart, ...]) -> SpeedLaw:
         count = len(linear) + len(free_shape(fitted))
         lack = _lack(left[levels.smooth], (levels.sd / size)[levels.smooth], count)
         if alone:
-            few = fitting.small_sample(int(levels.smooth.sum()) - count)
+            few = small_sample(int(levels.smooth.sum()) - count)
             lack = max(ALIKE, float(np.sqrt(few)) * lack)
     slopes = _slopes(fitted, linear, levels.speed_mm_s)
     shape = [part.shape[p.name] for part, p in free_shape(fitted)]
@@ -206,7 +207,7 @@ def _best(
     def solved(shape: Array) -> tuple[tuple[ChannelPart, ...], Array, float]:
         made = reshaped(parts, shape)
         matrix = channel_columns(made, inputs)
-        linear = fitting.solve(fitting.triangle(matrix, levels.friction, 1.0 / sd), limits)[0]
+        linear = solve(triangle(matrix, levels.friction, 1.0 / sd), limits)[0]
         left = (levels.friction - matrix @ linear) / sd
         return made, linear, float(left @ left)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from autodb import fitting
+from autodb.fitting import linear
 from autodb.sensing.drives.moves.passes import SpeedPass, both_ways
 
 Array = NDArray[np.float64]
@@ -230,7 +230,7 @@ def _halts(one: SpeedPass, inputs: Mapping[str, Array]) -> int:
     """
     t, x = inputs["t"][one.rows], one.sense * inputs["position"][one.rows]
     step_s = float(np.median(np.diff(t)))
-    noise_mm = fitting.spread(np.diff(x, 3)) / np.sqrt(20.0)
+    noise_mm = linear.spread(np.diff(x, 3)) / np.sqrt(20.0)
     needed_s = SURE_SDS * np.sqrt(2.0) * noise_mm / ((1.0 - HALT) * one.speed_mm_s)
     rows = max(1, int(np.ceil(needed_s / step_s)))
     if rows > len(x) // 4:

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from autodb import fitting
+from autodb.fitting import linear
+from autodb.fitting.groups import small_sample
 from autodb.sensing.drives.fit.thermal import lost
 from autodb.sensing.drives.staged.clusters import within
 from autodb.terms.warming import WARMUP, warmth
@@ -97,8 +98,8 @@ def warming_of(
     jacobian = np.asarray(best.jac) / np.array([1.0, np.exp(best.x[1])])
     held = np.any(best.active_mask) or best.x[0] < LEAST_DROP
     free = [0] if held else [0, 1]
-    fit = fitting.least_squares(jacobian[:, free], left(best.x), lags=len(rows) // RUNS)
-    few = fitting.small_sample(RUNS - 1) * len(rows) / max(1, len(rows) - len(names) - 2)
+    fit = linear.least_squares(jacobian[:, free], left(best.x), lags=len(rows) // RUNS)
+    few = small_sample(RUNS - 1) * len(rows) / max(1, len(rows) - len(names) - 2)
     covariance = np.zeros((2, 2))
     covariance[np.ix_(free, free)] = fit.covariance * few
     return WarmingDrop(float(best.x[0]), float(np.exp(best.x[1])), covariance)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
 from autodb.errors import UnusableInput
+from autodb.fitting.groups import components, small_sample
 from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
 from autodb.sensing.drives.staged.segments import PassSegments
 
@@ -49,8 +49,8 @@ def weight_of(
     names, at, count = np.unique(of, return_inverse=True, return_counts=True)
     mean = np.bincount(at, values) / count
     ones = np.ones((len(values), 1))
-    parts = fitting.components(ones, ones, values, of, known=np.zeros(len(values)))
-    own = parts.own * fitting.small_sample(len(values) - 1)
+    parts = components(ones, ones, values, of, known=np.zeros(len(values)))
+    own = parts.own * small_sample(len(values) - 1)
     variance = (parts.widened[0, 0] + own * float(np.mean(1.0 / count))) / len(names)
     return Weight(
         value=float(mean.mean()),

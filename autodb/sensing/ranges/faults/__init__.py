@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.air_moves import faults_of_moves
 from autodb.sensing.ranges.faults.check import DataCheck, refuse
 from autodb.sensing.ranges.faults.exchanged import exchanged

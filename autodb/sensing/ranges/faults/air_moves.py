@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.files.channels import LINEAR_AXES
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import SPINDLE, term_inputs
 from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, effort_channel
 from autodb.sensing.ranges.faults.check import DataCheck

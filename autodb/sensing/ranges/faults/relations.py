@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from autodb.cutting.turning import speed_m_min, torque_N_m
 from autodb.files.machine import SPINDLE, MachineFile
 from autodb.files.units import RAW
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm, turned_cuts
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, current_signal
 from autodb.standard import CutProtocol, rows_of_cut

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.feeding import (
     feeds_outward,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges.faults.check import DataCheck
 
 Array = NDArray[np.float64]

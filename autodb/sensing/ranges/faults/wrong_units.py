@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from autodb.files.units import RAW
-from autodb.records import CutTable
 from autodb.records.mistaken import CONDITIONS, LOADS, Mistake
+from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.faults.relations import KnownOfCuts, Relation, channels_stated, relations
 

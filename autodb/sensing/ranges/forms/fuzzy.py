@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.forms.form import Array, FittedForm, MeasuredCuts, form_moves
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class Fuzzy:
         except (
             anfis.TooFewRows, anfis.Unvarying, anfis.NotMonotone, anfis.PremisesNotSettled
         ) as error:  # fmt: skip
-            raise fitting.Undetermined([]) from error
+            raise Undetermined([]) from error
         spread = model.hull.sd * model.scaling.half
         learned = LearnedRules(
             model.premises, model.scaling, model.hull.low, model.hull.high, spread
@@ -160,7 +160,7 @@ class Fuzzy:
 
     def _learned(self) -> "LearnedRules":
         if self.learned is None:
-            raise fitting.Undetermined([])
+            raise Undetermined([])
         return self.learned
 
     def _design(self, sensed: MeasuredCuts) -> Array:

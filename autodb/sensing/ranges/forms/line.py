@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.linear import least_squares
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import freed
 
@@ -33,7 +33,7 @@ class StraightLine:
 
     def fit(self, sensed: MeasuredCuts, target: Array) -> FittedForm:
         """Fit by least squares, freed of the currents' errors where these are known."""
-        found = fitting.least_squares(self.columns(sensed), target)
+        found = least_squares(self.columns(sensed), target)
         return freed(FittedForm(found.coefficients, found.covariance, self), sensed, target)
 
     def value(self, coefficients: Array, sensed: MeasuredCuts) -> Array:

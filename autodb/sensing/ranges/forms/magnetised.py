@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
 from autodb.wording import amount_words, phrase
@@ -169,7 +169,7 @@ def _line(squares: Array, target: Array, *, least: float) -> tuple[float, float,
     """
     held = (squares > 0) & (target > 0)
     if held.sum() < FEWEST:
-        raise fitting.Undetermined([0])
+        raise Undetermined([0])
     torque, x = target[held], squares[held] / target[held]
     columns = np.column_stack([x, np.ones_like(x)])
     (k_squared, minus_twice), *_ = np.linalg.lstsq(columns, torque, rcond=None)
@@ -177,6 +177,6 @@ def _line(squares: Array, target: Array, *, least: float) -> tuple[float, float,
     if idle == least:
         k_squared = float(x @ (torque + 2.0 * least) / (x @ x))
     if k_squared <= 0.0:
-        raise fitting.Undetermined([0])
+        raise Undetermined([0])
     left = torque - columns @ np.array([k_squared, -2.0 * idle])
     return float(left @ left), float(k_squared), idle

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.linear import Undetermined, check_rank, triangle
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def freed(law: FittedForm, sensed: MeasuredCuts, target: Array) -> FittedForm:
         coefficients = coefficients + part * step
         if part * size <= SETTLED:
             return FittedForm(coefficients, found.covariance, law.form)
-    raise fitting.Undetermined([])
+    raise Undetermined([])
 
 
 def by_current(form: CurrentForm, coefficients: Array, sensed: MeasuredCuts) -> tuple[Array, Array]:
@@ -105,9 +105,9 @@ def _refuse_noise(whole: Array, errors: Array) -> None:
     try:
         largest = float(eigh(errors, whole, eigvals_only=True)[-1])
     except np.linalg.LinAlgError as error:  # the columns do not determine a coefficient
-        raise fitting.Undetermined([1]) from error
+        raise Undetermined([1]) from error
     if largest > 1.0 - LEAST_TRUE:
-        raise fitting.Undetermined([1])
+        raise Undetermined([1])
 
 
 def fit_curved(form: CurrentForm, start: Array, sensed: MeasuredCuts, target: Array) -> FittedForm:
@@ -125,7 +125,7 @@ def fit_curved(form: CurrentForm, start: Array, sensed: MeasuredCuts, target: Ar
 
     found = least_squares(error, start, jac=slopes, x_scale="jac")
     at_end = slopes(found.x)
-    fitting.check_rank(fitting.triangle(at_end, target))
+    check_rank(triangle(at_end, target))
     variance = 2.0 * float(found.cost) / max(1, len(target) - len(found.x))
     law = FittedForm(found.x, np.asarray(np.linalg.inv(at_end.T @ at_end) * variance), form)
     return freed(law, sensed, target)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb import fitting
+from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
 from autodb.wording import amount_words, phrase
@@ -49,7 +49,7 @@ class Power:
         """Return the best line of ln T over ln ΔI over base speeds among those of the cuts."""
         held = (sensed.current > 0) & (target > 0)
         if held.sum() < FEWEST:
-            raise fitting.Undetermined([0])
+            raise Undetermined([0])
         rise, torque, rpm = (
             np.log(sensed.current[held]),
             np.log(target[held]),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import TURNED
-from autodb.records import Recording
+from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autodb import signals
 from autodb.files.channels import FORCES, JOB_BLOCK, JOB_CUT
 from autodb.files.side import SideFile
-from autodb.records import CutTable, Recording
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.recorded import rejections
 from autodb.sensing.ranges.recorded.means import AxisInCut, air_and_cut_means

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.errors import SetAside
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded import rejections
 from autodb.sensing.ranges.recorded.phase_loads import QUICK_S, PhaseLoad
 from autodb.sensing.ranges.recorded.radius import RadiusCourse

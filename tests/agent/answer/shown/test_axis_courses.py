@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from autodb.agent.answer.shown.axis_courses import AxisCourse, machine_course
 from autodb.agent.answer.shown.due_lines import due_on
-from autodb.agent.rows.calibrations import as_calibration
+from autodb.agent.rows.calibration_records import as_calibration
 from autodb.errors import NotThere
 from autodb.reports.axis_course import plot_of_axis
 from autodb.store import Store, models, open_store

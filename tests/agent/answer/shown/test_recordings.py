@@ -9,7 +9,8 @@ import pytest
 from autodb.agent.answer.shown.recorded import MOST, course_of
 from autodb.agent.answer.shown.recordings import recording_said, recordings_seen, stored_recording
 from autodb.errors import NotThere, SetAside
-from autodb.records import Recording, read
+from autodb.records.source import read
+from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded.raw import cut_stretch
 from autodb.store import models, open_store
 from tests.conftest import Cli

@@ -11,7 +11,7 @@ from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.lathe import Lathe
 from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import STEEL
-from autodb.records import Recording
+from autodb.records.tables import Recording
 from autodb.sensing.ranges import faults
 from autodb.sensing.ranges.faults.travel import pass_steps_mm
 from autodb.sensing.ranges.recorded import raw

@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb import records
 from autodb.proofs.machines.lathe.jobs import cut_at
 from autodb.proofs.machines.lathe.phases import phases, raw_cut
 from autodb.proofs.machines.sample import SAMPLE_LATHE, SAMPLE_PAIR, write_csv
-from autodb.records import CutTable, Recording
+from autodb.records import source as records
+from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges.recorded import raw
 from autodb.store import models, open_store
 from tests.conftest import Cli

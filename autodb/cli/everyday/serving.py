@@ -1,4 +1,4 @@
-"""`serve` and `token`: the database over HTTP, and who may use it."""
+"""`serve`: the database over HTTP."""
 
 import sys
 from collections.abc import Sequence
@@ -12,8 +12,6 @@ from autodb.cli._common import (
     from_anywhere,
     opened_store,
     say,
-    show,
-    table,
     until_stopped,
 )
 
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
 
 EXTRA = "serving needs the extra 'serve'; run pip install 'autodb[serve]'"
 
-token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
-TokenName = Annotated[str, typer.Argument(help="Name of the token: who uses it.")]
 
 Host = Annotated[
     str,
@@ -239,51 +235,3 @@ def _refuse_unusable(settings: "Settings", db: str | None) -> None:
             "nobody could use it; add the token that it needs with 'autodb token add NAME "
             f"--role {needed.word}'"
         )
-
-
-@token.command("add")
-def add_token_command(
-    name: TokenName,
-    role: Annotated[
-        str, typer.Option("--role", help="read, operate (also import and decide) or admin.")
-    ] = "read",
-    days: Annotated[
-        int | None,
-        typer.Option("--days", metavar="N", min=1, max=36500, help="Days that it is valid for."),
-    ] = None,
-    db: Database = None,
-) -> None:
-    """Make a token and print it, this once: only its hash is kept."""
-    from autodb.agent.operate.access import add_token
-
-    with opened_store(db) as store:
-        secret = add_token(store, name, role, days=days)
-    say(secret)
-
-
-@token.command("list")
-def list_tokens_command(db: Database = None) -> None:
-    """List tokens: whose, what they allow, until when."""
-    from autodb.agent.operate.access import tokens
-
-    with opened_store(db) as store, store.reading() as session:
-        found = tokens(session)
-    if not found:
-        say("no token; add one with 'autodb token add NAME'")
-        return
-    rows = table("Tokens", "name", "role", "made", "until", "state")
-    for one in found:
-        state = "valid" if one.valid else "revoked" if one.revoked_at else "expired"
-        until = one.expires_at or "revoked"
-        rows.add_row(one.name, one.role, one.created_at[:10], until[:10], state)
-    show(rows)
-
-
-@token.command("revoke")
-def revoke(name: TokenName, db: Database = None) -> None:
-    """Revoke a token; the service refuses it within five seconds."""
-    from autodb.agent.operate.access import revoke_token
-
-    with opened_store(db) as store:
-        new = revoke_token(store, name)
-    say(f"token '{name}': {'revoked' if new else 'was revoked already'}")

@@ -77,8 +77,8 @@ def _show_rows(base: "ColumnSet", first: tuple[tuple[str, ...], ...]) -> None:
 
 def show_file(file: Path, columns: Path | None) -> None:
     """Show what a file holds, and refuse it as an import would."""
-    from autodb.records import open_source
     from autodb.records.plausible import refuse_implausible
+    from autodb.records.source import open_source
     from autodb.records.summary import summarise
 
     with working(f"reading {file.name}") as progress:

@@ -1,5 +1,6 @@
 """`identify`: the terms of an axis from its moves."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,14 +16,14 @@ from autodb.cli._common import (
     SelfContained,
     check_page,
     opened_store,
-    read_one,
     say,
     say_json,
     show,
     table,
     working,
 )
-from autodb.cli.learn.staging import (
+from autodb.cli.understand.over_time import moves_of, say_time, term_names
+from autodb.cli.understand.staging import (
     Pitch,
     Staging,
     check_staging,
@@ -32,13 +33,16 @@ from autodb.cli.learn.staging import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
-    from autodb import records
     from autodb.agent.sense.identifying import KeptModel, ModelVersion
+    from autodb.records import tables
     from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, PlainFit
     from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
     from autodb.sensing.drives.masses import Mass
+    from autodb.store import Store
+
+    Step = Callable[[str], None]
 
 Recording = Annotated[
     Path, typer.Argument(readable=False, help="A recording over time of the axis' moves.")
@@ -94,18 +98,12 @@ def identify_command(
     db: Database = None,
 ) -> None:
     """Identify inertia, friction, load and other terms of a feed axis from its moves."""
-    from autodb.agent.sense.carried_masses import slide_masses
-    from autodb.agent.sense.identifying import identify_on_machine, refuse_faults, versions_of
-    from autodb.errors import UnusableInput
     from autodb.reports.axis import render_axis
     from autodb.reports.written import write_page
     from autodb.sensing.drives import feed_axis
 
     names = term_names(terms)
-    if update and machine is None:
-        raise UnusableInput(
-            "--update goes with --machine: it goes on from a machine's last version"
-        )
+    _check_update(update=update, machine=machine)
     check_page(page, option="--page", self_contained=self_contained)
     check_staging(staged=staged, pitch=pitch)
     with working(f"identifying from {recording.name}") as progress:
@@ -115,20 +113,15 @@ def identify_command(
         if staged:
             progress("stages")
             seen = try_stages(moves, axis=axis, machine=machine, terms=names, pitch=pitch, db=db)
-        versions: Sequence[ModelVersion] = []
-        masses: Mapping[str, Mass] = {}
         if machine is None:
-            refuse_faults(moves, axis)
-            kept, model = None, feed_axis.identify(moves, axis=axis, terms=names)
+            stored, model = None, _alone(moves, axis, names)
         else:
             with opened_store(db) as store:
-                kept = identify_on_machine(
+                stored = _on_machine(
                     store, machine, recording, moves,
                     columns=columns, axis=axis, terms=names, update=update, progress=progress,
                 )  # fmt: skip
-                versions = versions_of(store, machine, kept.model.channel) if update else []
-                masses = slide_masses(store, machine)
-            model = kept.model
+            model = stored.kept.model
         progress("spread over filters")
         spread = feed_axis.spread_over_filters(moves, axis=model.axis, terms=_fitted_names(model))
         if page is not None:
@@ -136,25 +129,85 @@ def identify_command(
     if json:
         from autodb.library.found import IdentifyResult
 
-        say_json(IdentifyResult(model, moves, kept.version if kept else None).to_dict())
+        version = stored.kept.version if stored else None
+        say_json(IdentifyResult(model, moves, version).to_dict())
         return
     _show_fit(model, moves, other, spread)
     if seen is not None:
         show_staged(model, seen)
     if page is not None:
         say(f"page: {page}")
-    if kept is None:
+    _show_stored(stored, machine or "")
+
+
+def _check_update(*, update: bool, machine: str | None) -> None:
+    """Raise UnusableInput where there is no version to go on from."""
+    from autodb.errors import UnusableInput
+
+    if update and machine is None:
+        raise UnusableInput(
+            "--update goes with --machine: it goes on from a machine's last version"
+        )
+
+
+def _alone(
+    moves: "tables.Recording", axis: str | None, names: tuple[str, ...] | None
+) -> "Identified":
+    """Return what is identified from moves of an axis of no machine."""
+    from autodb.agent.sense.identifying import refuse_faults
+    from autodb.sensing.drives import feed_axis
+
+    refuse_faults(moves, axis)
+    return feed_axis.identify(moves, axis=axis, terms=names)
+
+
+@dataclass(frozen=True)
+class _Stored:
+    """A model that a machine keeps now, its earlier versions, and what its slides carry."""
+
+    kept: "KeptModel"
+    versions: "Sequence[ModelVersion]"
+    masses: "Mapping[str, Mass]"
+
+
+def _on_machine(
+    store: "Store",
+    machine: str,
+    recording: Path,
+    moves: "tables.Recording",
+    *,
+    columns: Path | None,
+    axis: str | None,
+    terms: tuple[str, ...] | None,
+    update: bool,
+    progress: "Step",
+) -> _Stored:
+    """Return what is identified from moves of a machine's axis, and keep it."""
+    from autodb.agent.sense.carried_masses import slide_masses
+    from autodb.agent.sense.identifying import identify_on_machine, versions_of
+
+    kept = identify_on_machine(
+        store, machine, recording, moves,
+        columns=columns, axis=axis, terms=terms, update=update, progress=progress,
+    )  # fmt: skip
+    versions = versions_of(store, machine, kept.model.channel) if update else []
+    return _Stored(kept, versions, slide_masses(store, machine))
+
+
+def _show_stored(stored: _Stored | None, machine: str) -> None:
+    """Print what of a model is stored, and what its machine carries and had before."""
+    if stored is None:
         say("not stored: give --machine NAME to keep it")
         return
-    show_kept(kept, machine or "")
-    _show_masses(masses)
-    _show_versions(versions)
+    show_kept(stored.kept, machine)
+    _show_masses(stored.masses)
+    _show_versions(stored.versions)
 
 
 def _show_fit(
     model: "Identified",
-    moves: "records.Recording",
-    other: "records.Recording | None",
+    moves: "tables.Recording",
+    other: "tables.Recording | None",
     spread: "list[PlainFit]",
 ) -> None:
     """Print the terms, how far off they are, and what they owe to the filter."""
@@ -196,45 +249,6 @@ def _with_sd(term: "IdentifiedTerm | None") -> str:
     if term is None:
         return ""
     return f"{_scaled(term.value, term.unit):.4g} ± {_scaled(term.sd or 0.0, term.unit):.2g}"
-
-
-def term_names(terms: str | None) -> tuple[str, ...] | None:
-    """Return the names of ``--terms``, each once; None where the option is not given."""
-    from autodb.errors import UnusableInput
-
-    if terms is None:
-        return None
-    names = tuple(name.strip() for name in terms.split(",") if name.strip())
-    if not names:
-        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
-    for name in names:
-        if names.count(name) > 1:
-            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
-    return names
-
-
-def moves_of(
-    path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
-) -> "records.Recording":
-    """Read moves of an axis over time, refused where a channel cannot be what it claims."""
-    from autodb.agent.sense.identifying import check_moves
-
-    return check_moves(read_over_time(path, columns, group, resample), axis)
-
-
-def say_time(recording: "records.Recording") -> None:
-    """Say what a recording's stamps are, where they are not even."""
-    if not recording.timing.is_even:
-        say(f"time: {recording.path.name}: {recording.timing}")
-
-
-def read_over_time(
-    path: Path, columns: Path | None, group: str | None, resample: float | None
-) -> "records.Recording":
-    """Read a recording over time."""
-    from autodb.records.resample import only_over_time
-
-    return only_over_time(read_one(path, columns=columns, group=group, resample_hz=resample))
 
 
 def _fitted_names(model: "Identified") -> list[str]:
@@ -296,7 +310,7 @@ def _show_cogging(model: "Identified") -> None:
             f"{tried}")  # fmt: skip
 
 
-def _show_cross_test(model: "Identified", other: "records.Recording") -> None:
+def _show_cross_test(model: "Identified", other: "tables.Recording") -> None:
     """Print how well the model does on a recording that it was not fitted to."""
     from autodb.sensing.drives.feed_axis import cross_test, without_ripple
 

@@ -49,7 +49,7 @@ def inspect_command(
     from autodb.agent.sense.inspecting import OfCut, inspect, keep_inspected
     from autodb.errors import UnusableInput
     from autodb.files.part import read_part
-    from autodb.fitting import NORMAL_95
+    from autodb.fitting.gaussian import NORMAL_95
 
     given = (machine is not None, recording is not None, cut is not None)
     if any(given) and not all(given):

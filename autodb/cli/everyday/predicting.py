@@ -1,4 +1,4 @@
-"""`predict`, `trace`, `demo`: what a machine answers."""
+"""`predict`: what a machine answers for a job."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,19 +13,13 @@ from autodb.cli._common import (
     SelfContained,
     check_page,
     opened_machine,
-    opened_store,
     say,
-    say_json,
     show,
     table,
-    working,
 )
 
 if TYPE_CHECKING:
-    from rich.tree import Tree
-
     from autodb.agent.answer.predicting import JobAnswer, Predicted
-    from autodb.agent.answer.tracing import Node
     from autodb.agent.learn.known import Behind
     from autodb.files.machine import AxisLimits
     from autodb.forward.cut_figures import CutFigures, JobTotals
@@ -41,12 +35,6 @@ ToolPath = Annotated[
         "--tool-file",
         metavar="FILE",
         help="What is known of the tool: a tool file (TOML), or a tool bit of FreeCAD (.fctb).",
-    ),
-]
-Kind = Annotated[
-    str,
-    typer.Argument(
-        help="prediction, parameters, force, calibration, model, mismatch or recording."
     ),
 ]
 
@@ -78,7 +66,6 @@ def predict_command(
     from autodb.agent.rows.machines import limits_of_machine
     from autodb.files.job import read_job
     from autodb.files.targets import check_target
-    from autodb.forward.bending import bending_in_words
 
     if csv is not None:
         check_target(csv, suffix=".csv", option="--csv")
@@ -94,26 +81,40 @@ def predict_command(
     if csv is not None:
         _write_table(answer, limits, csv)
     if plot is not None:
-        from autodb.reports.planned.predicted import render_prediction
-        from autodb.reports.written import write_page
-
-        write_page(plot, render_prediction(answer, limits), self_contained=self_contained)
+        _write_picture(answer, limits, plot, self_contained=self_contained)
     if json:
         _say_as_json(answer, compared)
         return
-    show_predicted(f"Job '{asked.name}': {asked.material} / {asked.tool}", answer.cuts)
+    _say_predicted(answer, compared)
+    for what, path in (("table", csv), ("picture", plot)):
+        if path is not None:
+            say(f"{what}: {path}")
+    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def _say_predicted(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> None:
+    """Print an answer as tables and sentences, and beside it one that is compared."""
+    from autodb.forward.bending import bending_in_words
+
+    job = answer.job
+    show_predicted(f"Job '{job.name}': {job.material} / {job.tool}", answer.cuts)
     show_figures(answer.cuts, answer.figures, answer.totals)
     for line in bending_in_words(answer.cuts, answer.bending):
         say(line)
     say_answer(answer.cuts, answer)
     if compared:
-        from autodb.cli.plan.comparing import show_beside
+        from autodb.cli.everyday.comparing import show_beside
 
         show_beside(compared)
-    for what, path in (("table", csv), ("picture", plot)):
-        if path is not None:
-            say(f"{what}: {path}")
-    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+
+
+def _write_picture(
+    answer: "Predicted", limits: "dict[str, AxisLimits]", plot: Path, *, self_contained: bool
+) -> None:
+    from autodb.reports.planned.predicted import render_prediction
+    from autodb.reports.written import write_page
+
+    write_page(plot, render_prediction(answer, limits), self_contained=self_contained)
 
 
 def _say_as_json(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> None:
@@ -252,45 +253,3 @@ def interval(value: "Interval") -> str:
     """Return 'value (low to high)'."""
     digits = 0 if abs(value.value) >= 100 else 1
     return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"
-
-
-def trace_command(
-    kind: Kind,
-    number: Annotated[int, typer.Argument(help="Its number.", min=1, max=2**63 - 1)],
-    json: Json = False,
-    db: Database = None,
-) -> None:
-    """Show where a stored number came from, down to recordings."""
-    from autodb.agent.answer.tracing import trace
-
-    with opened_store(db) as store:
-        node = trace(store, kind, number)
-    if json:
-        say_json(node)
-        return
-    show(as_tree(node))
-
-
-def as_tree(node: "Node") -> "Tree":
-    """Return a trace as a tree to print."""
-    from rich.text import Text
-    from rich.tree import Tree
-
-    tree = Tree(Text(node.text, overflow="fold"))
-    for source in node.sources:
-        tree.children.append(as_tree(source))
-    return tree
-
-
-def demo(
-    out: Annotated[Path, typer.Option("--out", help="Folder for the demo's files.")] = Path(
-        "demo-out"
-    ),
-) -> None:
-    """Run the whole job on a sample machine and write its report."""
-    from autodb.cli.start.demo import run_demo
-
-    with working("demo") as progress:
-        lines = run_demo(out, progress=progress)
-    for line in lines:
-        say(line)

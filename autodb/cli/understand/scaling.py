@@ -18,14 +18,15 @@ from autodb.cli._common import (
     say_json,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of
+from autodb.cli.understand.identifying import Axis
+from autodb.cli.understand.over_time import moves_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from autodb.agent.sense.reconstructing import Scale
     from autodb.agent.sense.scaling import DeterminedScale
-    from autodb.records import Recording as Moves
+    from autodb.records.tables import Recording as Moves
     from autodb.standard import ReferenceForce
     from autodb.store import Store
 

@@ -23,13 +23,14 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.learn.identifying import Axis, moves_of, read_over_time, say_time, term_names
+from autodb.cli.understand.identifying import Axis
+from autodb.cli.understand.over_time import moves_of, read_over_time, say_time, term_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from autodb import records
     from autodb.agent.sense.reconstructing import ReconstructedLoad, Scale
+    from autodb.records import tables
     from autodb.store import Store
 
     Step = Callable[[str], None]
@@ -64,7 +65,9 @@ Owner = Annotated[
 Moves = Annotated[
     Path | None,
     typer.Option(
-        "--moves", readable=False, help="Recording of moves in air to identify the axis from."
+        "--moves",
+        readable=False,
+        help="Recording of moves in air to identify the axis from.",
     ),
 ]
 Terms = Annotated[
@@ -165,7 +168,7 @@ def reconstruct_command(
 
 
 def _say(
-    cut: "records.Recording", made: "_Sensed", out: Path, page: Path | None, *, json: bool
+    cut: "tables.Recording", made: "_Sensed", out: Path, page: Path | None, *, json: bool
 ) -> None:
     """Print what was estimated, and where it is."""
     if json:
@@ -182,7 +185,7 @@ def _say(
 
 def _cut_of(
     path: Path, axis: str | None, columns: Path | None, group: str | None, resample: float | None
-) -> "records.Recording":
+) -> "tables.Recording":
     """Read a recording of one axis or several, refused where a channel cannot be what it claims."""
     from autodb.records.plausible import refuse_doubtful
     from autodb.records.summary import summary_of
@@ -244,7 +247,7 @@ class _Sensed:
 
 
 def _by_drives(
-    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+    store: "Store", machine: str, cut: "tables.Recording", how: _How, progress: "Step"
 ) -> _Sensed:
     from autodb.agent.sense.reconstructing import reconstruct_on_machine
 
@@ -256,7 +259,7 @@ def _by_drives(
 
 
 def _by_network(
-    store: "Store", machine: str, cut: "records.Recording", _how: _How, progress: "Step"
+    store: "Store", machine: str, cut: "tables.Recording", _how: _How, progress: "Step"
 ) -> _Sensed:
     from autodb.agent.sense.networks import forces_on_machine
 
@@ -264,7 +267,7 @@ def _by_network(
 
 
 def _by_table(
-    store: "Store", machine: str, cut: "records.Recording", how: _How, _progress: "Step"
+    store: "Store", machine: str, cut: "tables.Recording", how: _How, _progress: "Step"
 ) -> _Sensed:
     from autodb.agent.sense.dynamometers import forces_on_table
 
@@ -275,7 +278,7 @@ def _by_table(
 
 
 def _by_all(
-    store: "Store", machine: str, cut: "records.Recording", how: _How, progress: "Step"
+    store: "Store", machine: str, cut: "tables.Recording", how: _How, progress: "Step"
 ) -> _Sensed:
     from autodb.agent.sense.fusing import fused_on_machine
 
@@ -292,8 +295,8 @@ TELLERS = {
 
 
 def _by_moves(
-    cut: "records.Recording",
-    air: "records.Recording",
+    cut: "tables.Recording",
+    air: "tables.Recording",
     terms: tuple[str, ...] | None,
     how: _How,
 ) -> "ReconstructedLoad":
@@ -309,7 +312,7 @@ def _by_moves(
 
 def _scale(newtons_per_ampere: float | None) -> "Scale | None":
     from autodb.agent.sense.reconstructing import LEAST_SHARE, Scale
-    from autodb.fitting import NORMAL_95
+    from autodb.fitting.gaussian import NORMAL_95
 
     if newtons_per_ampere is None:
         return None

@@ -51,7 +51,7 @@ def train_command(asked: AskedRecordings) -> None:
 def level_command(asked: AskedRecordings) -> None:
     """Identify a table dynamometer of a machine, and say what the moves determine of it."""
     from autodb.agent.sense.dynamometers import level_dynamometer
-    from autodb.fitting import NORMAL_95
+    from autodb.fitting.gaussian import NORMAL_95
 
     with working("identifying the table dynamometer") as progress, opened_store(asked.db) as store:
         done = level_dynamometer(
@@ -82,7 +82,7 @@ def level_command(asked: AskedRecordings) -> None:
 
 
 def _say_mass(model: "TableModel") -> None:
-    from autodb.fitting import NORMAL_95
+    from autodb.fitting.gaussian import NORMAL_95
 
     half_kg = NORMAL_95 * model.mass_sd_kg
     table = model.kinematics

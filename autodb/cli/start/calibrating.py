@@ -21,7 +21,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli.learn.fitting import AskedRecordings, level_command, train_command
+from autodb.cli.understand.fitting import AskedRecordings, level_command, train_command
 
 if TYPE_CHECKING:
     from autodb.agent.sense.calibrating import Calibrated

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from autodb.agent.sense.staging import TriedStages
-    from autodb.records import Recording
+    from autodb.records.tables import Recording
     from autodb.sensing.drives.fit.axis_model import Identified
     from autodb.sensing.drives.staged.compared import Agreement
     from autodb.sensing.drives.staged.linear import FourSteps

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
-from autodb.cli.plan.predict_and_trace import (
+from autodb.cli.everyday.predicting import (
     ToolPath,
     say_answer,
     show_figures,
@@ -17,7 +17,7 @@ from autodb.cli.plan.predict_and_trace import (
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed
     from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
-    from autodb.files.job import JobCut
+    from autodb.files.job_cut import JobCut
 
 OPTIONS = {
     "operation": "--operation", "diameter_mm": "--diameter", "end_diameter_mm": "--end-diameter",
@@ -137,12 +137,9 @@ def lookup(
         "--pocket-diameter": pocket_diameter, "--cutting-time": cutting_time,
         "--flank-wear": flank_wear,
     }  # fmt: skip
-    stated = {option: value for option, value in given.items() if value is not None}
-    if largest is not None:
-        stated = _completed(stated, largest)
-    elif share is not None or sure is not None:
+    if largest is None and (share is not None or sure is not None):
         raise UnusableInput("--share and --sure go with --largest; add it, or leave them out")
-    cut = _cut(stated) if stated else None
+    cut = _cut_asked(given, largest)
     geometry: dict[str, float] = {}
     if tool_file is not None:
         tool, geometry = stated_tool(tool_file, tool)
@@ -156,11 +153,31 @@ def lookup(
             _list(name, pair_reader.pairs(material, tool), json=json)
             return
         basis = pair_reader.basis(str(material), str(tool)).of_lot(lot).with_tool(geometry)
-        if largest is None:
-            _answer(basis.look_up(cut), json=json)
-        else:
-            shares = (share or 100.0) / 100.0, (sure or 95.0) / 100.0
-            _show_largest(basis, cut, largest, shares, json=json)
+        shares = (share or 100.0) / 100.0, (sure or 95.0) / 100.0
+        _say_of_cut(basis, cut, largest, shares, json=json)
+
+
+def _cut_asked(given: dict[str, Any], largest: str | None) -> "JobCut | None":
+    """Return the cut that options state, None: they state none; raises UnusableInput."""
+    stated = {option: value for option, value in given.items() if value is not None}
+    if largest is not None:
+        stated = _completed(stated, largest)
+    return _cut(stated) if stated else None
+
+
+def _say_of_cut(
+    basis: "PredictionBasis",
+    cut: "JobCut",
+    largest: str | None,
+    shares: tuple[float, float],
+    *,
+    json: bool,
+) -> None:
+    """Print the prediction of a cut, or the largest of what is asked for."""
+    if largest is None:
+        _answer(basis.look_up(cut), json=json)
+    else:
+        _show_largest(basis, cut, largest, shares, json=json)
 
 
 def _cut(stated: dict[str, Any]) -> "JobCut":
@@ -168,7 +185,7 @@ def _cut(stated: dict[str, Any]) -> "JobCut":
     from pydantic import ValidationError
 
     from autodb.errors import UnusableInput, near
-    from autodb.files.job import KEYS, OPERATIONS, JobCut
+    from autodb.files.job_cut import KEYS, OPERATIONS, JobCut
 
     operation = stated.get("--operation", "turn")
     if operation not in OPERATIONS:

@@ -18,7 +18,7 @@ from autodb.cli._common import (
     say_json,
     working,
 )
-from autodb.cli.learn.looking import show_file
+from autodb.cli.start.looking import show_file
 
 if TYPE_CHECKING:
     from autodb.agent.ingest.importing import Imported

@@ -1,0 +1,1 @@
+"""Commands of every day: learn from what came in, predict, look up, serve."""

@@ -1,0 +1,53 @@
+"""What a command loads: what it does not run, it does not import."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.helpers.files import write
+
+PAIR = ("--material", "steel bar", "--tool", "carbide insert")
+ONE_CUT = ("--diameter", "50", "--depth", "1.5", "--feed", "0.2", "--speed", "220")
+HEAVY = {"scipy", "pandas", "pyarrow", "plotly"}
+
+
+def _loaded(*arguments: str) -> tuple[set[str], int]:
+    """Return the libraries that a command loads, and how many modules of this package."""
+    code = (
+        f"import sys; from autodb.cli import run; assert run({list(arguments)}) == 0; "
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names = done.stderr.splitlines()[-1].split()
+    return set(names), sum(name.startswith("autodb.") for name in names)
+
+
+@pytest.mark.usefixtures("one_law", "standard_learnt")
+def test_an_answer_from_what_is_learnt_loads_nothing_that_learns(sample_jobs: Path) -> None:
+    job = str(sample_jobs / "stepped_shaft" / "job.toml")
+    for asked in (("lookup", *PAIR, *ONE_CUT), ("predict", job)):
+        names, own = _loaded(*asked)
+        assert names & HEAVY == set()
+        assert own <= 100
+
+
+def test_an_explanation_of_an_axis_loads_no_other_kind_of_recording(tmp_path: Path) -> None:
+    time_s = 0.004 * np.arange(2000)
+    velocity = 40.0 * np.sin(2.5 * time_s)
+    place = np.cumsum(velocity) * 0.004
+    simulated = 1.2 * np.tanh(velocity) + 0.004 * velocity
+    noise = 0.03 * np.random.default_rng(41).normal(size=time_s.size)
+    axis = {"t": time_s, "x.position": place, "x.velocity": velocity}
+    measured = simulated + 0.3 * np.sin(0.8 * place) + noise
+    for name, current in (("measured", measured), ("simulated", simulated)):
+        write(tmp_path / f"{name}.csv", axis | {"x.current": current})
+    files = [str(tmp_path / name) for name in ("measured.csv", "simulated.csv")]
+    names, own = _loaded(
+        "explain", files[0], "--simulation", files[1], "--out", str(tmp_path / "out")
+    )
+    for room in ("agent", "store", "pairs", "forward", "explain.cuts", "explain.waves"):
+        assert f"autodb.{room}" not in names
+    assert own <= 180
