@@ -41,7 +41,7 @@ sys.exit(code)
 READ = """
 import os, sys
 from pathlib import Path
-from autodb.records import open_source
+from autodb.records.source import open_source
 path, begun = Path(sys.argv[1]), sum(os.times()[:4])
 for base in open_source(path).usable():
     for _ in base.blocks():

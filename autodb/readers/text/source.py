@@ -132,25 +132,23 @@ def whole_lines(path: Path, encoding: str, skip: int, ends: int | None = None) -
         text = b"".join(whole_lines(path, encoding, skip)).split(b"\n")
         yield b"\n".join(text[: ends - skip]) + b"\n"
         return
-    whole, rest = b"", b""
+    rest = b""
     for block in _in_utf8(path, encoding):
         if skip:
             rest, skip = _below(rest + block, skip)
             begins = rest.rfind(b"\n") + 1
             if begins and not skip:
-                whole, rest = rest[:begins], rest[begins:]
+                yield rest[:begins]
+                rest = rest[begins:]
         elif cut := block.rfind(b"\n") + 1:
-            if whole:
-                yield whole
-            whole, rest = rest + block[:cut], block[cut:]
+            yield rest + block[:cut]
+            rest = block[cut:]
         else:
             rest += block
         if len(rest) > LONGEST_LINE:
             raise UnusableInput(f"{path}: a line of more than {LONGEST_LINE} bytes; {WORKS}")
     if rest.strip() and not skip:
-        whole += rest  # the last row, without the end of a line
-    if whole:
-        yield whole
+        yield rest
 
 
 def _below(text: bytes, skip: int) -> tuple[bytes, int]:
@@ -162,17 +160,20 @@ def _below(text: bytes, skip: int) -> tuple[bytes, int]:
 
 
 def _in_utf8(path: Path, encoding: str) -> Iterator[bytes]:
-    """Yield the text of a file in blocks of UTF-8, without the mark of its encoding."""
+    """Yield the text of a file in blocks of UTF-8, without the mark of its encoding.
+
+    The last block ends with the end of a line, if the file's does or not: a row is whole there.
+    """
     decoder = codecs.getincrementaldecoder(encoding)()
     with unpacked(path) as file:
-        first = file.read(BLOCK_BYTES)
-        block = first[encoding_of(first[:SAMPLE_BYTES])[1] :]
-        while block:
-            if encoding == "utf-8":
-                yield block
-            else:
+        read = file.read(BLOCK_BYTES)
+        mark = encoding_of(read[:SAMPLE_BYTES])[1]
+        while read:
+            text, mark = read[mark:], 0
+            if encoding != "utf-8":
                 try:
-                    yield decoder.decode(block).encode()
+                    text = decoder.decode(text).encode()
                 except UnicodeDecodeError as error:
                     raise not_text(path, encoding, error) from None
-            block = file.read(BLOCK_BYTES)
+            yield text if len(read) == BLOCK_BYTES or text.endswith(b"\n") else text + b"\n"
+            read = file.read(BLOCK_BYTES)
