@@ -216,7 +216,7 @@ def test_lines_of_a_program_are_told_by_speed_and_how_long_they_took(
     names = _predict_part(lathe)
     cuts = (("", 50, 3.0, fed_mm[0]), ("", 56, 2.7, fed_mm[1]))
     columns: Columns = {"cut.duration": lasted_s, "spindle.speed": [1200, 1200]}
-    import_and_match(lathe, write_cuts("made", cuts, **columns))
+    import_and_match(lathe, write_cuts("made", cuts, "", **columns))
     matched = {k: (names[at], "conditions") for k, at in enumerate(found, 1) if at is not None}
     assert links() == matched
     expected = queried("SELECT expected FROM predicted_cut ORDER BY cut_id")
