@@ -4,6 +4,7 @@ Sentences are written in English where they are said; catalogues (``de.po``) hav
 """
 
 from autodb.wording.amounts import amount_words, day, localized, shop_amount
+from autodb.wording.kept import said_again
 from autodb.wording.presentation import (
     ENGLISH,
     Presentation,
@@ -11,7 +12,15 @@ from autodb.wording.presentation import (
     presentation,
     presented,
 )
-from autodb.wording.sentences import Worded, language_of, listed, msgid, phrase, phrase_many
+from autodb.wording.sentences import (
+    Worded,
+    language_of,
+    listed,
+    msgid,
+    phrase,
+    phrase_many,
+    stored_msgid,
+)
 
 __all__ = [
     "ENGLISH",
@@ -28,5 +37,7 @@ __all__ = [
     "phrase_many",
     "presentation",
     "presented",
+    "said_again",
     "shop_amount",
+    "stored_msgid",
 ]

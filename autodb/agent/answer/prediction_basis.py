@@ -36,7 +36,15 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
-from autodb.wording import Worded, amount_words, listed, localized, msgid, phrase, shop_amount
+from autodb.wording import (
+    amount_words,
+    listed,
+    localized,
+    msgid,
+    phrase,
+    said_again,
+    shop_amount,
+)
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""
@@ -268,7 +276,7 @@ class PredictionBasis:
                 machine=self.machine,
                 pair=name,
                 hint=hint,
-                start=Worded(start or "", "en"),  # kept as it was said
+                start=said_again(start or ""),
             )
         yield from _assumed(self.known, cuts)
         if self.states is not None:

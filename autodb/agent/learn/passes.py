@@ -13,7 +13,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
-from autodb.wording import Worded, msgid, phrase, phrase_many
+from autodb.wording import Worded, msgid, phrase, phrase_many, said_again
 
 CONFIRMS = msgid(
     "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "
@@ -133,8 +133,8 @@ class RefreshReport:
 
 
 def _kept(sentence: str) -> Worded:
-    """Return a sentence as it was kept, in English."""
-    return Worded(sentence, "en")
+    """Return a sentence that was kept, for the reader."""
+    return said_again(sentence)
 
 
 def _of_file(one: CameIn) -> str:

@@ -17,10 +17,11 @@ import autodb
 from autodb.cutting.shear import PARAMETERS
 from autodb.files.job_cut import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
-from autodb.wording.catalogues import LANGUAGES
+from autodb.wording.catalogues import LANGUAGES, STORED
 
 PACKAGE = Path(autodb.__file__).parent
-IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2)}
+KEPT = {"stored_msgid": None}
+IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2), **KEPT}
 IN_TEMPLATES = {"_": None, "_n": (1, 2)}
 METHODS = (("*.py", "python", IN_CODE), ("*.j2", "jinja2", IN_TEMPLATES))
 OURS = "from autodb.wording"
@@ -48,6 +49,8 @@ def said_messages() -> Catalog:
             place = path.relative_to(PACKAGE.parent).as_posix()
             for _, message, _, _ in extract_from_file(method, path, keywords=keywords):
                 found.add(message, locations=[(place, 1)])
+            for _, message, _, _ in extract_from_file(method, path, keywords=KEPT):
+                found.add(message, auto_comments=[STORED])
     for message, place in _vocabulary():
         found.add(message, locations=[(place, 1)])
     return found

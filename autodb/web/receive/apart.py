@@ -110,7 +110,27 @@ class RecordingToShow:
         return _text(plot_of_course(course))
 
 
-Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook
+@dataclass(frozen=True)
+class MachineToLearn:
+    """Learn from what a machine's database has that is new: refresh it."""
+
+    machine: str
+
+    @property
+    def path(self) -> Path:
+        """What a message calls it."""
+        return Path(self.machine.replace("/", "-"))
+
+    def do(self, store: Store, tell: Tell) -> bytes:
+        """Return what was learnt, as JSON."""
+        from autodb.agent.learn.passes import RefreshReport
+        from autodb.agent.operate.refreshing import refresh  # heavy, and seldom asked for
+
+        with presented(ENGLISH):  # the database is
+            return TypeAdapter(RefreshReport).dump_json(refresh(store, self.machine, progress=tell))
+
+
+Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook | MachineToLearn
 
 
 @dataclass(frozen=True)

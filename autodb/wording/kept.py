@@ -1,0 +1,106 @@
+"""Sentences that were stored in English, said again for the reader.
+
+What is stored is the sentence itself, so that programs and older databases have the same. It is
+recognised by its fixed words, which the catalogue marks, and said again with what stood between
+them: numbers with the reader's marks, amounts in the shop's units. What is not recognised stays in
+English and says so.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from string import Formatter
+
+from autodb.wording.amounts import localized, shop_amount
+from autodb.wording.catalogues import LANGUAGES, STORED, written_catalogue
+from autodb.wording.presentation import ENGLISH, presentation
+from autodb.wording.sentences import Worded, language_of, listed, phrase
+
+SENTENCES = ("why", "verdict", "said", "what")
+"""Places of a stored sentence that hold sentences themselves; what stands in others is a number, an
+amount or a name."""
+SEPARATOR = "; "
+_AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
+
+
+@dataclass(frozen=True)
+class StoredSentence:
+    """A sentence as code has it, and the shape by which a stored one is recognised."""
+
+    english: str
+    shape: re.Pattern[str]
+
+    def values(self, text: str) -> dict[str, str] | None:
+        """Return what stands in the places of a text; None: it is another sentence."""
+        found = self.shape.fullmatch(text)
+        return None if found is None else found.groupdict()
+
+
+def stored_sentence(english: str) -> StoredSentence:
+    """Return the shape of a sentence with ``{names}``.
+
+    >>> stored_sentence("{k} of {n} cuts").values("3 of 7 cuts")
+    {'k': '3', 'n': '7'}
+    """
+    shape, known = "", set[str]()
+    for fixed, name, _, _ in Formatter().parse(english):
+        shape += re.escape(fixed)
+        if name is not None:
+            shape += f"(?P={name})" if name in known else f"(?P<{name}>.+?)"
+            known.add(name)
+    return StoredSentence(english, re.compile(shape, re.DOTALL))
+
+
+@cache
+def stored_sentences() -> tuple[StoredSentence, ...]:
+    """Return the sentences that may be stored, those with the most fixed words first."""
+    language = next(one for one in LANGUAGES if one != "en")  # each catalogue has all of them
+    marked = (one for one in written_catalogue(language) if STORED in one.auto_comments)
+    found = [stored_sentence(str(one.id)) for one in marked]
+    return tuple(sorted(found, key=lambda one: -len(re.sub(r"\{\w+\}", "", one.english))))
+
+
+def said_again(text: str) -> Worded:
+    """Return a stored sentence in the reader's language and units; in English where that is not
+    known of it.
+    """
+    if presentation() == ENGLISH:
+        return Worded(text, "en")
+    for one in stored_sentences():
+        values = one.values(text)
+        if values is None:
+            continue
+        said = {name: _value(name, value) for name, value in values.items()}
+        made = phrase(one.english, **said)
+        if language_of(made) == presentation().language:
+            return made
+    return Worded(text, "en")
+
+
+def _value(name: str, text: str) -> str:
+    """Return what stands in a place, for the reader."""
+    if _AMOUNT.fullmatch(text):
+        return amount_again(text)
+    if name not in SENTENCES:
+        return text
+    return listed([said_again(one) for one in text.split(SEPARATOR)], SEPARATOR)
+
+
+def amount_again(text: str) -> str:
+    """Return a stored number, or a number and its unit, for the reader; other text as it is.
+
+    >>> amount_again("19.8 N"), amount_again("Ø56")
+    ('19.8 N', 'Ø56')
+    """
+    found = _AMOUNT.fullmatch(text)
+    if found is None:
+        return text
+    number, unit = found.groups()
+    if unit is None:
+        return localized(number)
+    factor, name = shop_amount(1.0, unit)
+    if factor != 1.0:
+        digits = max(len(re.sub(r"e.*|\D", "", number).lstrip("0")), 1)
+        number = f"{factor * float(number.replace('−', '-')):.{digits}g}"
+        number = f"{float(number):g}" if "e" in number else number
+    return f"{localized(number)} {name}"
