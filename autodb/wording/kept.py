@@ -12,13 +12,17 @@ from functools import cache
 from string import Formatter
 
 from autodb.wording.amounts import localized, shop_amount
-from autodb.wording.catalogues import LANGUAGES, STORED, written_catalogue
 from autodb.wording.presentation import ENGLISH, presentation
 from autodb.wording.sentences import Worded, language_of, listed, phrase
 
-SENTENCES = ("why", "verdict", "said", "what")
-"""Places of a stored sentence that hold sentences themselves; what stands in others is a number, an
-amount or a name."""
+SENTENCES = ("why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions")
+"""Places of a stored sentence that hold stored sentences; what stands in others is a number, an
+amount or a name. Of an amount that another shares its unit with, ``size_low`` and ``size_high``
+are the ends of ``size``."""
+CAUSES, VALUES, OR = "causes", "values", " or "
+"""Places of names of causes, one after another, and of quoted values, any of which holds."""
+SHAPES = {VALUES: r"'[^',;]*'(?: or '[^',;]*')*"}
+"""What such a place may hold; any text in others."""
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
 
@@ -46,7 +50,7 @@ def stored_sentence(english: str) -> StoredSentence:
     for fixed, name, _, _ in Formatter().parse(english):
         shape += re.escape(fixed)
         if name is not None:
-            shape += f"(?P={name})" if name in known else f"(?P<{name}>.+?)"
+            shape += f"(?P={name})" if name in known else f"(?P<{name}>{SHAPES.get(name, '.+?')})"
             known.add(name)
     return StoredSentence(english, re.compile(shape, re.DOTALL))
 
@@ -54,6 +58,8 @@ def stored_sentence(english: str) -> StoredSentence:
 @cache
 def stored_sentences() -> tuple[StoredSentence, ...]:
     """Return the sentences that may be stored, those with the most fixed words first."""
+    from autodb.wording.catalogues import LANGUAGES, STORED, written_catalogue
+
     language = next(one for one in LANGUAGES if one != "en")  # each catalogue has all of them
     marked = (one for one in written_catalogue(language) if STORED in one.auto_comments)
     found = [stored_sentence(str(one.id)) for one in marked]
@@ -70,20 +76,28 @@ def said_again(text: str) -> Worded:
         values = one.values(text)
         if values is None:
             continue
-        said = {name: _value(name, value) for name, value in values.items()}
+        said = {name: _value(name, values) for name in values}
         made = phrase(one.english, **said)
         if language_of(made) == presentation().language:
             return made
     return Worded(text, "en")
 
 
-def _value(name: str, text: str) -> str:
+def _value(name: str, values: dict[str, str]) -> str:
     """Return what stands in a place, for the reader."""
+    text, whole = values[name], re.sub("_(low|high)$", "", name)
+    if whole != name and whole in values:
+        _, _, unit = values[whole].partition(" ")
+        return amount_again(f"{text} {unit}").rpartition(" ")[0] if unit else amount_again(text)
     if _AMOUNT.fullmatch(text):
         return amount_again(text)
-    if name not in SENTENCES:
-        return text
-    return listed([said_again(one) for one in text.split(SEPARATOR)], SEPARATOR)
+    if name == VALUES:
+        return listed(text.split(OR), phrase(" or "))
+    if name == CAUSES:
+        return listed(phrase(one) for one in text.split(", "))
+    again = listed([said_again(one) for one in text.split(SEPARATOR)], SEPARATOR)
+    known = language_of(again) == presentation().language and again != text
+    return again if known or name in SENTENCES else text
 
 
 def amount_again(text: str) -> str:
