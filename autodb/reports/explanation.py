@@ -32,7 +32,7 @@ from autodb.reports.explanation_plots import (
 )
 from autodb.reports.said_in_pages import told
 from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
-from autodb.wording import Worded, language_of, listed, msgid, phrase
+from autodb.wording import Worded, language_of, listed, msgid, phrase, said_again
 
 KIND_WORDS = {
     "missing": (msgid("{causes} is missing"), msgid("{causes} are missing")),
@@ -146,6 +146,9 @@ def candidate_words(name: str) -> str:
 
 def parameter_words(name: str) -> str:
     """Return a parameter's name as a reader would say it."""
+    said, of_edge, edge = name.partition("_edge_")
+    if of_edge:
+        return phrase("{parameter}, edge {edge}", parameter=parameter_words(said), edge=edge)
     said, _, number = name.rpartition("_")
     if said and number.isdecimal():
         return phrase("{parameter} {number}", parameter=parameter_words(said), number=number)
@@ -295,7 +298,7 @@ def _named(cause: Cause, name: Callable[[str], str]) -> str:
 
 def _ended(text: str) -> Worded:
     """Return a sentence that explaining says, in English, with its full stop."""
-    return Worded(text if text.endswith(".") else f"{text}.", "en")
+    return said_again(text if text.endswith(".") else f"{text}.")
 
 
 def _cause_words(cause: Cause) -> str:

@@ -4,7 +4,6 @@ Sentences are written in English where they are said; catalogues (``de.po``) hav
 """
 
 from autodb.wording.amounts import amount_words, day, localized, shop_amount
-from autodb.wording.kept import said_again
 from autodb.wording.presentation import (
     ENGLISH,
     Presentation,
@@ -19,6 +18,7 @@ from autodb.wording.sentences import (
     msgid,
     phrase,
     phrase_many,
+    said_again,
     stored_msgid,
 )
 

@@ -12,7 +12,7 @@ from functools import cache
 from string import Formatter
 
 from autodb.wording.amounts import localized, shop_amount
-from autodb.wording.presentation import ENGLISH, presentation
+from autodb.wording.presentation import presentation
 from autodb.wording.sentences import Worded, language_of, listed, phrase
 
 SENTENCES = ("why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions")
@@ -21,8 +21,7 @@ amount or a name. Of an amount that another shares its unit with, ``size_low`` a
 are the ends of ``size``."""
 CAUSES, VALUES, OR = "causes", "values", " or "
 """Places of names of causes, one after another, and of quoted values, any of which holds."""
-SHAPES = {VALUES: r"'[^',;]*'(?: or '[^',;]*')*"}
-"""What such a place may hold; any text in others."""
+QUOTED = r"'[^',;]*'(?: or '[^',;]*')*"
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
 
@@ -50,9 +49,14 @@ def stored_sentence(english: str) -> StoredSentence:
     for fixed, name, _, _ in Formatter().parse(english):
         shape += re.escape(fixed)
         if name is not None:
-            shape += f"(?P={name})" if name in known else f"(?P<{name}>{SHAPES.get(name, '.+?')})"
+            shape += f"(?P={name})" if name in known else f"(?P<{name}>{_shape(name)})"
             known.add(name)
     return StoredSentence(english, re.compile(shape, re.DOTALL))
+
+
+def _shape(name: str) -> str:
+    """Return what may stand in a place: several sentences only where they are expected."""
+    return QUOTED if name == VALUES else ".+?" if name in SENTENCES else "(?:(?!; ).)+?"
 
 
 @cache
@@ -66,12 +70,21 @@ def stored_sentences() -> tuple[StoredSentence, ...]:
     return tuple(sorted(found, key=lambda one: -len(re.sub(r"\{\w+\}", "", one.english))))
 
 
-def said_again(text: str) -> Worded:
-    """Return a stored sentence in the reader's language and units; in English where that is not
-    known of it.
+def stored_again(text: str) -> Worded:
+    """Return a stored sentence, or several, in the reader's language and units; in English where
+    one is not known.
     """
-    if presentation() == ENGLISH:
-        return Worded(text, "en")
+    made = _whole(text)
+    if made is None and SEPARATOR in text:
+        parts = text.split(SEPARATOR)
+        every = [amount_again(one) if _AMOUNT.fullmatch(one) else _whole(one) for one in parts]
+        if all(every):
+            return listed([one for one in every if one], SEPARATOR)
+    return Worded(text, "en") if made is None else made
+
+
+def _whole(text: str) -> Worded | None:
+    """Return one stored sentence for the reader; None: it is not known."""
     for one in stored_sentences():
         values = one.values(text)
         if values is None:
@@ -80,7 +93,7 @@ def said_again(text: str) -> Worded:
         made = phrase(one.english, **said)
         if language_of(made) == presentation().language:
             return made
-    return Worded(text, "en")
+    return None
 
 
 def _value(name: str, values: dict[str, str]) -> str:
@@ -95,7 +108,7 @@ def _value(name: str, values: dict[str, str]) -> str:
         return listed(text.split(OR), phrase(" or "))
     if name == CAUSES:
         return listed(phrase(one) for one in text.split(", "))
-    again = listed([said_again(one) for one in text.split(SEPARATOR)], SEPARATOR)
+    again = stored_again(text)
     known = language_of(again) == presentation().language and again != text
     return again if known or name in SENTENCES else text
 

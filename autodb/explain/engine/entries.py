@@ -7,6 +7,7 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
 from autodb.explain.engine.search import alike_terms
+from autodb.terms.vocabulary import effect_called
 from autodb.wording import stored_msgid
 
 LIKELY = 0.6
@@ -138,7 +139,7 @@ def undecided_entry(
 ) -> Cause:
     """Return an entry without a name; ``where``: what does not tell which it is, in the plural."""
     names = (choice.candidate.term, *sure.near)
-    words = ", ".join(name.replace("_", " ") for name in names)
+    words = ", ".join(effect_called(name).title for name in names)
     return Cause(
         term=UNKNOWN,
         kind="missing",

@@ -8,7 +8,7 @@ import time
 from html import unescape
 from pathlib import Path
 
-import httpx
+import httpx2
 import numpy as np
 import pytest
 from fastapi.testclient import TestClient
@@ -59,11 +59,11 @@ def _kept(store: Store) -> tuple[int, int, int]:
     return one or 0, two or 0, three or 0
 
 
-def _begin(client: TestClient, headers: dict[str, str]) -> httpx.Response:
+def _begin(client: TestClient, headers: dict[str, str]) -> httpx2.Response:
     return client.post(LEARNING, headers=headers, follow_redirects=False)
 
 
-def _text(got: httpx.Response) -> str:
+def _text(got: httpx2.Response) -> str:
     shown = re.sub(r"<(script|style|title).*?</\1>", " ", got.text, flags=re.DOTALL)
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", shown)).split())
 
