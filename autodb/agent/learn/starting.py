@@ -23,6 +23,8 @@ from autodb.store import models
 from autodb.wording import stored_msgid
 
 FROM_HANDBOOK = stored_msgid("conventional values of {material}")
+FROM_GROUP = stored_msgid("conventional values of {material} (VDI 3323 group {number})")
+"""As the first where the handbook knows a material by its group alone: its name says so."""
 FROM_CARD = stored_msgid("imported card of {material} ({source})")
 
 

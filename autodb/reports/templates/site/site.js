@@ -310,7 +310,7 @@ document.querySelectorAll("[data-learning]").forEach((section) => {
       const got = await fetch(`/api/v1/imports/${number}`, { headers: { "X-Shown-In": language } });
       const now = await got.json();
       if (!got.ok) throw refusal(now.detail, got.headers.get("Content-Language"));
-      if (now.state === "refused") throw refusal(now.refused, "en");
+      if (now.state === "refused") throw refusal(now.refused, got.headers.get("Content-Language"));
       if (now.state === "done") return came(now.came_in);
       if (now.progress) tell(shown, `${now.state}: ${now.progress}`, "", "en");
       else tell(shown, say(now.state));
