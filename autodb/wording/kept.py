@@ -19,8 +19,9 @@ SENTENCES = ("why", "verdict", "said", "what", "group", "found", "kind", "where"
 """Places of a stored sentence that hold stored sentences; what stands in others is a number, an
 amount or a name. Of an amount that another shares its unit with, ``size_low`` and ``size_high``
 are the ends of ``size``."""
-CAUSES, VALUES, OR = "causes", "values", " or "
-"""Places of names of causes, one after another, and of quoted values, any of which holds."""
+CAUSES, VALUES, TERM, OR = "causes", "values", "term", " or "
+"""Places of titles of causes, one after another, of quoted values, any of which holds, and of an
+effect by its name."""
 QUOTED = r"'[^',;]*'(?: or '[^',;]*')*"
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
@@ -104,6 +105,9 @@ def _value(name: str, values: dict[str, str]) -> str:
         return amount_again(f"{text} {unit}").rpartition(" ")[0] if unit else amount_again(text)
     if _AMOUNT.fullmatch(text):
         return amount_again(text)
+    if name == TERM:
+        word = phrase(text.replace("_", " "))
+        return word if language_of(word) == presentation().language else text
     if name == VALUES:
         return listed(text.split(OR), phrase(" or "))
     if name == CAUSES:

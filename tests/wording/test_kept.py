@@ -41,6 +41,11 @@ STORED = (
         "1000 Hz, 2 Stücke gleichmäßiger Zeilen",
     ),
     (
+        "mismatch 4: now force.y: tool_wear (missing), in 3 cuts of 2 recordings, 1 excluded",
+        "Abweichung 4: jetzt force.y: Werkzeugverschleiß (fehlt), in 3 Schnitten aus 2 Aufnahmen, "
+        "1 ausgeschlossen",
+    ),
+    (
         "The simulation leaves it out: up to 82.4 N (37.3 to 128).",
         "Die Simulation lässt das weg: bis 82,4 N (37,3 bis 128).",
     ),

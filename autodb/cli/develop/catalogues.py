@@ -67,6 +67,7 @@ def _vocabulary() -> Iterator[tuple[str, str]]:
     for effect in (*all_terms(), *WITHOUT_TERM):
         if effect.title:
             yield effect.title, VOCABULARY
+            yield effect.name.replace("_", " "), VOCABULARY
     for term in all_terms():
         yield term.statement, VOCABULARY
         for parameter in term.parameters:

@@ -118,7 +118,7 @@ def test_while_one_runs_no_second_begins_and_pages_say_how_far_it_is(
             client.get(LEARNING, follow_redirects=False).headers["location"] == f"{MACHINE}#learn"
         )
         german = client.get(MACHINE, headers={"Accept-Language": "de"})
-        assert "lathe-0 lernt, Paar 3 von 7: steel / P10 wird gelernt: 3 von 7" in _text(german)
+        assert "lathe-0 lernt, Paarung 3 von 7: steel / P10 wird gelernt: 3 von 7" in _text(german)
         again = _begin(client, operates)
         assert again.status_code == 409
         assert "lathe-0 is learning already; wait until it is done" in _text(again)
