@@ -32,7 +32,7 @@ from autodb.reports.explanation_plots import (
 )
 from autodb.reports.said_in_pages import told
 from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
-from autodb.wording import Worded, language_of, listed, msgid, phrase, said_again
+from autodb.wording import Worded, language_of, listed, msgid, phrase
 
 KIND_WORDS = {
     "missing": (msgid("{causes} is missing"), msgid("{causes} are missing")),
@@ -298,7 +298,7 @@ def _named(cause: Cause, name: Callable[[str], str]) -> str:
 
 def _ended(text: str) -> Worded:
     """Return a sentence that explaining says, in English, with its full stop."""
-    return said_again(text if text.endswith(".") else f"{text}.")
+    return Worded(text if text.endswith(".") else f"{text}.", "en")
 
 
 def _cause_words(cause: Cause) -> str:

@@ -34,7 +34,8 @@ from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms.vocabulary import all_terms
-from autodb.wording import msgid, phrase, said_again
+from autodb.wording import msgid, phrase
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 

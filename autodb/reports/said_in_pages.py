@@ -4,7 +4,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from autodb.wording import language_of, phrase, phrase_many, presentation, said_again
+from autodb.wording import ENGLISH, language_of, phrase, phrase_many, presentation
 
 
 def page_sentence(english: str, **values: object) -> Markup:
@@ -30,7 +30,9 @@ def told(text: object, *, capital: bool = False) -> Markup:
     ``capital``: it begins a line.
     """
     language, shown = language_of(text), str(text)
-    if language == "en":
+    if language == "en" and presentation() != ENGLISH:
+        from autodb.wording.kept import said_again  # who says English needs none
+
         again = said_again(shown)
         language, shown = language_of(again), str(again)
     if capital:

@@ -12,7 +12,8 @@ from autodb.errors import NotThere, UnusableInput
 from autodb.files.excuses import excuse
 from autodb.web import html
 from autodb.web.http.problems import first_of, problem
-from autodb.wording import Worded, language_of, msgid, phrase, said_again
+from autodb.wording import Worded, language_of, msgid, phrase
+from autodb.wording.kept import said_again
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
 UNREAD = "There was an error parsing the body"

@@ -18,7 +18,6 @@ from autodb.wording.sentences import (
     msgid,
     phrase,
     phrase_many,
-    said_again,
     stored_msgid,
 )
 
@@ -37,7 +36,6 @@ __all__ = [
     "phrase_many",
     "presentation",
     "presented",
-    "said_again",
     "shop_amount",
     "stored_msgid",
 ]

@@ -12,7 +12,7 @@ from functools import cache
 from string import Formatter
 
 from autodb.wording.amounts import localized, shop_amount
-from autodb.wording.presentation import presentation
+from autodb.wording.presentation import ENGLISH, presentation
 from autodb.wording.sentences import Worded, language_of, listed, phrase
 
 SENTENCES = ("why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions")
@@ -71,10 +71,12 @@ def stored_sentences() -> tuple[StoredSentence, ...]:
     return tuple(sorted(found, key=lambda one: -len(re.sub(r"\{\w+\}", "", one.english))))
 
 
-def stored_again(text: str) -> Worded:
+def said_again(text: str) -> Worded:
     """Return a stored sentence, or several, in the reader's language and units; in English where
     one is not known.
     """
+    if presentation() == ENGLISH:
+        return Worded(text, "en")
     made = _whole(text)
     if made is None and SEPARATOR in text:
         parts = text.split(SEPARATOR)
@@ -112,7 +114,7 @@ def _value(name: str, values: dict[str, str]) -> str:
         return listed(text.split(OR), phrase(" or "))
     if name == CAUSES:
         return listed(phrase(one) for one in text.split(", "))
-    again = stored_again(text)
+    again = said_again(text)
     known = language_of(again) == presentation().language and again != text
     return again if known or name in SENTENCES else text
 

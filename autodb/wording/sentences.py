@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from autodb.wording.presentation import ENGLISH, presentation
+from autodb.wording.presentation import presentation
 
 
 class Worded(str):
@@ -59,17 +59,6 @@ def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
     except LookupError:
         text, language = (one if count == 1 else many), "en"
     return Worded(text.format(count=count, **values), language)
-
-
-def said_again(text: str) -> Worded:
-    """Return a sentence that was stored in English, in the reader's language and units; one that is
-    not known stays as it is.
-    """
-    if presentation() == ENGLISH:
-        return Worded(text, "en")
-    from autodb.wording.kept import stored_again  # commands that say English need none
-
-    return stored_again(text)
 
 
 def listed(some: Iterable[str], separator: str = ", ") -> Worded:

@@ -6,9 +6,16 @@ import pytest
 
 from autodb.files.units import shop_units
 from autodb.terms.vocabulary import all_terms
-from autodb.wording import Presentation, language_of, presented, said_again
+from autodb.wording import Presentation, language_of, presented
 from autodb.wording.catalogues import catalogue
-from autodb.wording.kept import CAUSES, SENTENCES, VALUES, StoredSentence, stored_sentences
+from autodb.wording.kept import (
+    CAUSES,
+    SENTENCES,
+    VALUES,
+    StoredSentence,
+    said_again,
+    stored_sentences,
+)
 
 GERMAN = Presentation("de")
 N_PER_LBF = 4.4482216152605

@@ -42,7 +42,6 @@ from autodb.wording import (
     localized,
     msgid,
     phrase,
-    said_again,
     shop_amount,
 )
 
@@ -270,6 +269,8 @@ class PredictionBasis:
         if not self.known.own:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
+            from autodb.wording.kept import said_again  # a pair that is learnt needs none
+
             start = self.known.behind.started_from
             yield phrase(
                 "{machine} has no parameters of {pair}{hint}; predicted from {start}",

@@ -13,7 +13,8 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
-from autodb.wording import Worded, msgid, phrase, phrase_many, said_again
+from autodb.wording import Worded, msgid, phrase, phrase_many
+from autodb.wording.kept import said_again
 
 CONFIRMS = msgid(
     "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "

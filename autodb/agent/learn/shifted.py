@@ -13,7 +13,8 @@ from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
-from autodb.wording import amount_words, localized, phrase, said_again, shop_amount
+from autodb.wording import amount_words, localized, phrase, shop_amount
+from autodb.wording.kept import said_again
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,8 @@ from autodb.wording import (
     language_of,
     presentation,
     presented,
-    said_again,
 )
+from autodb.wording.kept import said_again
 
 Tell = Callable[[str], None]
 PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"

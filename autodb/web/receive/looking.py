@@ -33,8 +33,8 @@ from autodb.wording import (
     phrase,
     presentation,
     presented,
-    said_again,
 )
+from autodb.wording.kept import said_again
 
 LISTED = 200
 """Columns of a file that can be chosen one by one: beyond, those without a channel are not listed,

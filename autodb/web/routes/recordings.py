@@ -16,7 +16,8 @@ from autodb.web.http.settings import MIB
 from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
 from autodb.web.routes.machines import MachineName, Number
 from autodb.web.service import Operates, Reads, service_of
-from autodb.wording import language_of, said_again
+from autodb.wording import language_of
+from autodb.wording.kept import said_again
 
 router = APIRouter()
 RECORDING, SIDE = "recording", "side"

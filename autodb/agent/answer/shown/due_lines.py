@@ -11,7 +11,8 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.store import models
 from autodb.terms.vocabulary import effect_called
-from autodb.wording import phrase, phrase_many, said_again
+from autodb.wording import phrase, phrase_many
+from autodb.wording.kept import said_again
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ from autodb.agent.rows.recordings import stated_start
 from autodb.errors import NotThere
 from autodb.sensing.ranges.sensed_force import PASSIVE_IN_NO_CURRENT
 from autodb.store import models
-from autodb.wording import day, msgid, phrase, phrase_many, said_again
+from autodb.wording import day, msgid, phrase, phrase_many
+from autodb.wording.kept import said_again
 
 MISSING = msgid("file missing")
 USED, WITHDRAWN, EXPLAINED = msgid("used"), msgid("withdrawn"), msgid("only explained")
