@@ -52,7 +52,7 @@ OUTLIERS = stored_msgid(
     "{pair}: {count} cuts are outliers from its normal cutting state (probability below 1 in 1000) "
     "and do not change its parameters"
 )
-WITHOUT_TIME = stored_msgid("its edges wear, and the cuts do not state cutting.time")
+WITHOUT_TIME = stored_msgid("its edges wear, and the cuts do not state {channel}")
 AT_CUT = stored_msgid("{pair}: cut {k} of {n}")
 FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
 
@@ -225,7 +225,9 @@ class _Pair:
         cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
         if cuts:
             self._done.not_used.append(
-                NOT_USED.format(pair=self._name, count=len(cuts), why=WITHOUT_TIME)
+                NOT_USED.format(
+                    pair=self._name, count=len(cuts), why=WITHOUT_TIME.format(channel=CUTTING_TIME)
+                )
             )
         return kept
 
