@@ -3,12 +3,13 @@
 On pages and in forms a shop may have units of its own in place of ours.
 """
 
+import re
 from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
 from autodb.errors import UnusableInput
-from autodb.wording import ShopUnit, presentation
+from autodb.wording import ShopUnit, phrase, presentation
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -130,3 +131,54 @@ def shop_units(system: str) -> Mapping[str, ShopUnit]:
 def shown_system() -> str:
     """Return the system of units that the reader has."""
     return INCH if presentation().units else SI
+
+
+_GROUPED = {
+    ".": re.compile(r"[-+]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[-+]?[1-9]\d{0,2}\.\d{3}")
+}  # fmt: skip
+"""By the decimal mark: the other sign that may stand for a thousand as well."""
+
+
+def typed_number(name: str, text: str, mark: str = ".") -> float:
+    """Return the number that someone typed; raises UnusableInput, which calls it ``name``.
+
+    A comma is a decimal comma, and a point a decimal point, where it cannot part thousands; the
+    ``mark`` of who typed it never does.
+
+    >>> typed_number("feed_mm_rev", "0,25"), typed_number("depth_mm", "2.5")
+    (0.25, 2.5)
+    >>> typed_number("length_mm", "1,125", mark=",")
+    1.125
+    """
+    plain = text.strip().replace("−", "-")
+    if _GROUPED[mark].fullmatch(plain):
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' may be {point} or {whole}; type one of them",
+                name=name,
+                text=text,
+                point=plain.replace(",", ".").replace(".", mark),
+                whole=plain.replace(",", "").replace(".", ""),
+            )
+        )
+    if plain.count(",") > 1 or ("," in plain and "." in plain):
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' has more than a decimal sign; type it without signs between "
+                "thousands, such as {example}",
+                name=name,
+                text=text,
+                example=f"1234{mark}5",
+            )
+        )
+    try:
+        return float(plain.replace(",", ".").replace("_", "?"))
+    except ValueError:
+        raise UnusableInput(
+            phrase(
+                "{name}: '{text}' is not a number; send a number such as {example}",
+                name=name,
+                text=text,
+                example=f"2{mark}5",
+            )
+        ) from None

@@ -6,7 +6,7 @@ from autodb.errors import UnusableInput
 from autodb.live.agentfile import AgentFile
 from autodb.live.source import LiveSource
 
-LIBRARIES = ("asyncua", "httpx", "tomli_w")
+LIBRARIES = ("asyncua", "httpx")
 
 
 def source_of(plan: AgentFile) -> LiveSource:

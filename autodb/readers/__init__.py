@@ -10,6 +10,7 @@ from pathlib import Path
 from autodb.errors import UnusableInput
 from autodb.files.text import TextSection
 from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, Labels
+from autodb.wording import stored_msgid
 
 __all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "ColumnSet", "Columns", "Labels", "open_bases"]
 
@@ -29,6 +30,8 @@ READERS = {
     ".xml": "sinumerik",
 }
 """The module that reads a kind of file; it is imported when a file needs it."""
+UNKNOWN_KIND = stored_msgid("{file}: unknown kind of file; use {kinds}")
+EMPTY = stored_msgid("{file}: the file is empty")
 
 
 def reader_of(path: Path) -> str:
@@ -42,7 +45,7 @@ def reader_of(path: Path) -> str:
         raise UnusableInput(f"{path}: no such file")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise UnusableInput(f"{path}: unknown kind of file; use {', '.join(READERS)}")
+        raise UnusableInput(UNKNOWN_KIND.format(file=path, kinds=", ".join(READERS)))
     return reader
 
 
@@ -58,7 +61,7 @@ def open_bases(path: Path, stated: TextSection | None = None) -> tuple[ColumnSet
     try:
         with path.open("rb") as file:
             if not file.read(1):
-                raise UnusableInput(f"{path}: the file is empty")
+                raise UnusableInput(EMPTY.format(file=path))
     except PermissionError:
         raise UnusableInput(f"{path}: no permission to read it") from None
     open_file = import_module(f"autodb.readers.{reader}").open_file

@@ -21,6 +21,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
+from autodb.wording import stored_msgid
 
 Numbers = NDArray[np.float64]
 Labels = NDArray[np.str_]
@@ -29,6 +30,18 @@ Blocks = Callable[[Sequence[str], Sequence[str]], Iterator[Columns]]
 
 BLOCK_ROWS = 1 << 17
 """Rows of a block: 1 MiB a column of float64."""
+SEVERAL_VALUES = stored_msgid(
+    "{file}: column '{column}', row {row}: several values in a cell ({text}); give each a column "
+    "of its own"
+)
+USE_POINTS = stored_msgid(
+    "{file}: column '{column}', row {row}: '{text}' is not a number; use points in numbers"
+)
+NOT_A_NUMBER = stored_msgid(
+    "{file}: column '{column}', row {row}: '{text}' is not a number; write a number or leave the "
+    "cell empty"
+)
+NOT_WHOLE = stored_msgid("{file}: not a whole {kind} file ({reason}); copy it again")
 
 
 @dataclass(frozen=True)
@@ -101,16 +114,10 @@ def not_a_number(where: str, column: str, row: int, value: object) -> str:
     """Return the line that says which cell is no number, with the remedy."""
     shown = str(value)[:40]
     if isinstance(value, list | tuple | dict | np.ndarray):
-        return (
-            f"{where}: column '{column}', row {row}: several values in a cell ({shown}); give each "
-            "a column of its own"
-        )
-    works = (
-        "use points in numbers"
-        if _has_decimal_comma(shown)
-        else "write a number or leave the cell empty"
-    )
-    return f"{where}: column '{column}', row {row}: '{shown}' is not a number; {works}"
+        sentence = SEVERAL_VALUES
+    else:
+        sentence = USE_POINTS if _has_decimal_comma(shown) else NOT_A_NUMBER
+    return sentence.format(file=where, column=column, row=row, text=shown)
 
 
 def _has_decimal_comma(text: str) -> bool:
@@ -158,7 +165,7 @@ def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
             "('-v7.3'), which are read in blocks"
         )
     why = reason.rstrip(". ")
-    return UnusableInput(f"{path}: not a whole {kind} file ({why}); copy it again")
+    return UnusableInput(NOT_WHOLE.format(file=path, kind=kind, reason=why))
 
 
 NO_MEMORY = "asks for more memory than there is"

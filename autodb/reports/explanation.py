@@ -146,6 +146,9 @@ def candidate_words(name: str) -> str:
 
 def parameter_words(name: str) -> str:
     """Return a parameter's name as a reader would say it."""
+    said, of_edge, edge = name.partition(" edge ")
+    if of_edge:
+        return phrase("{parameter}, edge {edge}", parameter=parameter_words(said), edge=edge)
     said, _, number = name.rpartition("_")
     if said and number.isdecimal():
         return phrase("{parameter} {number}", parameter=parameter_words(said), number=number)

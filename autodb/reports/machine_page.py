@@ -34,7 +34,8 @@ from autodb.sensing.ranges.points import calibration_points
 from autodb.sensing.ranges.validity import ANY, holds_of
 from autodb.store import Store, models
 from autodb.terms.vocabulary import all_terms
-from autodb.wording import Worded, msgid, phrase
+from autodb.wording import msgid, phrase
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def _calibration_plot(row: models.CalibrationVersion) -> CalibrationPlot:
     points = calibration_points(table, row.axis, force_N=force_N)
     name = phrase(AXIS_NAMES.get(row.axis, row.axis))
     if found.holds != ANY:
-        holds = Worded(found.holds.words(), "en")  # conditions are said in English alone
+        holds = said_again(found.holds.words())
         name = phrase("{axis} ({conditions})", axis=name, conditions=holds)
     return CalibrationPlot(
         axis=name,

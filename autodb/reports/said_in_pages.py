@@ -4,7 +4,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from autodb.wording import language_of, phrase, phrase_many, presentation
+from autodb.wording import ENGLISH, language_of, phrase, phrase_many, presentation
 
 
 def page_sentence(english: str, **values: object) -> Markup:
@@ -23,11 +23,18 @@ def page_sentences(one: str, many: str, count: int, **values: object) -> Markup:
 
 
 def told(text: object, *, capital: bool = False) -> Markup:
-    """Return a text that the program says; what is in English alone says so to who reads aloud.
+    """Return a text that the program says; one that was stored is said again for the reader.
+
+    What is in English alone says so to who reads aloud.
 
     ``capital``: it begins a line.
     """
     language, shown = language_of(text), str(text)
+    if language == "en" and presentation() != ENGLISH:
+        from autodb.wording.kept import said_again  # who says English needs none
+
+        again = said_again(shown)
+        language, shown = language_of(again), str(again)
     if capital:
         shown = f"{shown[:1].upper()}{shown[1:]}"
     if language == presentation().language:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.timing.steps import AROUND, FILLED_ROWS, Numbered, rows_a_stamp
 from autodb.timing.verdict import StampFinding
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,19 @@ USUAL = 0.995
 """Share of rows beyond whose roughness none counts more: one glitch decides nothing. Chosen."""
 FAST_SHARE = 0.75
 """Places are compared where they move faster than this share of their rows. Chosen."""
+ROUNDED_SHARED = stored_msgid(
+    "stamps rounded to {step} that several rows share: times rebuilt from the number of rows"
+)
+PACKETS = stored_msgid(
+    "several rows bear the stamp of their packet: times rebuilt from the number of rows"
+)
+JITTER = stored_msgid("stamps jitter by {sd} (one sd): times rebuilt from the number of rows")
+ROUNDED_TO = stored_msgid("stamps rounded to {step}: times rebuilt from the number of rows")
+GAINS = stored_msgid("the clock gains or loses up to {share}: rows left as they came")
+CLOCK_WANDERS = stored_msgid("the clock wanders by {count} steps: rows resampled")
+UNEVEN = stored_msgid(
+    "rows taken unevenly (steps scatter by {share} of one): resampled at their stamps"
+)
 
 
 @dataclass(frozen=True)
@@ -135,16 +149,19 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
     """Return the clock of rows that their number tells the times of."""
     rounded = np.abs(fast).max() <= ROUNDED * rows.resolution_s
     if rounded:
-        kind, what = "rounded", f"stamps rounded to {_time(rows.resolution_s)}"
-        what += " that several rows share" if rows.shared else ""
+        kind, what = "rounded", (ROUNDED_SHARED if rows.shared else ROUNDED_TO)
+        what = what.format(step=_time(rows.resolution_s))
     elif rows.shared:
-        kind, what = "shared", "several rows bear the stamp of their packet"
+        kind, what = "shared", PACKETS
     else:
-        kind, what = "jittered", f"stamps jitter by {_time(float(np.std(fast)))} (one sd)"
+        kind, what = "jittered", JITTER.format(sd=_time(float(np.std(fast))))
         if np.std(fast) > rows.step_s:
-            unfit = f"{what}, rows are {_time(rows.step_s)} apart: their order is not known"
+            unfit = (
+                f"stamps jitter by {_time(float(np.std(fast)))} (one sd), rows are "
+                f"{_time(rows.step_s)} apart: their order is not known"
+            )
             return Clock(even, True, (), unfit=unfit)
-    found = [StampFinding(kind, f"{what}: times rebuilt from the number of rows", len(even))]
+    found = [StampFinding(kind, what, len(even))]
     if not wanders:
         return Clock(even, True, tuple(found))
     rate = float(np.std(np.diff(slow))) / rows.step_s
@@ -168,22 +185,18 @@ def _nearly_even(slow: Array, fast: Array, rows: Numbered) -> bool:
 
 def _kept_as_it_came(slow: Array, step_s: float) -> StampFinding:
     rate = 100.0 * float(np.abs(np.diff(slow)).max()) / step_s
-    sentence = f"the clock gains or loses up to {rate:.2g} %: rows left as they came"
+    sentence = GAINS.format(share=f"{rate:.2g} %")
     return StampFinding("wanders", sentence, len(slow))
 
 
 def _wandering(slow: Array, step_s: float) -> StampFinding:
     way = float(np.ptp(slow)) / step_s
-    return StampFinding(
-        "wanders", f"the clock wanders by {way:.2g} steps: rows resampled", len(slow)
-    )
+    return StampFinding("wanders", CLOCK_WANDERS.format(count=f"{way:.2g}"), len(slow))
 
 
 def _as_stamped(t_s: Array, off: Array, rows: Numbered) -> Clock:
     uneven = float(np.std(np.diff(off))) / rows.step_s
-    sentence = (
-        f"rows taken unevenly (steps scatter by {uneven:.2g} of one): resampled at their stamps"
-    )
+    sentence = UNEVEN.format(share=f"{uneven:.2g}")
     found = (StampFinding("uneven", sentence, len(t_s)),)
     if rows.resolution_s > COARSE * rows.step_s:
         unfit = (

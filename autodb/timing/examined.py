@@ -15,6 +15,7 @@ from autodb.timing.places import PLACES, leaping
 from autodb.timing.rates import runs_of_one_rate
 from autodb.timing.runs import Ordered, in_order
 from autodb.timing.verdict import StampFinding, Timing, even, merged
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,9 @@ NEARLY = 0.02
 1970 in 64 bits the last digit is 0.2 µs. Chosen."""
 FEWEST_STAMPS = 0.9
 """Share of rows that must bear a stamp. Chosen."""
+OTHER_RATE = stored_msgid("{count} rows at {rate} left out")
+TOO_SHORT = stored_msgid("{count} rows in too short pieces left out")
+SET_EVEN = stored_msgid("stamps set on even steps")
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,9 @@ def _laid_out(runs: Sequence[Run], ordered: Ordered, recorded: _Recorded, rows: 
     for run in runs:
         findings += run.findings
         if run.numbered.step_s > COARSER * step_s:
-            sentence = f"{len(run.rows)} rows at {1.0 / run.numbered.step_s:.6g} Hz left out"
+            sentence = OTHER_RATE.format(
+                count=len(run.rows), rate=f"{1.0 / run.numbered.step_s:.6g} Hz"
+            )
             findings.append(StampFinding("other rate", sentence, len(run.rows)))
             continue
         pieces, done = laid_pieces(run, step_s, recorded.channels, recorded.places)
@@ -138,9 +144,9 @@ def _laid_out(runs: Sequence[Run], ordered: Ordered, recorded: _Recorded, rows: 
         findings += done
     kept, short = _long_enough(parts, findings, step_s, recorded.where)
     if short:
-        findings.append(StampFinding("short", f"{short} rows in too short pieces left out", short))
+        findings.append(StampFinding("short", TOO_SHORT.format(count=short), short))
     if not findings:
-        findings.append(StampFinding("rounded", "stamps set on even steps", rows))
+        findings.append(StampFinding("rounded", SET_EVEN, rows))
     ends = np.cumsum([0, *(len(part.t_s) for part in kept)])
     return Timing(
         step_s=step_s,

@@ -12,6 +12,7 @@ from autodb.timing.layout import LaidPiece
 from autodb.timing.places import leaping
 from autodb.timing.steps import FILLED_ROWS, Numbered, numbered, share_stamps
 from autodb.timing.verdict import StampFinding
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -34,6 +35,16 @@ SAME_STEP = 1e-3
 SHOWN = 3
 COARSER = 4.0
 """A run with steps longer by this than the most rows have is left out. Chosen."""
+SAME_STAMP = stored_msgid("{count} rows with the stamp of another left out")
+TWICE = stored_msgid("{count} rows written twice left out")
+RESAMPLED = stored_msgid("{count} rows at {rate} resampled")
+HELD_AT_LAST = stored_msgid(
+    "rows written on change: {count} rows ({share} of all) held at the last value"
+)
+FILLED = stored_msgid("{count} missing rows filled from their neighbours")
+ONE_GAP = stored_msgid("gap of {length} after {at}")
+GAPS = stored_msgid("{count} gaps, the longest of {length} after {at}")
+LEAPS = stored_msgid("{channel} leaps as no axis moves (at {places}): parted there")
 
 
 @dataclass(frozen=True)
@@ -61,9 +72,7 @@ def run_of(
     once = np.append(True, np.diff(found.number) > 0)
     if not once.all():
         count = int(np.sum(~once))
-        findings.append(
-            StampFinding("doubled", f"{count} rows with the stamp of another left out", count)
-        )
+        findings.append(StampFinding("doubled", SAME_STAMP.format(count=count), count))
         rows, t = rows[once], t[once]
         found = numbered(t)
     if found is None:
@@ -86,7 +95,7 @@ def _without_copies(
     count = int(copies.sum())
     if not count or (share_stamps(t_s) and count < MOSTLY_COPIES * same.sum()):
         return np.ones(len(rows), dtype=np.bool_), []
-    return ~copies, [StampFinding("doubled", f"{count} rows written twice left out", count)]
+    return ~copies, [StampFinding("doubled", TWICE.format(count=count), count)]
 
 
 def laid_pieces(
@@ -121,7 +130,7 @@ def laid_pieces(
         findings.append(
             StampFinding(
                 "other rate",
-                f"{count} rows at {1.0 / run.numbered.step_s:.6g} Hz resampled",
+                RESAMPLED.format(count=count, rate=f"{1.0 / run.numbered.step_s:.6g} Hz"),
                 count,
             )
         )
@@ -142,7 +151,7 @@ def _leaps(
         if rows:
             at = ", ".join(f"{run.clock.times_s[row]:.6g} s" for row in sorted(rows)[:SHOWN])
             more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-            sentence = f"{name} leaps as no axis moves (at {at}{more}): parted there"
+            sentence = LEAPS.format(channel=name, places=f"{at}{more}")
             findings.append(StampFinding("leap", sentence, len(rows)))
         found |= rows
     return found
@@ -202,13 +211,11 @@ def _missing_rows(
         return [
             StampFinding(
                 "on change",
-                f"rows written on change: {count} rows ({share:.2g} of all) held at the last value",
+                HELD_AT_LAST.format(count=count, share=f"{share:.2g}"),
                 count,
             )
         ]
-    return [
-        StampFinding("missing rows", f"{count} missing rows filled from their neighbours", count)
-    ]
+    return [StampFinding("missing rows", FILLED.format(count=count), count)]
 
 
 def _gaps(run: Run, parted: Index) -> list[StampFinding]:
@@ -217,6 +224,7 @@ def _gaps(run: Run, parted: Index) -> list[StampFinding]:
     t = run.clock.times_s
     wide = t[parted + 1] - t[parted]
     longest = int(np.argmax(wide))
-    many = "gap" if len(parted) == 1 else f"{len(parted)} gaps, the longest"
-    sentence = f"{many} of {wide[longest]:.4g} s after {t[parted[longest]]:.6g} s"
+    many = ONE_GAP if len(parted) == 1 else GAPS
+    length, at = f"{wide[longest]:.4g} s", f"{t[parted[longest]]:.6g} s"
+    sentence = many.format(count=len(parted), length=length, at=at)
     return [StampFinding("gap", sentence, len(parted))]

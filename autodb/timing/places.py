@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.verdict import StampFinding
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -40,6 +41,15 @@ FEWEST_HELD = 3
 0.3 %, of four 0.9 % too small, of sixteen 5 %."""
 SLOWEST_POLL = 50
 """Rows from one refreshing of a place to the next at most. Chosen."""
+SPLINE = stored_msgid(
+    "{channel} is refreshed every {count} rows only: the rows between by a spline"
+)
+STRAIGHT = stored_msgid(
+    "{channel} is refreshed every {count} rows only: the rows between by straight lines"
+)
+WRAPS_AT = stored_msgid("{channel} wraps at {at}: counted on, {count}")
+ONCE = stored_msgid("once")
+TIMES = stored_msgid("{count} times")
 
 
 def filled_between(name: str, values: Array) -> tuple[Array, StampFinding | None]:
@@ -64,7 +74,7 @@ def filled_between(name: str, values: Array) -> tuple[Array, StampFinding | None
     if not 1.0 < every <= SLOWEST_POLL:
         return values, None
     knots = _polls(changes, every, len(values))
-    sentence = f"{name} is refreshed every {every:g} rows only: the rows between by a spline"
+    sentence = SPLINE.format(channel=name, count=f"{every:g}")
     made = CubicSpline(knots, values[knots])(np.arange(len(values)))
     return np.asarray(made, dtype=np.float64), StampFinding("polled place", sentence, len(values))
 
@@ -84,7 +94,7 @@ def drawn_between(name: str, values: Array) -> tuple[Array, StampFinding | None]
         return values, None
     knots = np.concatenate([[0], changes])
     made = np.interp(np.arange(len(values)), knots, values[knots])
-    sentence = f"{name} is refreshed every {every:g} rows only: the rows between by straight lines"
+    sentence = STRAIGHT.format(channel=name, count=f"{every:g}")
     return made, StampFinding("polled effort", sentence, len(values))
 
 
@@ -128,12 +138,12 @@ def _angle(name: str, values: Array, wide: Array) -> tuple[Array, StampFinding |
             "to count turns; record it at a higher rate, or counted on over turns"
         )
         return values, None, why
-    sentence = f"{name} wraps at {TURN_DEG:g}°: counted on, {_times(len(turns))}"
+    sentence = WRAPS_AT.format(channel=name, at=f"{TURN_DEG:g}°", count=_times(len(turns)))
     return on, StampFinding("wrapped place", sentence, len(turns)), ""
 
 
 def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
+    return ONCE if count == 1 else TIMES.format(count=count)
 
 
 def leaping(values: Array) -> Index:
@@ -176,5 +186,5 @@ def _position(
     on = values.copy()
     for row, way in zip(leaps, np.sign(before), strict=True):
         on[row:] += way * span
-    sentence = f"{name} wraps at {span:.6g}: counted on, {_times(len(leaps))}"
+    sentence = WRAPS_AT.format(channel=name, at=f"{span:.6g}", count=_times(len(leaps)))
     return on, StampFinding("wrapped place", sentence, len(leaps)), ""

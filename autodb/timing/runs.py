@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.verdict import StampFinding
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -30,6 +31,12 @@ OFTEN = 0.2
 ORDERLY = 0.1
 """Share of a step by which steps of rows that were sorted may differ. Chosen."""
 NEIGHBOURS = 5
+NO_STAMP = stored_msgid("{rows} without a stamp, or with one far off, left out")
+BACKWARDS = stored_msgid("time runs backwards: rows turned round")
+LATE = stored_msgid("{rows} out of order put at their time")
+GOES_BACK = stored_msgid("the clock goes back by {time} at row {row}: a run of its own")
+ROWS = stored_msgid("{count} rows")
+ROW = stored_msgid("1 row")
 
 
 @dataclass(frozen=True)
@@ -53,19 +60,15 @@ def in_order(t_s: Array, channels: Sequence[Array], places: Sequence[Array]) -> 
     rows = rows[~_stray(t_s[rows])]
     if len(rows) < len(t_s):
         lost = len(t_s) - len(rows)
-        sentence = f"{_rows(lost)} without a stamp, or with one far off, left out"
+        sentence = NO_STAMP.format(rows=_rows(lost))
         findings.append(StampFinding("no stamp", sentence, lost))
     steps = np.diff(t_s[rows])
     if np.sum(steps < 0) > np.sum(steps > 0):
         rows = rows[::-1]
-        findings.append(
-            StampFinding("backwards", "time runs backwards: rows turned round", len(rows))
-        )
+        findings.append(StampFinding("backwards", BACKWARDS, len(rows)))
     rows, late = _sorted(t_s, rows, channels)
     if late:
-        findings.append(
-            StampFinding("out of order", f"{_rows(late)} out of order put at their time", late)
-        )
+        findings.append(StampFinding("out of order", LATE.format(rows=_rows(late)), late))
     found = _counted_on(t_s[rows], [place[rows] for place in places])
     return Ordered(rows, found[0], found[1], (*findings, *found[2]))
 
@@ -169,7 +172,7 @@ def _counted_on(
             continue
         t[begin:] += fell + step
         starts.append(begin)
-        sentence = f"the clock goes back by {fell:.6g} s at row {begin + 1}: a run of its own"
+        sentence = GOES_BACK.format(time=f"{fell:.6g} s", row=begin + 1)
         findings.append(StampFinding("restarted", sentence, len(t) - begin))
     return t, tuple(starts), findings
 
@@ -202,4 +205,4 @@ def _goes_on(places: Sequence[Array], begin: int) -> bool | None:
 
 
 def _rows(count: int) -> str:
-    return f"{count} row{'s' if count > 1 else ''}"
+    return ROWS.format(count=count) if count > 1 else ROW

@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.layout import Layout
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9
 """Share by which steps of numbers of 64 bits differ, that are one."""
 SHOWN = 3
 """Pieces whose times the verdict gives one by one."""
+EVEN = stored_msgid("even, {rate}")
+PIECES = stored_msgid("{rate}, {count} pieces of even rows")
 
 
 @dataclass(frozen=True)
@@ -104,11 +107,11 @@ class Timing:
         """Return one line for a person."""
         rate = f"{self.rate_hz:.6g} Hz"
         if self.is_even:
-            return f"even, {rate}"
+            return EVEN.format(rate=rate)
         said = "; ".join(finding.sentence for finding in self.findings)
         count = len(self.pieces)
-        parts = "" if count == 1 else f", {count} pieces of even rows"
-        return f"{said}; {rate}{parts}"
+        parts = rate if count == 1 else PIECES.format(rate=rate, count=count)
+        return f"{said}; {parts}"
 
     def parted(self, t_s: Array) -> str:
         """Say where the pieces of a recording lie, whose time (n,) this is, in s."""

@@ -25,6 +25,7 @@ from autodb.web.http.settings import Settings
 from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.children import Children
 from autodb.web.receive.imports import Imports
+from autodb.web.receive.learning import Learnings
 from autodb.web.refusals import handle
 from autodb.web.routes import (
     batch,
@@ -101,12 +102,14 @@ def make_app(settings: Settings) -> FastAPI:
     metrics = Metrics()
     children = Children(settings.url)
     imports = Imports(settings, store, children, metrics)
+    learnings = Learnings(store, children, settings.limits.learning)
     sends = Rate(settings.limits.a_minute, SENDS_S)
     lookup_cache = LookupCache(store, watched)
     reading = CapacityLimiter(settings.limits.at_once)
     service = Service(
-        settings, store, watched, lookup_cache, metrics, children, imports, sends, reading
-    )
+        settings, store, watched, lookup_cache, metrics, children, imports, learnings, sends,
+        reading,
+    )  # fmt: skip
 
     @asynccontextmanager
     async def lifespan(_app: FastAPI) -> AsyncIterator[None]:

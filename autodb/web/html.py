@@ -72,6 +72,13 @@ def service_page(
     return HTMLResponse(content, status, page_headers())
 
 
+def service_page_piece(
+    request: Request, template: str, *, machine: str, **context: object
+) -> HTMLResponse:
+    """Return a piece of a machine's page that has what its forms need; every text is escaped."""
+    return piece(template, site=_site(request, machine, ""), path=path, **context)
+
+
 def piece(template: str, **context: object) -> HTMLResponse:
     """Return a piece of a page, which the page's script puts in; every text is escaped."""
     content = figures.fragment(f"site/{template}", **context)

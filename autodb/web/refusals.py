@@ -13,6 +13,7 @@ from autodb.files.excuses import excuse
 from autodb.web import html
 from autodb.web.http.problems import first_of, problem
 from autodb.wording import Worded, language_of, msgid, phrase
+from autodb.wording.kept import said_again
 
 NOT_THERE, UNUSABLE, AWAY = 404, 422, 503
 UNREAD = "There was an error parsing the body"
@@ -89,4 +90,5 @@ async def _failed(request: Request, _error: Exception) -> Response:
 
 def _line(error: Exception) -> Worded:
     """Return what an error says, with its language."""
-    return Worded(str(error), language_of(error))
+    said = Worded(str(error), language_of(error))
+    return said_again(said) if said.language == "en" else said

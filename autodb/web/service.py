@@ -22,6 +22,7 @@ from autodb.web.lookup_cache import LookupCache
 from autodb.web.receive.apart import Task
 from autodb.web.receive.children import Children, Unable
 from autodb.web.receive.imports import Imports
+from autodb.web.receive.learning import Learnings
 from autodb.wording import Worded, language_of, phrase
 
 BEARER = "bearer "
@@ -58,6 +59,7 @@ class Service:
     metrics: Metrics
     children: Children
     imports: Imports
+    learnings: Learnings
     sends: Rate
     reading: CapacityLimiter
     sessions: Sessions = field(default_factory=Sessions)
@@ -143,6 +145,7 @@ class Service:
         """End what is at work, and give back the database."""
         self.children.close()
         self.imports.close()
+        self.learnings.close()
         self.watched.close()
         self.store.close()
 

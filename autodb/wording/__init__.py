@@ -11,7 +11,15 @@ from autodb.wording.presentation import (
     presentation,
     presented,
 )
-from autodb.wording.sentences import Worded, language_of, listed, msgid, phrase, phrase_many
+from autodb.wording.sentences import (
+    Worded,
+    language_of,
+    listed,
+    msgid,
+    phrase,
+    phrase_many,
+    stored_msgid,
+)
 
 __all__ = [
     "ENGLISH",
@@ -29,4 +37,5 @@ __all__ = [
     "presentation",
     "presented",
     "shop_amount",
+    "stored_msgid",
 ]

@@ -7,9 +7,15 @@ from functools import cache
 from gettext import GNUTranslations, NullTranslations
 from importlib.resources import files
 from io import BytesIO
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from babel.messages.catalog import Catalog
 
 LANGUAGES = {"en": "English", "de": "Deutsch"}
 """Languages by their codes, each as it calls itself; English is that of the sentences in code."""
+STORED = "stored"
+"""What a catalogue notes of a sentence that the database keeps."""
 
 
 class _NotThere(NullTranslations):
@@ -28,15 +34,22 @@ class _NotThere(NullTranslations):
 def catalogue(language: str) -> NullTranslations:
     """Return the sentences of a language; it raises LookupError for one that it has not."""
     from babel.messages.mofile import write_mo
-    from babel.messages.pofile import read_po
 
     compiled = BytesIO()
-    with files("autodb.wording").joinpath(f"{language}.po").open("rb") as source:
-        write_mo(compiled, read_po(source, locale=language))
+    write_mo(compiled, written_catalogue(language))
     compiled.seek(0)
     found = GNUTranslations(compiled)
     found.add_fallback(_NotThere())
     return found
+
+
+@cache
+def written_catalogue(language: str) -> "Catalog":
+    """Return the sentences of a language as its file has them, with what is noted of each."""
+    from babel.messages.pofile import read_po
+
+    with files("autodb.wording").joinpath(f"{language}.po").open("rb") as source:
+        return read_po(source, locale=language)
 
 
 def preferred_language(accepted: str) -> str:

@@ -32,6 +32,11 @@ def msgid(english: str) -> str:
     return english
 
 
+def stored_msgid(english: str) -> str:
+    """Return a text as it is, which is stored in English and said again when it is shown."""
+    return english
+
+
 def phrase(english: str, **values: object) -> Worded:
     """Return a sentence in the reader's language, its ``{names}`` filled in.
 

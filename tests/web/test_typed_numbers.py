@@ -3,7 +3,7 @@
 import pytest
 
 from autodb.errors import UnusableInput
-from autodb.web.routes.asked import typed_number
+from autodb.files.units import typed_number
 
 
 @pytest.mark.parametrize(

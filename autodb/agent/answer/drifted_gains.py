@@ -16,7 +16,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.excluded import recordings_of
-from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis
+from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis, mismatch_line
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.rows.sensed_forces import QUANTITY, Calibrations, as_cuts, forces_of_pair
@@ -29,11 +29,24 @@ from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, RPM
 from autodb.pairs.forecast import expected_means
 from autodb.store import models
 from autodb.terms.chip import HARD_SPOT
+from autodb.wording import stored_msgid
 
 NEWEST = 24
 """Recordings that are looked at. Chosen: some seconds' work, and a month of a shop."""
 HARDER = HARD_SPOT.name
 """What else the cuts of pairs that read higher may be."""
+TOO_HIGH = stored_msgid(
+    "since {file} {channel} reads {share} ({low} to {high}) too high in {count} pairs ({pairs}), "
+    "whatever the age of their edges, and other components do not: the calibration of {axis} is due"
+)
+TOO_LOW = stored_msgid(
+    "since {file} {channel} reads {share} ({low} to {high}) too low in {count} pairs ({pairs}), "
+    "whatever the age of their edges, and other components do not: the calibration of {axis} is due"
+)
+MAKE_AGAIN = stored_msgid(
+    "make cut {cut} of the calibration again with a new edge (depth {depth}, feed {feed}, "
+    "{speed}): {channel} near {force} in place of {before} says that the axis has drifted"
+)
 
 
 @dataclass(frozen=True)
@@ -196,8 +209,7 @@ class _Drift:
         row.pairs = [self.session.get_one(models.Pair, number) for number in self.pairs]
         self.session.add(row)
         self.session.flush()
-        now = "now " if known else ""
-        return [f"mismatch {row.id}: {now}{row.channel}: {row.term} ({row.kind}): {row.statement}"]
+        return [mismatch_line(row, again=bool(known), said=row.statement)]
 
     @property
     def _channel(self) -> str:
@@ -248,13 +260,11 @@ class _Drift:
         ends = sorted(abs(end - 1.0) for end in (low, high))
         names = [pair_name(self.session.get_one(models.Pair, number)) for number in self.pairs]
         first = Path(self.session.get_one(models.StoredRecording, self.since[0]).path).name
-        way = "high" if value > 1.0 else "low"
-        return (
-            f"since {first} {self._channel} reads {100 * abs(value - 1.0):.1f} % "
-            f"({100 * ends[0]:.1f} to {100 * ends[1]:.1f}) too {way} in {len(names)} pairs "
-            f"({', '.join(names)}), whatever the age of their edges, and other components do not: "
-            f"the calibration of {self._calibration.axis} is due"
-        )
+        return (TOO_HIGH if value > 1.0 else TOO_LOW).format(
+            file=first, channel=self._channel, share=f"{100 * abs(value - 1.0):.1f} %",
+            low=f"{100 * ends[0]:.1f}", high=f"{100 * ends[1]:.1f}", count=len(names),
+            pairs=", ".join(names), axis=self._calibration.axis,
+        )  # fmt: skip
 
     def _standard_cut(self, factor: float) -> str | None:
         """Return which cut of the calibration, made again, tells the axis from the work."""
@@ -271,9 +281,8 @@ class _Drift:
         cuts.sort(key=lambda cut: abs(float(cut.measured[name])))
         cut = cuts[len(cuts) // 2]
         force = float(cut.measured[name])
-        return (
-            f"make cut {cut.number:g} of the calibration again with a new edge (depth "
-            f"{cut.conditions[DEPTH]:g} mm, feed {cut.conditions[FEED]:g} mm, "
-            f"{cut.conditions[RPM]:.0f} rpm): {name} near {force * factor:.0f} N in place of "
-            f"{force:.0f} N says that the axis has drifted"
-        )
+        return MAKE_AGAIN.format(
+            cut=f"{cut.number:g}", depth=f"{cut.conditions[DEPTH]:g} mm",
+            feed=f"{cut.conditions[FEED]:g} mm", speed=f"{cut.conditions[RPM]:.0f} rpm",
+            channel=name, force=f"{force * factor:.0f} N", before=f"{force:.0f} N",
+        )  # fmt: skip

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.learn.excluded import excluded_cuts, recordings_of
-from autodb.agent.rows.mismatches import found_words, is_cause
+from autodb.agent.rows.mismatches import is_cause, mismatch_line
 from autodb.agent.rows.posteriors import latest
 from autodb.agent.rows.sensed_forces import usable
 from autodb.agent.rows.stored_cuts import counted_cuts
@@ -22,9 +22,11 @@ from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.posterior import WEAR
 from autodb.records.tables import EDGE
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 MOST = 400
 """Cuts that are explained together at most, of the newest recordings. Chosen: some 10 s of work."""
+EXPLAINING = stored_msgid("explaining {called}")
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def _explained(
     """Explain a pool, if it is not known, and keep what is found; return what to say."""
     if not pool.cuts or _is_known(session, pool):
         return []
-    progress(f"explaining {pool.called}")
+    progress(EXPLAINING.format(called=pool.called))
     explained = pool.explained(session, owner)
     return [] if explained is None else _Keeping(session, pool).kept(explained)
 
@@ -225,7 +227,7 @@ class _Keeping:
                 row.found_in = self._counted(row)
                 self._session.add(row)
                 self._session.flush()
-                said.append(_said(row, again=again is not None))
+                said.append(mismatch_line(row, again=again is not None))
         return said
 
     def _open_one(self, key: Key, *, named: bool) -> models.Mismatch | None:
@@ -286,10 +288,3 @@ class _Keeping:
             "excluded": len({cut.id for cut in cuts} & self._pool.excluded),
             "edges": sorted(edges),
         }
-
-
-def _said(row: models.Mismatch, *, again: bool) -> str:
-    found = found_words(row)
-    where = f", in {found}" if found else ""
-    now = "now " if again else ""
-    return f"mismatch {row.id}: {now}{row.channel}: {row.term} ({row.kind}){where}"

@@ -36,7 +36,14 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
-from autodb.wording import Worded, amount_words, listed, localized, msgid, phrase, shop_amount
+from autodb.wording import (
+    amount_words,
+    listed,
+    localized,
+    msgid,
+    phrase,
+    shop_amount,
+)
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""
@@ -262,13 +269,15 @@ class PredictionBasis:
         if not self.known.own:
             name = f"{self.material} / {self.known.tool.name}"
             hint = near(name, self.learnt) if self.learnt else ""
+            from autodb.wording.kept import said_again  # a pair that is learnt needs none
+
             start = self.known.behind.started_from
             yield phrase(
                 "{machine} has no parameters of {pair}{hint}; predicted from {start}",
                 machine=self.machine,
                 pair=name,
                 hint=hint,
-                start=Worded(start or "", "en"),  # kept as it was said
+                start=said_again(start or ""),
             )
         yield from _assumed(self.known, cuts)
         if self.states is not None:

@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.edges_in_use import conditions_in_use, label_of
-from autodb.agent.rows.mismatches import NEW_EDGE
+from autodb.agent.rows.mismatches import NEW_EDGE, mismatch_line
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.sensed_forces import (
     QUANTITY,
@@ -33,6 +33,7 @@ from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, EDGE
 from autodb.pairs.forecast import expected_means
 from autodb.pairs.posterior import WEAR
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 NEWEST = 200
 """Cuts of a pair that are looked at."""
@@ -40,6 +41,12 @@ POWER = 1.0
 """How wear grows with time, where a pair's posterior has none."""
 NEAR = AROUND
 """Cuts within which a change is the one that a person rejected."""
+IN_USE = stored_msgid("in use")
+EDGE_CHANGED = stored_msgid(
+    "{pair}: the wear of edge {edge} fell back to its beginning before cut {cut} of {file} "
+    "({shares}) and stayed there: inferred, the edge was changed after {time}, and nobody recorded "
+    "it; its cuts from then on count as a new edge's"
+)
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,7 @@ def infer_edge_changes(session: Session, newest: NewestCuts) -> list[str]:
         )
         session.add(row)
         session.flush()
-        said.append(f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}): {row.statement}")
+        said.append(mismatch_line(row, again=False, said=row.statement))
     return said
 
 
@@ -193,11 +200,13 @@ def _columns(
         "parameters": {
             "size": {"value": size, "low": size - half, "high": size + half, "unit": "N"}
         },
-        "statement": (
-            f"{pair_name(found.pair)}: the wear of edge {label or 'in use'} fell back to its "
-            f"beginning before cut {cut.number:g} of {Path(cut.recording.path).name} ({shares}) "
-            f"and stayed there: inferred, the edge was changed after {used_s:.0f} s, and nobody "
-            "recorded it; its cuts from then on count as a new edge's"
+        "statement": EDGE_CHANGED.format(
+            pair=pair_name(found.pair),
+            edge=label or IN_USE,
+            cut=f"{cut.number:g}",
+            file=Path(cut.recording.path).name,
+            shares=shares,
+            time=f"{used_s:.0f} s",
         ),
         "alternatives": [],
         "variables": [CUTTING_TIME],

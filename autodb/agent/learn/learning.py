@@ -37,6 +37,7 @@ from autodb.pairs.posterior import PairPosterior, PairTerms
 from autodb.pairs.prior import of_state
 from autodb.pairs.updating import posterior_of_readings
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 ROUNDS = 2
 """Rounds in which worn cuts are tested for those that are not of the state with wear either: the
@@ -46,6 +47,14 @@ AT_ONCE = 200
 new ones change the posterior. Chosen: some seconds' work."""
 IN_TURN = 1000
 """Cuts that are learnt at once where more are new: the equations grow with them. Chosen."""
+NOT_USED = stored_msgid("{pair}: {count} cuts are not used: {why}")
+OUTLIERS = stored_msgid(
+    "{pair}: {count} cuts are outliers from its normal cutting state (probability below 1 in 1000) "
+    "and do not change its parameters"
+)
+WITHOUT_TIME = stored_msgid("its edges wear, and the cuts do not state {channel}")
+AT_CUT = stored_msgid("{pair}: cut {k} of {n}")
+FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
 
 
 @dataclass
@@ -98,7 +107,7 @@ class _Pair:
         self._old = old
         said = self._done.not_used
         for reason, cuts in self._found.left_out.items():
-            said.append(f"{self._name}: {cuts} cuts are not used: {reason}")
+            said.append(NOT_USED.format(pair=self._name, count=cuts, why=reason))
         try:
             if self._found.after:
                 self._done.outliers += sorted({force.cut_id for force in self._new_ones()})
@@ -108,10 +117,7 @@ class _Pair:
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
         if self._done.outliers:
-            said.append(
-                f"{self._name}: {len(self._done.outliers)} cuts are outliers from its normal "
-                "cutting state (probability below 1 in 1000) and do not change its parameters"
-            )
+            said.append(OUTLIERS.format(pair=self._name, count=len(self._done.outliers)))
         return self._done
 
     def _latest(self, state: str | None = None) -> models.CuttingParameters | None:
@@ -219,8 +225,9 @@ class _Pair:
         cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
         if cuts:
             self._done.not_used.append(
-                f"{self._name}: {len(cuts)} cuts are not used: its edges wear, and the cuts do "
-                f"not state {CUTTING_TIME}"
+                NOT_USED.format(
+                    pair=self._name, count=len(cuts), why=WITHOUT_TIME.format(channel=CUTTING_TIME)
+                )
             )
         return kept
 
@@ -232,9 +239,7 @@ class _Pair:
             states.pop(str(cause.confirmed_term), None)
         for name, fresh in states.items():
             assert usual is not None  # without one there is no other state
-            start = begins(
-                of_state(as_posterior(usual)), f"the normal cutting state, version {usual.version}"
-            )
+            start = begins(of_state(as_posterior(usual)), FROM_NORMAL.format(version=usual.version))
             base = self._still_counting(self._latest(name), self._found.forces)
             known = seen_by(base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
@@ -287,7 +292,7 @@ class _Pair:
             )
             taught = posterior_of_readings if posterior.cuts else learn_averaging
             posterior = taught(posterior, observed).past()
-            self._progress(f"{self._name}: cut {begin + len(some)} of {len(cuts)}")
+            self._progress(AT_CUT.format(pair=self._name, k=begin + len(some), n=len(cuts)))
         return posterior
 
     def _keep(

@@ -14,6 +14,7 @@ from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
 from autodb.wording import Worded, msgid, phrase, phrase_many
+from autodb.wording.kept import said_again
 
 CONFIRMS = msgid(
     "confirm a cause that holds with 'autodb mismatch confirm NUMBER'; tool_wear then enters "
@@ -133,8 +134,8 @@ class RefreshReport:
 
 
 def _kept(sentence: str) -> Worded:
-    """Return a sentence as it was kept, in English."""
-    return Worded(sentence, "en")
+    """Return a sentence that was kept, for the reader."""
+    return said_again(sentence)
 
 
 def _of_file(one: CameIn) -> str:

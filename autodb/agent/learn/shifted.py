@@ -13,7 +13,8 @@ from autodb.pairs.engaged import BY_NAME, DEPTH, FEED, SPEED
 from autodb.pairs.forecast import forecast
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
-from autodb.wording import Worded, amount_words, localized, phrase, shop_amount
+from autodb.wording import amount_words, localized, phrase, shop_amount
+from autodb.wording.kept import said_again
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class ForceShift:
             "{pair}: force.{axis} of a typical cut ({cut}) moved from {before} to {after}",
             pair=self.pair,
             axis=self.component,
-            cut=Worded(self.cut, "en"),  # kept as it was said
+            cut=said_again(self.cut),
             before=before,
             after=after,
         )

@@ -20,6 +20,12 @@ from autodb.pairs.hierarchy import of_relatives
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
+from autodb.wording import stored_msgid
+
+FROM_HANDBOOK = stored_msgid("conventional values of {material}")
+FROM_GROUP = stored_msgid("conventional values of {material} (VDI 3323 group {number})")
+"""As the first where the handbook knows a material by its group alone: its name says so."""
+FROM_CARD = stored_msgid("imported card of {material} ({source})")
 
 
 def start_of(session: Session, machine_id: int, material: str, tool: str) -> Start:
@@ -38,7 +44,9 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
         return related
     card = imported_card(session, machine_id, material)
     if card is not None:
-        return begins(of_card(card.card), f"imported card of {card.material} ({card.source})")
+        return begins(
+            of_card(card.card), FROM_CARD.format(material=card.material, source=card.source)
+        )
     return of_material(material)
 
 
@@ -54,7 +62,7 @@ def of_material(material: str) -> Start:
         said = f"what any metal may have: no conventional values of '{material}'{alike}"
         return begins(any_metal(), said)
     return begins(
-        conventional.posterior_of_values(handbook), f"conventional values of {handbook.name}"
+        conventional.posterior_of_values(handbook), FROM_HANDBOOK.format(material=handbook.name)
     )
 
 

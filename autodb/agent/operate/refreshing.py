@@ -40,8 +40,11 @@ from autodb.agent.sense.over_time import feel_over_time
 from autodb.agent.sense.ranging import known_otherwise, sense_cuts
 from autodb.store import Store, models, retried
 from autodb.terms.chip import HARD_SPOT
+from autodb.wording import stored_msgid
 
 Progress = Callable[[str], None]
+UPDATING = stored_msgid("updating {pair}: {k} of {n}")
+"""Step of a pass: a pair, which one of those that have something to learn it is."""
 
 
 def refresh(
@@ -106,8 +109,10 @@ class _Pass:
             )
         self._match(sensed)
         outliers: list[int] = []
-        for pair_id in self._pairs():
-            outliers += self._learn(session.get_one(models.Pair, pair_id), sensed)
+        pairs = [session.get_one(models.Pair, pair_id) for pair_id in self._pairs()]
+        for k, pair in enumerate(pairs, start=1):
+            self._progress(UPDATING.format(pair=pair_name(pair), k=k, n=len(pairs)))
+            outliers += self._learn(pair, sensed)
         done.mismatches += open_drifted_gains(session, owner, self.span, sensed)
         strange = NotUsual(outliers, self._wearing, self.span.upto)
         done.mismatches += open_mismatches(session, owner, strange, progress=self._progress)
@@ -140,7 +145,6 @@ class _Pass:
     def _learn(self, pair: models.Pair, sensed: list[Calibrations]) -> list[int]:
         """Learn a pair; return the outlying cuts, by id."""
         span = self.span
-        self._progress(f"updating {pair_name(pair)}")
         after = span.old if self._goes_on(pair) else 0
         cuts = (after, span.upto)
         found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)

@@ -2,17 +2,44 @@
 
 from autodb.store import models
 from autodb.terms.sensor import GAIN
-from autodb.wording import day, listed, msgid, phrase, phrase_many
+from autodb.wording import ENGLISH, day, msgid, phrase, presented, stored_msgid
 
 STATES = (msgid("open"), msgid("confirmed"), msgid("rejected"))
 """What a mismatch may be."""
-KINDS = (msgid("missing"), msgid("mistuned"))
+KINDS = (stored_msgid("missing"), stored_msgid("mistuned"))
 GAIN_TERM = GAIN.name
 SINCE = "since"
 """Of what a drifted gain was found in: the recording, by id, from which on an axis reads so."""
 
 NEW_EDGE = "new_edge"
 """Of what an edge change was inferred in: the first cut, by id, that a new edge made."""
+
+LINES = {
+    ("", ""): stored_msgid("mismatch {number}: {channel}: {term} ({kind})"),
+    ("in", ""): stored_msgid("mismatch {number}: {channel}: {term} ({kind}), in {found}"),
+    ("said", ""): stored_msgid("mismatch {number}: {channel}: {term} ({kind}): {said}"),
+    ("", "now"): stored_msgid("mismatch {number}: now {channel}: {term} ({kind})"),
+    ("in", "now"): stored_msgid("mismatch {number}: now {channel}: {term} ({kind}), in {found}"),
+    ("said", "now"): stored_msgid("mismatch {number}: now {channel}: {term} ({kind}): {said}"),
+}
+"""What a refresh says of a mismatch, by what is said besides, and of one that was there before."""
+FOUND = stored_msgid("{cuts} cuts of {count} recordings, {excluded} excluded")
+ON_EDGES = stored_msgid("{cuts} cuts of {count} recordings, {excluded} excluded, edges {edges}")
+ON_EDGE = stored_msgid("{cuts} cuts of {count} recordings, {excluded} excluded, edge {edges}")
+RECORDINGS = stored_msgid("{count} recordings")
+
+
+def mismatch_line(row: models.Mismatch, *, again: bool, said: str = "") -> str:
+    """Return a mismatch as a refresh says it; ``said``: its statement, where that is to be there.
+
+    ``again``: it was there before.
+    """
+    with presented(ENGLISH):  # it is stored
+        found = "" if said else found_words(row)
+    kind = "said" if said else "in" if found else ""
+    return LINES[kind, "now" if again else ""].format(
+        number=row.id, channel=row.channel, term=row.term, kind=row.kind, found=found, said=said
+    )
 
 
 def is_of_axis(row: models.Mismatch) -> bool:
@@ -33,19 +60,16 @@ def found_words(row: models.Mismatch) -> str:
     recordings = len(row.recordings)
     found = row.found_in
     if recordings == 1 or found is None:
-        return "" if recordings == 1 else phrase("{count} recordings", count=recordings)
-    said = phrase(
-        "{cuts} cuts of {count} recordings, {excluded} excluded",
+        return "" if recordings == 1 else phrase(RECORDINGS, count=recordings)
+    edges = found["edges"]
+    sentence = FOUND if not edges else ON_EDGE if len(edges) == 1 else ON_EDGES
+    return phrase(
+        sentence,
         cuts=found["cuts"],
         count=recordings,
         excluded=found["excluded"],
+        **({"edges": ", ".join(edges)} if edges else {}),
     )
-    edges = found["edges"]
-    if not edges:
-        return said
-    names = ", ".join(edges)
-    on = phrase_many("edge {edges}", "edges {edges}", len(edges), edges=names)
-    return listed([said, on])
 
 
 def decision_words(row: models.MismatchDecision) -> str:

@@ -17,11 +17,15 @@ from autodb.errors import UnusableInput
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import PairCuts, X, Y, Z
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 Calibrations = list[models.CalibrationVersion]
 """Those of one axis that hold now, newest first."""
 MEASURED = "dynamometer"
 """What a measured force has as its estimator."""
+
+NO_MODEL = stored_msgid("operation '{operation}' has no model")
+LACKS = stored_msgid("{operation} without {names}")
 
 
 QUANTITY = {"x": X, "y": Y, "z": Z}
@@ -185,9 +189,9 @@ def _unusable(cut: models.Cut) -> str | None:
     """Return why a cut is not learnt from; None: it is."""
     operation = BY_NAME.get(operation_of(cut))
     if operation is None:
-        return f"operation '{cut.operation}' has no model"
+        return NO_MODEL.format(operation=cut.operation)
     lacking = operation.lacking(cut.conditions)
-    return f"{operation.name} without {' and '.join(lacking)}" if lacking else None
+    return LACKS.format(operation=operation.name, names=" and ".join(lacking)) if lacking else None
 
 
 def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts, ...]]:

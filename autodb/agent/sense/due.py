@@ -18,6 +18,7 @@ from autodb.sensing.ranges.points import current_signal
 from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.sensing.ranges.validity import holds_of
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 MANY, SHARE = 5, 0.2
 """Cuts, and share of those that came in, which make a calibration due. Chosen."""
@@ -25,6 +26,16 @@ OLD_DAYS = 365
 """Age at which a calibration is due anyway. Chosen: the usual interval of measuring equipment."""
 SENSOR_TERMS = ("gain", "sensor_drift")
 """Causes of a mismatch that say that what feels the force has changed."""
+DUE = stored_msgid("{axis}: {why}")
+ITS_VERDICT = stored_msgid("its calibration is {verdict}")
+NOT_SENSED = stored_msgid("{some} of the {count} new cuts were not sensed: {why}")
+BEYOND = stored_msgid(
+    "{some} of the {count} new cuts took more than the {least} that it was calibrated up to, the "
+    "most {most}"
+)
+OUT = stored_msgid("{some} of the {count} new cuts are {said}; their intervals are wider")
+SAYS = stored_msgid("mismatch {number} says {term}")
+OLD = stored_msgid("its calibration is {days} days old")
 
 
 @dataclass(frozen=True)
@@ -53,7 +64,7 @@ def calibrations_due(session: Session, owner: models.Machine, span: Span) -> lis
     reasons = [(number, str(reason)) for number, reason in session.execute(why)]
     look = _Look(session, owner, list(cuts), reasons)
     return [
-        f"{as_calibration(row).called}: {said}"
+        DUE.format(axis=as_calibration(row).called, why=said)
         for axis in owner.axes
         for row in current_calibrations(session, owner.id, axis.name)
         for check in CHECKS
@@ -63,7 +74,7 @@ def calibrations_due(session: Session, owner: models.Machine, span: Span) -> lis
 
 def refused(_look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a calibration was not good enough to be offered."""
-    return None if row.offered else f"its calibration is {row.verdict}"
+    return None if row.offered else ITS_VERDICT.format(verdict=row.verdict)
 
 
 def other_conditions(look: _Look, row: models.CalibrationVersion) -> str | None:
@@ -75,7 +86,7 @@ def other_conditions(look: _Look, row: models.CalibrationVersion) -> str | None:
     if not _many(len(reasons), look):
         return None
     usual = max(set(reasons), key=reasons.count)
-    return f"{len(reasons)} of the {len(look.cuts)} new cuts were not sensed: {usual}"
+    return NOT_SENSED.format(some=len(reasons), count=len(look.cuts), why=usual)
 
 
 def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None:
@@ -92,11 +103,10 @@ def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None
     high = read[read > most]
     if not _many(len(high), look):
         return None
-    return (
-        f"{len(high)} of the {len(look.cuts)} new cuts took more than the {most:.3g} "
-        f"{row.current_unit} that it was calibrated up to, the most {high.max():.3g} "
-        f"{row.current_unit}"
-    )
+    return BEYOND.format(
+        some=len(high), count=len(look.cuts), least=f"{most:.3g} {row.current_unit}",
+        most=f"{high.max():.3g} {row.current_unit}",
+    )  # fmt: skip
 
 
 def outside_domain(look: _Look, row: models.CalibrationVersion) -> str | None:
@@ -112,7 +122,7 @@ def outside_domain(look: _Look, row: models.CalibrationVersion) -> str | None:
     count, said = left_domain(cuts_as_table(some, path=every.path), found)
     if not _many(count, look):
         return None
-    return f"{count} of the {len(look.cuts)} new cuts are {said}; their intervals are wider"
+    return OUT.format(some=count, count=len(look.cuts), said=said)
 
 
 def sensor_changed(look: _Look, row: models.CalibrationVersion) -> str | None:
@@ -129,13 +139,13 @@ def sensor_changed(look: _Look, row: models.CalibrationVersion) -> str | None:
         )
         .limit(1)
     )
-    return None if found is None else f"mismatch {found.id} says {found.term}"
+    return None if found is None else SAYS.format(number=found.id, term=found.term)
 
 
 def old(_look: _Look, row: models.CalibrationVersion) -> str | None:
     """Say that a calibration is old."""
     age = datetime.now(UTC) - datetime.fromisoformat(row.created_at)
-    return f"its calibration is {age.days} days old" if age.days >= OLD_DAYS else None
+    return OLD.format(days=age.days) if age.days >= OLD_DAYS else None
 
 
 CHECKS: tuple[Callable[[_Look, models.CalibrationVersion], str | None], ...] = (

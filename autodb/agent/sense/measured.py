@@ -32,6 +32,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.dynamometer import ForceError, ForceStatement, MeasuredForces, mean_errors
 from autodb.sensing.ranges.in_cut import steady_rows
 from autodb.store import Store, models
+from autodb.wording import stored_msgid
 
 PARTS_OF_CUT = 10
 """Parts of a cut whose means tell the standard error of the whole cut's. Chosen."""
@@ -41,6 +42,7 @@ _SAME_CUT = (
     "spindle.speed", "work.diameter", "tool.edge",
 )  # fmt: skip
 """What repeats of a cut have in common, to three digits."""
+TAKING = stored_msgid("taking measured forces of {file}")
 
 
 def statement_of(owner: models.Machine, recording: models.StoredRecording) -> ForceStatement:
@@ -177,7 +179,7 @@ def measure_over_time(
     for one in waiting:
         try:
             recording = one.recording()
-            progress(f"taking measured forces of {recording.path.name}")
+            progress(TAKING.format(file=recording.path.name))
             means, why = measured_means(recording), None
         except UnusableInput as error:
             means, why = {}, str(error)

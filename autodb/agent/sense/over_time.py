@@ -29,8 +29,15 @@ from autodb.records.source import open_as_stored
 from autodb.records.tables import Recording
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from autodb.store import Store, models
+from autodb.wording import stored_msgid
 
 DRIVE = "drive"
+
+NO_SENSOR = stored_msgid("{file}: no sensor of force.{component} was recorded")
+SENSING_FILE = stored_msgid("sensing forces in {file}")
+NOT_THERE_NOW = stored_msgid(
+    "{file}: the file is missing or has changed since its import, so its forces cannot be sensed"
+)
 
 
 @dataclass(frozen=True)
@@ -127,7 +134,7 @@ def _feel(
     """Return the components of a cut as they were sensed, or why not; and who did not agree."""
     try:
         recording = one.recording()
-        progress(f"sensing forces in {recording.path.name}")
+        progress(SENSING_FILE.format(file=recording.path.name))
         told = fused_on_machine(store, machine, recording, progress=progress)
         sensed = {component.load.axis: component for component in told.sensed}
         notes = [
@@ -173,7 +180,7 @@ def _means(
     found = []
     for c, (number, kind) in sensors.items():
         if c not in sensed:
-            reason = f"{recording.path.name}: no sensor of force.{c} was recorded"
+            reason = NO_SENSOR.format(file=recording.path.name, component=c)
             found.append(SensedMean(cut_id, c, kind, number, None, None, None, reason))
             continue
         load = sensed[c].load
@@ -227,10 +234,7 @@ class WaitingCut:
         """Read the recording; raises UnusableInput where it is not there as it was imported."""
         there = [path for path, sha256 in self.files.items() if checksum(path) == sha256]
         if not there:
-            raise UnusableInput(
-                f"{self.path}: the file is missing or has changed since its import, so its "
-                "forces cannot be sensed"
-            )
+            raise UnusableInput(NOT_THERE_NOW.format(file=self.path))
         found = open_as_stored(there[0], SideFile.model_validate(self.side)).choose().read()
         if not isinstance(found, Recording):
             raise UnusableInput(f"{there[0]}: is a table of cuts; use a recording over time")

@@ -15,9 +15,13 @@ from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.measured import take_measured
 from autodb.sensing.ranges.chosen import sense_each
 from autodb.store import models
+from autodb.wording import stored_msgid
 
 RANGE_ESTIMATOR = "range"
 NO_ESTIMATOR = "none"
+
+NO_CALIBRATION = stored_msgid("no usable calibration of force.{component}")
+SENSING = stored_msgid("sensing force.{component} from {axis}")
 
 
 def sense_cuts(
@@ -34,7 +38,7 @@ def sense_cuts(
         current = current_calibrations(session, owner.id, axis.name)
         if any(row.offered for row in current):
             component = current[0].component
-            progress(f"sensing force.{component} from {axis.name}")
+            progress(SENSING.format(component=component, axis=axis.name))
             _sense(session, cuts, current)
             sensed[component] = current
     _note_unsensed(session, cuts, sensed)
@@ -116,6 +120,6 @@ def _note_unsensed(session: Session, among: Select[models.Cut], sensed: Iterable
                     cut_id=cut.id,
                     component=component,
                     estimator=NO_ESTIMATOR,
-                    reason=f"no usable calibration of force.{component}",
+                    reason=NO_CALIBRATION.format(component=component),
                 )
             )

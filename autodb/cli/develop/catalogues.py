@@ -17,10 +17,12 @@ import autodb
 from autodb.cutting.shear import PARAMETERS
 from autodb.files.job_cut import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
-from autodb.wording.catalogues import LANGUAGES
+from autodb.wording.catalogues import LANGUAGES, STORED
 
 PACKAGE = Path(autodb.__file__).parent
-IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2)}
+VOCABULARY = "autodb/terms/vocabulary.py"
+KEPT = {"stored_msgid": None}
+IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2), **KEPT}
 IN_TEMPLATES = {"_": None, "_n": (1, 2)}
 METHODS = (("*.py", "python", IN_CODE), ("*.j2", "jinja2", IN_TEMPLATES))
 OURS = "from autodb.wording"
@@ -48,8 +50,13 @@ def said_messages() -> Catalog:
             place = path.relative_to(PACKAGE.parent).as_posix()
             for _, message, _, _ in extract_from_file(method, path, keywords=keywords):
                 found.add(message, locations=[(place, 1)])
+            for _, message, _, _ in extract_from_file(method, path, keywords=KEPT):
+                found.add(message, auto_comments=[STORED])
     for message, place in _vocabulary():
         found.add(message, locations=[(place, 1)])
+    for term in all_terms():
+        if term.check:  # an answer of explaining has it as it is
+            found.add(term.check, locations=[(VOCABULARY, 1)], auto_comments=[STORED])
     return found
 
 
@@ -59,16 +66,17 @@ def _vocabulary() -> Iterator[tuple[str, str]]:
         yield operation, "autodb/files/job_cut.py"
     for effect in (*all_terms(), *WITHOUT_TERM):
         if effect.title:
-            yield effect.title, "autodb/terms/vocabulary.py"
+            yield effect.title, VOCABULARY
+            yield effect.name.replace("_", " "), VOCABULARY
     for term in all_terms():
-        yield term.statement, "autodb/terms/vocabulary.py"
+        yield term.statement, VOCABULARY
         for parameter in term.parameters:
             plain = parameter.name.rstrip("0123456789").rstrip("_").replace("_", " ")
-            yield plain, "autodb/terms/vocabulary.py"
+            yield plain, VOCABULARY
     for number in PARAMETERS:
         yield number.meaning, "autodb/cutting/shear.py"
     for name in sorted(TAKEN):
-        yield name.replace("_", " "), "autodb/terms/vocabulary.py"
+        yield name.replace("_", " "), VOCABULARY
 
 
 def catalogue_path(language: str) -> Path:

@@ -1,6 +1,7 @@
 """`lookup`: one cut of a pair, or the pairs that a machine has; nothing is stored."""
 
 import re
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -30,7 +31,10 @@ OPTIONS = {
 
 
 def _number(option: str, metavar: str, what: str) -> Any:
-    return typer.Option(option, metavar=metavar, help=what)
+    """Return an option whose number may have a decimal comma."""
+    from autodb.files.units import typed_number
+
+    return typer.Option(option, metavar=metavar, help=what, parser=partial(typed_number, option))
 
 
 Material = Annotated[str | None, typer.Option("--material", help="Work material.")]

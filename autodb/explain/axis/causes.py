@@ -23,12 +23,13 @@ from autodb.explain.engine.confidence import (
     of_mistuned,
     of_plain,
 )
-from autodb.explain.engine.entries import own_term_entries
+from autodb.explain.engine.entries import own_term_entries, size_words
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.terms.term import Term
 from autodb.terms.vocabulary import term_called
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 Read = Mapping[str, IntervalValue]
@@ -43,6 +44,9 @@ INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
 """Share of the effort's range above which a constant is a load so probably, and how probably it is
 below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
+
+SIZE_LEFT_OUT = stored_msgid("The simulation leaves it out: {size} ({size_low} to {size_high}).")
+HAS_OTHERWISE = stored_msgid("The simulation has it otherwise: {size} ({size_low} to {size_high}).")
 
 
 def causes(reading: AxisReading) -> list[Cause]:
@@ -112,10 +116,8 @@ def standing_of(reading: AxisReading, number: int, *, but: Collection[str] = ())
 
 
 def _size_words(size: IntervalValue, kind: str) -> str:
-    lacks = (
-        "The simulation leaves it out" if kind == "missing" else "The simulation has it otherwise"
-    )
-    return f"{lacks}: {size.value:.3g} {size.unit} ({size.low:.3g} to {size.high:.3g})."
+    lacks = SIZE_LEFT_OUT if kind == "missing" else HAS_OTHERWISE
+    return lacks.format(**size_words(size))
 
 
 def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:

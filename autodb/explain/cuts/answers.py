@@ -42,6 +42,7 @@ from autodb.explain.engine.locate import regimes
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import CutTable
 from autodb.terms.vocabulary import all_terms, term_called
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -149,7 +150,9 @@ class _Answers:
         if not choice.candidate.named:
             return _unnamed(self, number, choice, component, size)
         if is_undecided(choice, sure):
-            return undecided_entry(choice, sure, size, where="These cuts", apart=self.apart(choice))
+            return undecided_entry(
+                choice, sure, size, where=stored_msgid("These cuts"), apart=self.apart(choice)
+            )
         others = tuple(c for c in self.choices if c is not choice)
         effect = EffectInCuts(self.stack, self.own, choice, others)
         values = {"size": size, **effect_parameters(effect, component)}

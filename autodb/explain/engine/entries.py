@@ -7,11 +7,31 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
 from autodb.explain.engine.search import alike_terms
+from autodb.terms.vocabulary import effect_called
+from autodb.wording import stored_msgid
 
 LIKELY = 0.6
 """A name less likely than this is not given: it is `unknown`, with the names that it could be."""
 LEAST = 0.3
 """The same for a name beside others that are known to look like it: three such share one table."""
+
+OTHER_SIZE = stored_msgid(
+    "The simulation has it with another size: up to {size} ({size_low} to {size_high})."
+)
+LEFT_OUT = stored_msgid("The simulation leaves it out: up to {size} ({size_low} to {size_high}).")
+ANY_OF = stored_msgid(
+    "The simulation leaves out a force of up to {size}. It may be any of: {causes}. {where} do not "
+    "tell which."
+)
+
+
+def size_words(size: IntervalValue) -> dict[str, str]:
+    """Return a size and its ends, as sentences have them."""
+    return {
+        "size": f"{size.value:.3g} {size.unit}",
+        "size_low": f"{size.low:.3g}",
+        "size_high": f"{size.high:.3g}",
+    }
 
 
 def is_undecided(choice: Choice, sure: Standing) -> bool:
@@ -36,17 +56,14 @@ def named_entry(
     term, size = choice.candidate.term, values["size"]
     kind: Literal["missing", "mistuned"] = "mistuned" if term in includes else "missing"
     left_out = {
-        "mistuned": "The simulation has it with another size",
-        "missing": "The simulation leaves it out",
+        "mistuned": OTHER_SIZE,
+        "missing": LEFT_OUT,
     }
     return Cause(
         term=term,
         kind=kind,
         confidence=sure.confidence,
-        statement=(
-            f"{statement} {left_out[kind]}: up to {size.value:.3g} N "
-            f"({size.low:.3g} to {size.high:.3g})."
-        ),
+        statement=f"{statement} " + left_out[kind].format(**size_words(size)),
         parameters=values,
         alternatives=sure.near,
         variables=choice.candidate.variables,
@@ -122,15 +139,12 @@ def undecided_entry(
 ) -> Cause:
     """Return an entry without a name; ``where``: what does not tell which it is, in the plural."""
     names = (choice.candidate.term, *sure.near)
-    words = ", ".join(name.replace("_", " ") for name in names)
+    words = ", ".join(effect_called(name).title for name in names)
     return Cause(
         term=UNKNOWN,
         kind="missing",
         confidence=1.0 - sure.confidence,
-        statement=(
-            f"The simulation leaves out a force of up to {size.value:.3g} N. It may be any of: "
-            f"{words}. {where} do not tell which."
-        ),
+        statement=ANY_OF.format(size=f"{size.value:.3g} N", causes=words, where=where),
         parameters={"size": size},
         alternatives=names,
         variables=choice.candidate.variables,

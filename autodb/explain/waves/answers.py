@@ -40,6 +40,7 @@ from autodb.explain.waves.parameters import (
 from autodb.explain.waves.plain_rows import WaveRows
 from autodb.explain.waves.refined import as_one
 from autodb.records.tables import Recording
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -242,7 +243,9 @@ class _Told:
             return self._unnamed(number, component, size)
         apart = words_that_tell(choice.candidate.term, sure.near)
         if is_undecided(choice, sure):
-            return undecided_entry(choice, sure, size, where="These turns", apart=apart)
+            return undecided_entry(
+                choice, sure, size, where=stored_msgid("These turns"), apart=apart
+            )
         values = {**self.shared[number], **of_one(self.effects[number], component)}
         statement = STATEMENTS[choice.candidate.term]
         return named_entry(

@@ -29,6 +29,7 @@ from autodb.readers.text.rows import (
     numeric_columns,
     stated_table,
 )
+from autodb.wording import stored_msgid
 
 SEPARATORS = ("\t", ";", ",", "|", SPACE)
 COMMENTS = ("#", "//", "%")
@@ -45,6 +46,12 @@ MOSTLY = 0.5
 of a log that look like rows once. Chosen."""
 PLAIN_LINES = 20
 """Lines by which a plain table is known. Chosen."""
+NO_TABLE = stored_msgid(
+    "{file}: no table in it, no lines with numbers below each other; state under [csv] in the "
+    "side file where one begins and what separates its columns"
+)
+NOT_AS_STATED = stored_msgid("{file}: no table as [csv] in the side file states; leave it out")
+A_TREE = stored_msgid("{file}: {kind}, not a table; export it as CSV, a column a channel")
 
 
 def detected(path: Path, stated: TextSection) -> TextLayout:
@@ -69,7 +76,7 @@ def detected(path: Path, stated: TextSection) -> TextLayout:
     if stated.model_dump(exclude={"encoding"}, exclude_none=True):
         found = _best(lines, stated, whole=whole)
         if found is None:
-            raise UnusableInput(f"{path}: no table as [csv] in the side file states; leave it out")
+            raise UnusableInput(NOT_AS_STATED.format(file=path))
     elif not is_plain(lines):
         said = _said_separator(lines)
         found = by_preset(lines) or _best(
@@ -84,7 +91,7 @@ def _refuse_trees(path: Path, text: str) -> None:
     found = _TREES.match(text)
     if found:
         kind = "JSON" if found[1][0] in "{[" else "XML"
-        raise UnusableInput(f"{path}: {kind}, not a table; export it as CSV, a column a channel")
+        raise UnusableInput(A_TREE.format(file=path, kind=kind))
 
 
 def lines_of(text: str) -> list[str]:
@@ -133,10 +140,7 @@ def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
     ragged = alike < 0.5 * len(below) and len(set(map(len, below))) > 1
     alone = len(names) == 1 and not any(is_number(line.strip()) for line in lines[1:])
     if alone or ragged:
-        raise UnusableInput(
-            f"{path}: no table in it, no lines with numbers below each other; state under [csv] in "
-            "the side file where one begins and what separates its columns"
-        )
+        raise UnusableInput(NO_TABLE.format(file=path))
     if all(map(is_number, names)):
         return TextLayout(column_names([""] * len(names)), first=0, header=None)
     return TextLayout(column_names(names), units=stated_units(names, ()))

@@ -15,12 +15,17 @@ from autodb.readers._base import not_a_number
 from autodb.readers.text.cells import SPACE, UNKNOWN, is_number, on_one_line
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.presets import NO_ROWS
+from autodb.wording import stored_msgid
 
 REMARK = b"#"
 """Begins a remark in most files that have some."""
 WORKS = (
     "give each row a cell for each column, or state under [csv] in the side file how the table is "
     "written"
+)
+OTHER_LENGTH = stored_msgid(
+    "{file}: row {row} has {fields} fields, the header names {count} columns; give each row a "
+    "cell for each column, or state under [csv] in the side file how the table is written"
 )
 
 
@@ -99,9 +104,8 @@ class TextPiece:
     def _fault_of_row(self, number: int, row: list[str], numbers: Sequence[int]) -> str:
         names = self.layout.names
         if len(row) != len(names):
-            return (
-                f"{self.path}: row {number} has {len(row)} fields, the header names "
-                f"{len(names)} columns; {WORKS}"
+            return OTHER_LENGTH.format(
+                file=self.path, row=number, fields=len(row), count=len(names)
             )
         for place in numbers:
             cell = row[place].strip()

@@ -15,8 +15,10 @@ from autodb.readers.text.detect import detected
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.pieces import TextPiece
 from autodb.readers.text.source import whole_lines
+from autodb.wording import stored_msgid
 
 TIME = "t"
+NO_ROWS_BELOW = stored_msgid("{file}: no rows of data below the header line")
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def _base(path: Path, layout: TextLayout, part: _Part, *, several: bool) -> Colu
             rows, lines = rows + kept, lines + there
             yield columns
         if not rows:
-            raise UnusableInput(f"{path}: no rows of data below the header line")
+            raise UnusableInput(NO_ROWS_BELOW.format(file=path))
 
     return ColumnSet(
         layout.names[part.places[0 if made else 1]] if several else "",

@@ -49,11 +49,19 @@ from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.outliers import Outlier, outliers, transients
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, FEED_AXES, Points, calibration_points
 from autodb.sensing.ranges.validity import ANY, Holds
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
 OFFER_R_SQUARED = 0.3
 """A calibration is offered when the lower 95 % bound of R² on groups left out is above this."""
+ABOVE = stored_msgid(
+    "R² {r2} (95 % {low} to {high}) on held-out groups ({group}), lower bound above {least}"
+)
+NOT_ABOVE = stored_msgid(
+    "R² {r2} (95 % {low} to {high}) on held-out groups ({group}), lower bound not above {least}"
+)
+USABLE, NOT_USABLE = stored_msgid("usable: {verdict}"), stored_msgid("not usable: {verdict}")
 
 
 @dataclass(frozen=True)
@@ -145,12 +153,12 @@ class Calibration:
     def verdict(self) -> str:
         """One sentence: offered or refused, with the figure that decided."""
         s = self.scores
-        what = f"R² {s.r_squared:.3f} (95 % {s.r_squared_low:.3f} to {s.r_squared_high:.3f})"
-        verb, side = ("usable", "above") if self.offered else ("not usable", "not above")
-        return (
-            f"{verb}: {what} on held-out groups ({s.grouped_by}), lower bound {side} "
-            f"{OFFER_R_SQUARED}"
-        )
+        whole, verdict = (USABLE, ABOVE) if self.offered else (NOT_USABLE, NOT_ABOVE)
+        said = verdict.format(
+            r2=f"{s.r_squared:.3f}", low=f"{s.r_squared_low:.3f}", high=f"{s.r_squared_high:.3f}",
+            group=s.grouped_by, least=OFFER_R_SQUARED,
+        )  # fmt: skip
+        return whole.format(verdict=said)
 
 
 def calibrate(

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from autodb.fitting.linear import Undetermined
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
 
 MIN_GROUPS = 3
 MIN_MATERIALS = 3
-CONDITION = "cutting condition"
+CONDITION, TENTHS = stored_msgid("cutting condition"), stored_msgid("tenth of the rows")
 """Groups that other cuts never share: what they show is a cut's own error."""
 
 
@@ -40,16 +41,16 @@ def grouping(table: CutTable, used: NDArray[np.bool_]) -> tuple[NDArray[np.gener
     """
     materials = materials_of(table)[used]
     if several(materials):
-        return materials, "work material"
+        return materials, stored_msgid("work material")
     edges = table["tool.edge"][used] if "tool.edge" in table else np.array([np.nan])
     if np.isfinite(edges).all() and len(np.unique(edges)) >= MIN_GROUPS:
-        return edges, "tool edge"
+        return edges, stored_msgid("tool edge")
     conditions = ("spindle.speed", "cutting.feed", "cutting.depth")
     names = [n for n in conditions if n in table and np.isfinite(table[n][used]).all()]
     if names:
         rows = np.round(np.column_stack([table[n][used] for n in names]), 3)
         return np.unique(rows, axis=0, return_inverse=True)[1].ravel(), CONDITION
-    return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), "tenth of the rows"
+    return np.arange(int(used.sum())) * 10 // max(1, int(used.sum())), TENTHS
 
 
 Groups = NDArray[np.generic]

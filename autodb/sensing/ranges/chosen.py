@@ -15,8 +15,12 @@ from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.forms import CurrentForm, MeasuredCuts
 from autodb.sensing.ranges.sensed_force import sense, stands_still
 from autodb.sensing.ranges.validity import holds_of, which
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
+
+NOT_FOR_IT = stored_msgid("{axis} was {said}")
+OF_AXIS = stored_msgid("{axis}: {verdict}")
 
 
 @dataclass(frozen=True)
@@ -44,17 +48,13 @@ def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[Sen
     chosen, moves = choose(table, calibrations), moving(table, axis)
     measured = []
     for row, by in enumerate(chosen):
-        reason = by if isinstance(by, str) else sensed[by].not_sensed[row]
-        if isinstance(by, str) and not moves[row]:
-            measured.append(SensedCut(None, None, None, None, stands_still(axis)))
-        elif isinstance(by, str):
-            measured.append(SensedCut(None, None, None, None, f"{axis} was {reason}"))
+        reason = None if isinstance(by, str) else sensed[by].not_sensed[row]
+        if isinstance(by, str):
+            why = NOT_FOR_IT.format(axis=axis, said=by) if moves[row] else stands_still(axis)
+            measured.append(_none(why))
         elif not calibrations[by].offered:
-            measured.append(
-                SensedCut(
-                    None, None, None, None, f"{calibrations[by].called}: {calibrations[by].verdict}"
-                )
-            )
+            one_of = calibrations[by]
+            measured.append(_none(OF_AXIS.format(axis=one_of.called, verdict=one_of.verdict)))
         elif reason is not None:
             measured.append(SensedCut(by, None, None, None, reason))
         else:
@@ -62,6 +62,10 @@ def sense_each(table: CutTable, calibrations: Sequence[Calibration]) -> list[Sen
             force_N, sd_N = float(one.force_N[row]), float(one.sd_N[row])
             measured.append(SensedCut(by, force_N, sd_N, one.common[row].tolist(), None))
     return measured
+
+
+def _none(why: str) -> SensedCut:
+    return SensedCut(None, None, None, None, why)
 
 
 def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | str]:

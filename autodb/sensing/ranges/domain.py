@@ -21,6 +21,7 @@ from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.choosing import TriedForm
 from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import CurrentForm, FittedForm, MeasuredCuts, of_one_way
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -51,18 +52,22 @@ class Quantity:
 
 
 def _words(said: str, ends: tuple[float, float], unit: str) -> str:
-    return f"{said} {ends[0]:.4g} to {ends[1]:.4g} {unit}"
+    return said.format(range_low=f"{ends[0]:.4g}", range=f"{ends[1]:.4g} {unit}")
 
 
-OF_FEED = (Quantity("feed_mm_s", "feed speed", "mm/min", per=60.0),)
+OF_FEED = (
+    Quantity("feed_mm_s", stored_msgid("feed speed {range_low} to {range}"), "mm/min", per=60.0),
+)
 OF_SPINDLE = (
-    Quantity("speed_rpm", "spindle speed", "rpm"),
-    Quantity("temperature_C", "spindle temperature", "°C"),
+    Quantity("speed_rpm", stored_msgid("spindle speed {range_low} to {range}"), "rpm"),
+    Quantity("temperature_C", stored_msgid("spindle temperature {range_low} to {range}"), "°C"),
 )
 CONDITIONS = (*OF_FEED, *OF_SPINDLE)
 """What laws of a feed axis, and of the spindle, depend on beside the current."""
-CURRENT = Quantity("current", "current", "A")
+CURRENT = Quantity("current", stored_msgid("current {range_low} to {range}"), "A")
 QUANTITIES = (*CONDITIONS, CURRENT)
+FORCE = stored_msgid("force {range_low} to {range}")
+TORQUE = stored_msgid("torque {range_low} to {range}")
 
 
 @dataclass(frozen=True)
@@ -130,13 +135,13 @@ class Domain:
             if one.name in self.ranges and _outside(one.of(sensed), self.ranges[one.name]).any()
         ]
         if _outside(law.form.value(law.coefficients, sensed), self.target).any():
-            said.append(_words("torque" if unit == "N·m" else "force", self.target, unit))
+            said.append(_words(TORQUE if unit == "N·m" else FORCE, self.target, unit))
         return said
 
     def words(self, unit: str) -> str:
         """Return all ranges; ``unit`` of the target."""
         known = [one.words(self.ranges[one.name]) for one in QUANTITIES if one.name in self.ranges]
-        target = _words("torque" if unit == "N·m" else "force", self.target, unit)
+        target = _words(TORQUE if unit == "N·m" else FORCE, self.target, unit)
         return ", ".join([*known, target])
 
 

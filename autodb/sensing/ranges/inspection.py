@@ -23,11 +23,17 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.part import PartFile
 from autodb.fitting.gaussian import NORMAL_95
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
 FEWEST = 3
 """Places that determine a force and what the tool was set off by."""
+ALIKE = stored_msgid("the compliance is the same at all places, and the setting is unknown")
+TOO_WIDE = stored_msgid(
+    "its 95 % interval is {width} wide, and it lies within {range}; measure places that differ "
+    "more in compliance, or make the setting more certain"
+)
 
 
 @dataclass(frozen=True)
@@ -121,17 +127,14 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     known = np.diag([0.0, 0.0 if np.isinf(measured.setting_mm) else measured.setting_mm**-2])
     inner = columns.T @ columns / noise**2 + known
     if np.linalg.cond(inner) > 1e15:
-        return _not_sensed("the compliance is the same at all places, and the setting is unknown")
+        return _not_sensed(ALIKE)
     covariance = np.linalg.inv(inner)
     force, off = covariance @ (columns.T @ (0.5 * measured.error_mm)) / noise**2
     own_sd = float(np.sqrt(covariance[0, 0]))
     sd = float(np.hypot(own_sd, measured.share * force))
     width_N = 2.0 * NORMAL_95 * sd
     if width_N > range_N:
-        return _not_sensed(
-            f"its 95 % interval is {width_N:.3g} N wide, and it lies within {range_N:.3g} N; "
-            "measure places that differ more in compliance, or make the setting more certain"
-        )
+        return _not_sensed(TOO_WIDE.format(width=f"{width_N:.3g} N", range=f"{range_N:.3g} N"))
     return Inspected(float(force), sd, own_sd, float(off))
 
 

@@ -11,10 +11,22 @@ from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.folding import Fold
 from autodb.sensing.ranges.forms import MeasuredCuts
 from autodb.sensing.ranges.points import current_signal, measured_cuts
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
 PASSIVE_IN_NO_CURRENT = "stands still: a passive force shows in no current"
+STANDS_STILL = stored_msgid("{axis} stands still: a passive force shows in no current")
+NOT_RECORDED = stored_msgid("no {axis} current recorded")
+LACKING = stored_msgid(
+    "no {axis} current, or no speed, diameter, depth or spindle temperature that its calibration "
+    "takes, for this cut"
+)
+FOLDS = stored_msgid(
+    "{axis}'s range folds where the force takes up the weight: up to {force} two forces show one "
+    "range"
+)
+OUTSIDE = stored_msgid("outside the calibrated range: {what}")
 """Why an axis that does not move senses nothing, as it is said and kept."""
 
 
@@ -38,7 +50,7 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     signal = current_signal(table, calibration.axis)
     n = len(table)
     if signal is None:
-        why: list[str | None] = [f"no {calibration.axis} current recorded"] * n
+        why: list[str | None] = [NOT_RECORDED.format(axis=calibration.axis)] * n
         common = np.zeros((n, len(calibration.shared_covariance)))
         return SensedForces(np.full(n, np.nan), np.full(n, np.nan), common, why)
     sensed_there, form = measured_cuts(table, calibration.axis, signal[1]), calibration.form
@@ -48,10 +60,7 @@ def sense(table: CutTable, calibration: Calibration) -> SensedForces:
     fold = None if calibration.domain is None else calibration.domain.fold
     folds = np.zeros(n, dtype=np.bool_) if fold is None else signal[1] <= fold.current
     sensed = moves & known & ~folds
-    unknown = (
-        f"no {calibration.axis} current, or no speed, diameter, depth or spindle temperature that "
-        "its calibration takes, for this cut"
-    )
+    unknown = LACKING.format(axis=calibration.axis)
     reason = [
         None if ok
         else stands_still(calibration.axis) if not moved
@@ -80,20 +89,17 @@ def left_domain(table: CutTable, calibration: Calibration) -> tuple[int, str]:
     there = measured_cuts(table, calibration.axis, signal[1])
     out = domain.outside(calibration.law, there) & moving(table, calibration.axis)
     left = domain.left(calibration.law, there.at(out), calibration.unit)
-    return int(out.sum()), f"outside the calibrated range: {', '.join(left)}"
+    return int(out.sum()), OUTSIDE.format(what="; ".join(left))
 
 
 def stands_still(axis: str) -> str:
     """Return why an axis that does not move senses no force."""
-    return f"{axis} {PASSIVE_IN_NO_CURRENT}"
+    return STANDS_STILL.format(axis=axis)
 
 
 def two_forces(axis: str, fold: Fold, unit: str) -> str:
     """Return why a range that folds senses no force."""
-    return (
-        f"{axis}'s range folds where the force takes up the weight: up to {abs(fold.force):.4g} "
-        f"{unit} two forces show one range"
-    )
+    return FOLDS.format(axis=axis, force=f"{abs(fold.force):.4g} {unit}")
 
 
 def of_current(calibration: Calibration, sensed: MeasuredCuts) -> Array:

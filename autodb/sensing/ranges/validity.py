@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.wording import stored_msgid
+
 if TYPE_CHECKING:
     from autodb.records.tables import CutTable
 
@@ -20,12 +22,20 @@ GEARED = "spindle"
 """The axis that changes gear and grows warm."""
 STATED = ("gear_range", "coolant", "spindle_state")
 """What a side file's [recording] states of all its cuts; text columns of tables gathered."""
+OTHERWISE = stored_msgid("calibrated with {conditions}, not '{other}'")
+UNSTATED = stored_msgid("calibrated with {conditions}, and the cut's is not stated")
+SEVERAL = stored_msgid("{count} cuts do not state their {conditions}, and others state several")
 SPOKEN = {
     "gear_range": "gear range",
     "coolant": "coolant",
     "spindle_state": "spindle state",
     "feed_direction": "feed direction",
 }
+STATED_AS = (
+    stored_msgid("gear range {values}"), stored_msgid("coolant {values}"),
+    stored_msgid("spindle state {values}"), stored_msgid("feed direction {values}"),
+)  # fmt: skip
+"""A condition with what is stated of it, in the order of ``SPOKEN``."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +97,10 @@ def which(known: Sequence[Holds], cut: Holds) -> int | str:
         return fit[0]
     if not fit:
         name = known[0].against(cut)[0]
-        return f"calibrated with {_either(known, name)}, not '{getattr(cut, name)}'"
+        return OTHERWISE.format(conditions=_either(known, name), other=getattr(cut, name))
     several = [known[i] for i in fit]
     name = next(n for n in SPOKEN if len({getattr(one, n) for one in several}) > 1)
-    return f"calibrated with {_either(several, name)}, and the cut's is not stated"
+    return UNSTATED.format(conditions=_either(several, name))
 
 
 def _either(known: Sequence[Holds], name: str) -> str:
@@ -137,7 +147,7 @@ def unstated(
     if not out:
         return None
     lacking = " and ".join(SPOKEN[name] for name in SPOKEN if name in _several(cuts))
-    return f"{out} cuts do not state their {lacking}, and others state several"
+    return SEVERAL.format(count=out, conditions=lacking)
 
 
 def _several(cuts: Sequence[Holds]) -> set[str]:

@@ -35,8 +35,8 @@ class RequestLimits:
     ``recording_MiB``, ``side_MiB``, ``program_MiB``: size of each; ``a_minute``: by one address;
     ``waiting``: recordings that are received, read or wait for it; ``at_once``: what is read while
     who asked waits, and as many more wait for that; ``receive_s``: how long one may take to be
-    sent; ``importing``, ``looking``, ``predicting`` and ``explaining``: what a process for each may
-    use. All chosen.
+    sent; ``importing``, ``looking``, ``predicting``, ``explaining`` and ``learning``: what a
+    process for each may use. All chosen.
     """
 
     recording_MiB: int = 256
@@ -50,6 +50,7 @@ class RequestLimits:
     looking: ReaderBounds = ReaderBounds(seconds=300, grows_MiB=64)
     predicting: ReaderBounds = ReaderBounds(memory_MiB=2048, seconds=60, grows_MiB=64)
     explaining: ReaderBounds = ReaderBounds(seconds=300, grows_MiB=64)
+    learning: ReaderBounds = ReaderBounds(memory_MiB=8192, seconds=3600)
 
 
 @dataclass(frozen=True)

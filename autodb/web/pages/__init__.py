@@ -4,6 +4,7 @@ from autodb.web.pages import (
     choosing,
     health,
     importing,
+    learning,
     machine,
     machines,
     mismatches,
@@ -17,6 +18,6 @@ from autodb.web.pages import (
 
 PAGES = (
     signing, machines, mismatches, planner, program, recordings, health, pairs, scores, importing,
-    choosing, machine,
+    learning, choosing, machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -18,11 +18,13 @@ from autodb.reports.page import CalibrationPlot, calibration_plot, equation_word
 from autodb.store import models
 from autodb.web.html import service_page
 from autodb.web.pages.reading import read_state
-from autodb.web.service import Reads
+from autodb.web.service import Reads, service_of
 from autodb.wording import amount_words, day, listed, localized, phrase
 
 PASSES = 20
 """Refreshes that are shown. Chosen."""
+AGAIN_S = 5
+"""After so long a browser without scripts asks again for a machine that learns. Chosen."""
 LIMITS = (
     ("force_N", "N"), ("torque_N_m", "N·m"), ("power_W", "W"), ("speed_mm_min", "mm/min"),
     ("speed_rpm", "rpm"),
@@ -74,15 +76,27 @@ def drive(request: Request, _access: Reads, machine: str, channel: str) -> Respo
 @router.get("/machines/{machine:path}")
 def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
     """Show one machine."""
+    return show_machine(request, machine)
+
+
+def show_machine(
+    request: Request, machine: str, *, refused: str = "", status: int = 200
+) -> Response:
+    """Return the page of a machine; ``refused``: why it does not begin to learn."""
     said, sensed, blind, plots, channels = read_state(
         request, lambda session: _of(session, machine)
     )
+    learning = service_of(request).learnings.said(machine)
     return service_page(
         request,
         "machine.html.j2",
         title=machine,
+        status=status,
         machine=machine,
         here="machine",
+        learning=learning,
+        refused=refused,
+        again_s=AGAIN_S if learning is not None and learning.state == "running" else None,
         said=said,
         limits={name: _limits(one) for name, one in said.limits.items()},
         sensors=[(one, _error(one)) for one in sensed],

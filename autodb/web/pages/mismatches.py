@@ -13,6 +13,7 @@ from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject, reopen
 from autodb.agent.rows.mismatches import decided_words
 from autodb.errors import UnusableInput
+from autodb.files.units import SI, shown_system
 from autodb.reports.explanation import certainty_words, parameter_words, term_words, told_statement
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import read_state
@@ -133,6 +134,7 @@ def _shown(request: Request, number: int, *, said: object = "", status: int = 20
         words=term_words,
         sure=certainty_words(found.confidence),
         said=said,
+        inch=shown_system() != SI,
         **evidence,
     )
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from autodb.files.cut_words import FIELDS
 from autodb.files.job_cut import JobCut
-from autodb.files.units import SI, SYSTEMS, shop_units, shown_system
-from autodb.web.routes.asked import as_cut, typed_number
+from autodb.files.units import SI, SYSTEMS, shop_units, shown_system, typed_number
+from autodb.web.routes.asked import as_cut
 from autodb.wording import localized, presentation, shop_amount
 from autodb.wording.amounts import decimal_mark
 from autodb.wording.catalogues import LANGUAGES

@@ -1,1 +1,1 @@
-"""Recordings that are sent: received, read apart, imported."""
+"""Recordings that are sent: received, read apart, imported; machines that learn, apart."""

@@ -26,7 +26,15 @@ from autodb.files.units import SI, shop_units
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.looking import FileToLook
-from autodb.wording import ENGLISH, Presentation, language_of, presentation, presented
+from autodb.wording import (
+    ENGLISH,
+    Presentation,
+    Worded,
+    language_of,
+    presentation,
+    presented,
+)
+from autodb.wording.kept import said_again
 
 Tell = Callable[[str], None]
 PROGRESS, DONE, REFUSED, AWAY = "progress", "done", "refused", "away"
@@ -110,7 +118,27 @@ class RecordingToShow:
         return _text(plot_of_course(course))
 
 
-Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook
+@dataclass(frozen=True)
+class MachineToLearn:
+    """Learn from what a machine's database has that is new: refresh it."""
+
+    machine: str
+
+    @property
+    def path(self) -> Path:
+        """What a message calls it."""
+        return Path(self.machine.replace("/", "-"))
+
+    def do(self, store: Store, tell: Tell) -> bytes:
+        """Return what was learnt, as JSON."""
+        from autodb.agent.learn.passes import RefreshReport
+        from autodb.agent.operate.refreshing import refresh  # heavy, and seldom asked for
+
+        with presented(ENGLISH):  # the database is
+            return TypeAdapter(RefreshReport).dump_json(refresh(store, self.machine, progress=tell))
+
+
+Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook | MachineToLearn
 
 
 @dataclass(frozen=True)
@@ -174,9 +202,13 @@ def do_asked(request: Request, says: BinaryIO) -> None:
         said = excuse(error)
         if said is None:
             raise
-        said = said.replace(f"{request.task.path.resolve().parent}/", "")
+        said = Worded(
+            said.replace(f"{request.task.path.resolve().parent}/", ""), language_of(error)
+        )
+        if language_of(said) == "en":
+            said = said_again(said)
         refused = REFUSED if isinstance(error, UnusableInput) else AWAY
-        say(refused, _refusal(said, language_of(error)))
+        say(refused, _refusal(said, language_of(said)))
 
 
 def _too_much(request: Request) -> str:

@@ -9,6 +9,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import IO, Any
 
 from autodb.errors import UnusableInput
@@ -17,7 +18,7 @@ from autodb.web.http.logs import LOG
 from autodb.web.http.responses import adapter
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.apart import AWAY, DONE, PROGRESS, REFUSED, Request, Task, received_line
-from autodb.wording import Worded, language_of, phrase, presentation
+from autodb.wording import Worded, language_of, msgid, phrase, presentation
 
 COMMAND = (sys.executable, "-P", "-m", "autodb.web.receive.apart")
 LINE_MOST = 64 * MIB
@@ -25,6 +26,29 @@ LINE_MOST = 64 * MIB
 TAIL = 4000
 """Characters of what it printed that are logged where it failed."""
 THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+@dataclass(frozen=True)
+class FailedWords:
+    """What is said of a process that broke (``{what}``, ``{how}``), took too long (``{what}``,
+    ``{most}``), or was ended with the service.
+    """
+
+    broke: str
+    late: str
+    ended: str
+
+
+OF_A_FILE = FailedWords(
+    broke=msgid(
+        "{what}: reading it broke the process that read it ({how}); send another copy, or run "
+        "'autodb import' on the service's computer"
+    ),
+    late=msgid(
+        "{what}: reading it takes longer than the {most} s that it may take; send it in parts"
+    ),
+    ended=msgid("the service ended before it was read; send it again"),
+)
 
 
 class Unable(Exception):  # noqa: N818 - the name says what it is to the reader of the message
@@ -58,6 +82,8 @@ class Children:
         kind: Any,
         bounds: ReaderBounds,
         tell: Callable[[str], None] = lambda _: None,
+        *,
+        failed: FailedWords = OF_A_FILE,
     ) -> Any:
         """Return what came of a task, of a type.
 
@@ -77,8 +103,8 @@ class Children:
             if not said:
                 status, name = process.returncode, task.path.name
                 if not self._closed and (late.is_set() or status == -signal.SIGXCPU):
-                    raise _too_long(name, bounds)
-                raise self._broken(name, status, printed)
+                    raise UnusableInput(phrase(failed.late, what=name, most=bounds.seconds))
+                raise self._broken(name, status, printed, failed)
         if AWAY in said:
             raise Unable(Worded(*said[AWAY]))
         if REFUSED in said:
@@ -130,22 +156,15 @@ class Children:
             if pid in self._running:
                 os.killpg(pid, signal.SIGKILL)
 
-    def _broken(self, name: str, status: int, printed: IO[bytes]) -> Exception:
+    def _broken(self, name: str, status: int, printed: IO[bytes], failed: FailedWords) -> Exception:
         """Return why a process said nothing of what came of its task."""
         if self._closed:
-            return Unable(phrase("the service ended before it was read; send it again"))
+            return Unable(phrase(failed.ended))
         printed.seek(max(0, printed.seek(0, os.SEEK_END) - TAIL))
         text = printed.read().decode("utf-8", "replace")
-        LOG.error("reading %s: status %d: %s", name, status, text)
+        LOG.error("%s: status %d: %s", name, status, text)
         how = signal.Signals(-status).name if status < 0 else f"status {status}"
-        return UnusableInput(
-            phrase(
-                "{file}: reading it broke the process that read it ({how}); send another copy, or "
-                "run 'autodb import' on the service's computer",
-                file=name,
-                how=how,
-            )
-        )
+        return UnusableInput(phrase(failed.broke, what=name, how=how))
 
     def close(self) -> None:
         """End all of them, and begin none."""
@@ -168,13 +187,3 @@ def _lines(process: subprocess.Popen[bytes]) -> Iterator[tuple[str, Any]]:
     assert process.stdout is not None
     while line := process.stdout.readline(LINE_MOST):
         yield received_line(line)
-
-
-def _too_long(name: str, bounds: ReaderBounds) -> UnusableInput:
-    return UnusableInput(
-        phrase(
-            "{file}: reading it takes longer than the {most} s that it may take; send it in parts",
-            file=name,
-            most=bounds.seconds,
-        )
-    )

@@ -24,11 +24,22 @@ from autodb.records.proposed.missing import missing_of_cuts, missing_of_moves
 from autodb.records.proposed.written import side_text
 from autodb.records.summary import BaseSummary
 from autodb.store import Store
-from autodb.wording import Presentation, listed, localized, phrase, presentation, presented
+from autodb.wording import (
+    Presentation,
+    Worded,
+    language_of,
+    listed,
+    localized,
+    phrase,
+    presentation,
+    presented,
+)
+from autodb.wording.kept import said_again
 
 LISTED = 200
 """Columns of a file that can be chosen one by one: beyond, those without a channel are not listed,
 and the text of the side file says more. Chosen."""
+FILE = "file"
 TEXT_KEYS = ("separator", "decimal", "encoding", "header_line", "units_line", "first_line")
 
 
@@ -95,7 +106,7 @@ def _shown(looked: LookedFile) -> dict[str, object]:
     bases = [_base(looked, base) for base in looked.found]
     return {
         "bases": bases,
-        "problems": looked.problems,
+        "problems": [_problem(one) for one in looked.problems],
         "notes": looked.notes,
         "text": {key: "" if value is None else value for key, value in text.items()},
         "words": {word: means.get(word, "") for word in words},
@@ -104,6 +115,14 @@ def _shown(looked: LookedFile) -> dict[str, object]:
         "side": side_text(looked.side),
         "plain": _is_plain(looked, bases),
     }
+
+
+def _problem(said: str) -> Worded:
+    """Return what keeps a file out, for the reader; sentences that are known begin with a file."""
+    again = said_again(f"{FILE}: {said}")
+    if language_of(again) == "en":
+        return said_again(said)
+    return Worded(again.removeprefix(f"{FILE}: "), language_of(again))
 
 
 def _text_keys(path: Path) -> tuple[str, ...]:

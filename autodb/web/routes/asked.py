@@ -1,6 +1,5 @@
 """What a request asks of a cut, from its query or from a line, as a job file would say it."""
 
-import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -8,16 +7,13 @@ from pydantic import ValidationError
 
 from autodb.errors import UnusableInput, near
 from autodb.files.job_cut import JobCut
+from autodb.files.units import typed_number
 from autodb.web.http.problems import first_of
 from autodb.wording import listed, phrase
 
 TEXTS = ("name", "operation")
 PAIR = ("material", "tool")
 LOT = "lot"
-_GROUPED = {
-    ".": re.compile(r"[-+]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[-+]?[1-9]\d{0,2}\.\d{3}")
-}  # fmt: skip
-"""By the decimal mark: the other sign that may stand for a thousand as well."""
 EXAMPLES = {
     "name": "rough", "operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0,
     "feed_mm_rev": 0.25, "speed_m_min": 220.0,
@@ -44,51 +40,6 @@ def cut_of_query(query: Mapping[str, str]) -> JobCut:
             raise UnusableInput(f"{name}: no key of a cut{near(name, JobCut.model_fields)}")
         stated[name] = text
     return as_cut(stated)
-
-
-def typed_number(name: str, text: str, mark: str = ".") -> float:
-    """Return the number that someone typed; raises UnusableInput, which calls it ``name``.
-
-    A comma is a decimal comma, and a point a decimal point, where it cannot part thousands; the
-    ``mark`` of who typed it never does.
-
-    >>> typed_number("feed_mm_rev", "0,25"), typed_number("depth_mm", "2.5")
-    (0.25, 2.5)
-    >>> typed_number("length_mm", "1,125", mark=",")
-    1.125
-    """
-    plain = text.strip().replace("−", "-")
-    if _GROUPED[mark].fullmatch(plain):
-        raise UnusableInput(
-            phrase(
-                "{name}: '{text}' may be {point} or {whole}; type one of them",
-                name=name,
-                text=text,
-                point=plain.replace(",", ".").replace(".", mark),
-                whole=plain.replace(",", "").replace(".", ""),
-            )
-        )
-    if plain.count(",") > 1 or ("," in plain and "." in plain):
-        raise UnusableInput(
-            phrase(
-                "{name}: '{text}' has more than a decimal sign; type it without signs between "
-                "thousands, such as {example}",
-                name=name,
-                text=text,
-                example=f"1234{mark}5",
-            )
-        )
-    try:
-        return float(plain.replace(",", ".").replace("_", "?"))
-    except ValueError:
-        raise UnusableInput(
-            phrase(
-                "{name}: '{text}' is not a number; send a number such as {example}",
-                name=name,
-                text=text,
-                example=f"2{mark}5",
-            )
-        ) from None
 
 
 def as_cut(stated: Mapping[str, str], number: Callable[[str, str], float] = typed_number) -> JobCut:

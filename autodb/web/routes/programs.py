@@ -14,13 +14,13 @@ from starlette.concurrency import run_in_threadpool
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
+from autodb.files.units import typed_number
 from autodb.web.http.guard import BODY_MOST
 from autodb.web.http.problems import first_of, problems
 from autodb.web.http.responses import json_answer
 from autodb.web.http.settings import MIB
 from autodb.web.receive.apart import ProgramToPredict
 from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
-from autodb.web.routes.asked import typed_number
 from autodb.web.routes.machines import MachineName
 from autodb.web.service import Reads, made_apart, service_of
 

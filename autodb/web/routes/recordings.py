@@ -1,13 +1,14 @@
 """Recordings that are sent: received, read apart, and asked for until they are in the database."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from autodb.errors import UnusableInput
-from autodb.readers import READERS
+from autodb.readers import EMPTY, READERS, UNKNOWN_KIND
 from autodb.web.http.problems import problems
 from autodb.web.http.responses import adapter
 from autodb.web.http.said import Importing
@@ -15,6 +16,8 @@ from autodb.web.http.settings import MIB
 from autodb.web.receive.sent import FORM, SentPart, receive_parts, safe
 from autodb.web.routes.machines import MachineName, Number
 from autodb.web.service import Operates, Reads, service_of
+from autodb.wording import language_of
+from autodb.wording.kept import said_again
 
 router = APIRouter()
 RECORDING, SIDE = "recording", "side"
@@ -76,9 +79,16 @@ async def send(request: Request, access: Operates, machine: MachineName) -> Resp
 def importing(request: Request, _access: Reads, number: Number) -> Response:
     """Say how far the import of a recording is, and what came in or why it was refused.
 
+    To a page of the service, in its language as far as what was said is known there.
+
     Remembered are the last thousand since the service began.
     """
-    return _answer(service_of(request).imports.said(number), 200)
+    said = service_of(request).imports.said(number)
+    if said.refused is None:
+        return _answer(said, 200)
+    refused = said_again(said.refused)
+    language = {"Content-Language": language_of(refused)}
+    return _answer(replace(said, refused=str(refused)), 200, language)
 
 
 def _answer(said: Importing, status: int, headers: dict[str, str] | None = None) -> Response:
@@ -96,9 +106,9 @@ def named_as_sent(parts: Mapping[str, SentPart]) -> Path:
     part = parts[RECORDING]
     path = part.path.with_name(safe(part.called, RECORDING))
     if path.suffix.lower() not in READERS:
-        raise UnusableInput(f"{path.name}: unknown kind of file; use {', '.join(READERS)}")
+        raise UnusableInput(UNKNOWN_KIND.format(file=path.name, kinds=", ".join(READERS)))
     if not part.path.stat().st_size:
-        raise UnusableInput(f"{path.name}: the file is empty")
+        raise UnusableInput(EMPTY.format(file=path.name))
     if SIDE in parts:
         parts[SIDE].path.rename(path.with_suffix(".toml"))
     return part.path.rename(path)

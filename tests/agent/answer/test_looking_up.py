@@ -350,3 +350,18 @@ def test_a_mill_s_row_has_peaks_and_its_chance_is_theirs() -> None:
     (row,) = csv.DictReader(prediction_as_csv([cut], {"x": AxisLimits(force_N=200.0)}).splitlines())
     assert (row["force.x"], row["force.x.peak"], row["force.x.chance"]) == ("100", "200", "0.5")
     assert row["force.y.chance"] == row["torque.spindle.limit"] == ""
+
+
+def test_numbers_of_a_cut_may_have_a_decimal_comma(cli: Cli) -> None:
+    cli("init")
+    cli("machine", "add", "lathe-1")
+    cut = ["--material", "C45", "--tool", "CNMG120408", "--diameter", "50", "--speed", "220"]
+    point, comma = (
+        cli("lookup", *cut, "--depth", depth, "--feed", feed)
+        for depth, feed in (("2.5", "0.25"), ("2,5", "0,25"))
+    )
+    assert (comma.code, comma.out) == (0, point.out)
+    for typed, said in (("1,234", "--feed: '1,234' may be 1.234 or 1234"), ("deep", "--feed: 'd")):
+        refused = cli("lookup", *cut, "--depth", "2", "--feed", typed)
+        assert refused.code == 2
+        assert refused.err.startswith(f"autodb: {said}")

@@ -13,6 +13,7 @@ from fastapi.testclient import TestClient
 from numpy.typing import NDArray
 
 from autodb.agent.answer.looking_up import PairReader
+from autodb.agent.operate.deciding import mismatches
 from autodb.errors import UnusableInput
 from autodb.store import Store
 from autodb.web.pages.typed import typed_as
@@ -147,3 +148,14 @@ def test_the_stock_of_a_program_is_typed_like_its_form() -> None:
     for stated, text, said in (("", "1,234", "1.234 or 1234"), ("de.si", "1.234", "1,234 or 1234")):
         with pytest.raises(UnusableInput, match=said):
             typed_as(stated).length("stock_diameter_mm", text)
+
+
+def test_a_report_in_other_units_than_the_page_says_so(
+    url: str, client: TestClient, store: Store
+) -> None:
+    with store.reading() as session:
+        number = mismatches(session, "lathe-1", decided=False)[0].id
+    said = "This report has the units of its recording"
+    with client_of(url, cookies=INCH) as shop:
+        assert said in _text(shop.get(f"/mismatches/{number}").text)
+    assert said not in _text(client.get(f"/mismatches/{number}").text)

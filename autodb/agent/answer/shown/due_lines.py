@@ -11,7 +11,8 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.store import models
 from autodb.terms.vocabulary import effect_called
-from autodb.wording import Worded, phrase, phrase_many
+from autodb.wording import phrase, phrase_many
+from autodb.wording.kept import said_again
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
     """Yield what waits: calibrations as the last refresh said, mismatches, recordings."""
     for done in last_passes_of(session, owner.id, most=1):
         for said in done.done.due:
-            what = Worded(said, "en")  # kept as it was said
+            what = said_again(said)
             yield DueLine("calibration", None, phrase("Calibrate {what}", what=what))
     mismatch, table = models.Mismatch, models.StoredRecording
     open_ones = select(mismatch).join(table, table.id == mismatch.recording_id)

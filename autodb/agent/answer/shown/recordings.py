@@ -14,7 +14,8 @@ from autodb.agent.rows.recordings import stated_start
 from autodb.errors import NotThere
 from autodb.sensing.ranges.sensed_force import PASSIVE_IN_NO_CURRENT
 from autodb.store import models
-from autodb.wording import Worded, day, msgid, phrase, phrase_many
+from autodb.wording import day, msgid, phrase, phrase_many
+from autodb.wording.kept import said_again
 
 MISSING = msgid("file missing")
 USED, WITHDRAWN, EXPLAINED = msgid("used"), msgid("withdrawn"), msgid("only explained")
@@ -176,7 +177,7 @@ def _findings(
     session: Session, row: models.StoredRecording, seen: RecordingSeen
 ) -> tuple[str, ...]:
     """Return what was found of a recording's quality, a sentence each."""
-    stamps = (Worded(one, "en") for one in time_sentences(row))  # kept as they were said
+    stamps = (said_again(one) for one in time_sentences(row))
     said: list[str] = [phrase("Time stamps: {what}.", what=one) for one in stamps]
     if row.withdrawn_at is not None:
         at = day(row.withdrawn_at[:10])
@@ -209,7 +210,7 @@ def _findings(
                 "Force {axis} of {count} cuts was not sensed: {why}.",
                 count,
                 axis=component.upper(),
-                why=Worded(reason or "", "en"),  # kept as it was said
+                why=said_again(reason or ""),
             )
         )
     return tuple(said)

@@ -134,6 +134,29 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
   }
 });
 
+// A machine that learns: how far it is, until it is done. A service that is silent is asked again.
+document.querySelectorAll("[data-learning]").forEach((section) => {
+  let last = "";
+  const ask = async () => {
+    try {
+      const got = await fetch(section.dataset.learning);
+      const text = await got.text();
+      if (got.ok && text !== last) {
+        last = text;
+        section.innerHTML = text;
+        beginTables(section);
+      }
+    } catch {
+      // it may be back when it is asked next
+    }
+    next();
+  };
+  const next = () => {
+    if (section.querySelector("[data-running]")) setTimeout(ask, 700);
+  };
+  next();
+});
+
 // A program that is dropped: sent with the pair and the bar, answered by a piece of the page.
 (() => {
   const form = document.querySelector("[data-program]");
@@ -287,7 +310,7 @@ document.querySelectorAll("[data-piece]").forEach((section) => {
       const got = await fetch(`/api/v1/imports/${number}`, { headers: { "X-Shown-In": language } });
       const now = await got.json();
       if (!got.ok) throw refusal(now.detail, got.headers.get("Content-Language"));
-      if (now.state === "refused") throw refusal(now.refused, "en");
+      if (now.state === "refused") throw refusal(now.refused, got.headers.get("Content-Language"));
       if (now.state === "done") return came(now.came_in);
       if (now.progress) tell(shown, `${now.state}: ${now.progress}`, "", "en");
       else tell(shown, say(now.state));

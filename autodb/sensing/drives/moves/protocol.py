@@ -8,8 +8,13 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.timing import Timing
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
+BUTTERWORTH = stored_msgid("Butterworth 4th order, {cutoff}{lowered}, forwards and backwards")
+AFTER_FILTER = stored_msgid("one row in {count} after an anti-alias filter")
+WITHOUT_FILTER = stored_msgid("one row in {count} without anti-alias filter")
+CROPPED = stored_msgid("{time} cropped at each end")
 
 
 @dataclass(frozen=True)
@@ -27,12 +32,13 @@ class FilterProtocol:
     lowered: str = ""
 
     def __str__(self) -> str:
-        how = "after an anti-alias filter" if self.anti_alias else "without anti-alias filter"
-        return (
-            f"Butterworth 4th order, {self.cutoff_hz:g} Hz{self.lowered}, forwards and backwards; "
-            "one row in "
-            f"{self.decimate} {how}; {self.crop_s:g} s cropped at each end"
+        how = AFTER_FILTER if self.anti_alias else WITHOUT_FILTER
+        every = (
+            BUTTERWORTH.format(cutoff=f"{self.cutoff_hz:g} Hz", lowered=self.lowered),
+            how.format(count=self.decimate),
+            CROPPED.format(time=f"{self.crop_s:g} s"),
         )
+        return "; ".join(every)
 
     def smoothed(self, effort: Array, *, timing: Timing) -> Array:
         """Return the effort (n,) low-passed, piece by piece."""

@@ -1,0 +1,57 @@
+"""Everyday commands use nothing that Windows' Python lacks: modules of Unix, forks, its signals."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+LACKING = ("resource", "fcntl", "termios", "pwd", "grp", "tty", "pty", "syslog")
+"""Modules that the standard library documents as of Unix alone."""
+CALLS = ("fork", "killpg", "setsid", "getuid", "waitid", "geteuid")
+SIGNALS = ("SIGALRM", "SIGKILL", "SIGHUP", "SIGXCPU", "alarm", "setitimer")
+RUNS = f"""
+import importlib.abc, os, signal, sys
+
+class Lacking(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name in {LACKING}:
+            raise ModuleNotFoundError(f"No module named '{{name}}'", name=name)
+
+for name in {LACKING}:
+    sys.modules.pop(name, None)
+sys.meta_path.insert(0, Lacking())
+import subprocess  # the standard library's own asks what there is
+for name in {CALLS}:
+    delattr(os, name)
+for name in {SIGNALS}:
+    delattr(signal, name)
+from autodb.cli import main
+for line in sys.stdin.read().splitlines():
+    sys.argv = ["autodb", *line.split()]
+    try:
+        main()
+    except SystemExit as ended:
+        if ended.code:
+            raise SystemExit(f"{{line}}: {{ended.code}}")
+"""
+
+
+def test_everyday_commands_run_without_what_unix_alone_has(
+    tmp_path: Path, sample_jobs: Path
+) -> None:
+    source = sample_jobs / "stepped_shaft"
+    week = source / "recordings" / "shop-week-1.csv"
+    lines = (
+        "--help",
+        "init",
+        "machine add lathe-1",
+        f"import {week}",
+        "lookup --material C45 --tool CNMG120408 --diameter 50 --depth 2 --feed 0.25 --speed 220",
+        f"predict {source / 'job.toml'}",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", RUNS], input="\n".join(lines), text=True, cwd=tmp_path,
+        capture_output=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert "new cuts" in done.stdout
+    assert "95 % intervals" in done.stdout
