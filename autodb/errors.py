@@ -2,8 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from itertools import islice
+from pathlib import Path
 
-from autodb.wording import language_of, phrase
+from autodb.wording import Worded, language_of, msgid, phrase
 
 
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
@@ -38,15 +40,60 @@ def together(where: object, problems: Sequence[str]) -> UnusableInput:
     return UnusableInput(f"{where}: {len(problems)} problems: {listed}", problems)
 
 
+MOST_LOOKED_AT = 2000
+"""Names of a folder among which near ones are sought. Chosen: below 0.1 s."""
+NEAR_FILE = 0.6
+"""Likeness of a file's name from which it is proposed. Chosen: most of its letters, in order."""
+
+
+def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
+    """Return the line for a file that is not there, with what would work.
+
+    Near names of its kind in its folder, then of any; without one ``remedy``, which says how such
+    a file is made; without that the files of its kind there, or that there are none.
+    """
+    folder = path.parent
+    try:
+        every = sorted(one.name for one in islice(folder.iterdir(), MOST_LOOKED_AT))
+    except OSError:
+        if str(folder) != "." and not folder.exists():
+            return UnusableInput(f"{path}: no such file; there is no folder {folder}")
+        every = []
+    names = [name for name in every if not name.startswith(".")]
+    kind = {Path(name).stem: name for name in names if Path(name).suffix == path.suffix != ""}
+    close = [kind[stem] for stem in get_close_matches(path.stem, kind, n=3, cutoff=NEAR_FILE)]
+    close = close or get_close_matches(path.name, names, n=3, cutoff=NEAR_FILE)
+    if close:
+        return UnusableInput(f"{path}: no such file (did you mean {', '.join(close)}?)")
+    if remedy or not path.suffix:
+        return UnusableInput(f"{path}: no such file{remedy and '; '}{remedy}")
+    there = near(path.name, kind.values()) if kind else f"; its folder has no {path.suffix} file"
+    return UnusableInput(f"{path}: no such file{there}")
+
+
 def near(name: str, known: Iterable[str]) -> str:
     """Return ``" (did you mean …?)"`` for the known names nearest to ``name``, or all if few.
+
+    In English, for sentences that are there in English alone; ``near_words`` is for ``phrase``.
 
     >>> near("z.curent", ["z.current", "x.current"])
     ' (did you mean z.current, x.current?)'
     """
+    hint, names = _near(name, known)
+    return hint.format(names=names)
+
+
+def near_words(name: str, known: Iterable[str]) -> Worded:
+    """Return what ``near`` does in the reader's language, as a part of a ``phrase``."""
+    hint, names = _near(name, known)
+    return phrase(hint, names=names)
+
+
+def _near(name: str, known: Iterable[str]) -> tuple[str, str]:
+    """Return a hint as catalogues have it, and the names in it."""
     names = list(known)
     close = get_close_matches(name, names, n=3, cutoff=0.5)
     if close:
-        return phrase(" (did you mean {names}?)", names=", ".join(close))
+        return msgid(" (did you mean {names}?)"), ", ".join(close)
     more = ", …" if len(names) > 12 else ""
-    return phrase(" (there are: {names})", names=f"{', '.join(names[:12])}{more}")
+    return msgid(" (there are: {names})"), f"{', '.join(names[:12])}{more}"

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
-from autodb.wording import msgid
+from autodb.wording import msgid, significant
 
 Array = NDArray[np.float64]
 
@@ -199,7 +199,8 @@ def unnamed_cause(
         confidence=confidence,
         statement=(
             f"{100 * max(0.0, share):.0f} % of the error depends on {' and '.join(variables)}"
-            f"{course} No law that is known here fits it. It reaches {size.value:.3g} {size.unit}."
+            f"{course} No law that is known here fits it. It reaches {significant(size.value)} "
+            f"{size.unit}."
         ),
         parameters={"size": size},
         alternatives=alternatives,

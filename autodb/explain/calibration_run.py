@@ -37,6 +37,7 @@ from autodb.explain.engine.confidence import of_missing
 from autodb.explain.engine.fit import rms
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -327,7 +328,8 @@ def undecided_words(size: str, names: tuple[str, ...]) -> str:
 def held_out_words(with_it: float, without: float, unit: str) -> str:
     """Return how far cuts left out of the fit are predicted."""
     return (
-        f"Held-out cuts are predicted to within {with_it:.2g} {unit} with it, {without:.2g} "
+        f"Held-out cuts are predicted to within {significant(with_it, 2)} {unit} with it, "
+        f"{significant(without, 2)} "
         f"{unit} without it."
     )
 

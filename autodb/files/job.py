@@ -142,7 +142,7 @@ def read_job(path: Path) -> Job:
 
     Raises UnusableInput with file and key.
     """
-    job = read_toml(path, Job)
+    job = read_toml(path, Job, made_by="'autodb demo' writes one, demo-out/job.toml")
     if job.program is None:
         return job
     program = job.program.model_copy(update={"file": str(path.parent / job.program.file)})

@@ -230,9 +230,12 @@ LATHE = MachineFile(
 """What `machine add NAME` takes without a file: a two-axis lathe."""
 
 
+MADE_BY = "a first one holds a line each of [axes.x], [axes.z] and [axes.spindle]"
+
+
 def read_machine_file(path: Path) -> MachineFile:
     """Read a machine file; raises UnusableInput with file and key."""
-    return read_toml(path, MachineFile)
+    return read_toml(path, MachineFile, made_by=MADE_BY)
 
 
 def lasting_part(file: MachineFile) -> MachineFile:

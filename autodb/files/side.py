@@ -166,12 +166,15 @@ def stated_side(said: Mapping[str, Any], *, where: str) -> SideFile:
     return checked(said if whole else {"channels": said}, SideFile, where=where)
 
 
+MADE_BY = "'autodb look FILE --write' writes a first one beside a recording"
+
+
 def read_sidefile(path: Path) -> SideFile:
     """Read and check a side file.
 
     Raises UnusableInput with the file, the key and names that would have worked.
     """
-    return _with_tool_file(path, read_toml(path, SideFile))
+    return _with_tool_file(path, read_toml(path, SideFile, made_by=MADE_BY))
 
 
 def _with_tool_file(path: Path, side: SideFile) -> SideFile:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near, no_such_file
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
@@ -51,12 +51,12 @@ class ReferenceValue(Section):
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def read_toml(path: Path, model: type[Model]) -> Model:
-    """Read and check a TOML file.
+def read_toml(path: Path, model: type[Model], *, made_by: str = "") -> Model:
+    """Read and check a TOML file; ``made_by``: how such a file is made, where there is none.
 
     Raises UnusableInput with file and all keys that are wrong, for an unknown one with near ones.
     """
-    return checked(_parsed(path), model, where=str(path))
+    return checked(_parsed(path, made_by), model, where=str(path))
 
 
 def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model:
@@ -67,7 +67,7 @@ def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model
         raise UnusableInput(f"{where}: {_say(error, model)}") from None
 
 
-def _parsed(path: Path) -> dict[str, Any]:
+def _parsed(path: Path, made_by: str) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_MIB * 2**20:
             raise UnusableInput(
@@ -80,7 +80,7 @@ def _parsed(path: Path) -> dict[str, Any]:
                 raise UnusableInput(f"{path}: {said}")
         return tomllib.loads(text)
     except FileNotFoundError:
-        raise UnusableInput(f"{path}: no such file") from None
+        raise no_such_file(path, made_by) from None
     except RecursionError:
         raise UnusableInput(f"{path}: nested too deeply; use a few levels") from None
     except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits

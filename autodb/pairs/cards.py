@@ -11,7 +11,7 @@ from typing import NoReturn
 import numpy as np
 
 from autodb.cutting.kienzle import ViewRange
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near, no_such_file
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
 from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard
@@ -72,7 +72,7 @@ def read_cards(path: Path) -> tuple[KienzleCard, ...]:
     its bounds, or a material stands there twice.
     """
     if not path.is_file():
-        raise UnusableInput(f"{path}: no such file")
+        raise no_such_file(path)
     base = open_bases(path)[0]
     _check_header(path, base.columns)
     stated = [name for name in OPTIONAL if name in base.columns]

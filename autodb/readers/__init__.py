@@ -7,7 +7,7 @@ itself and in blocks; nothing is joined here.
 from importlib import import_module
 from pathlib import Path
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, no_such_file
 from autodb.files.text import TextSection
 from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, Labels
 from autodb.wording import stored_msgid
@@ -42,7 +42,7 @@ def reader_of(path: Path) -> str:
     if path.is_dir():
         raise UnusableInput(f"{path}: is a folder; give one recording file")
     if not path.exists():
-        raise UnusableInput(f"{path}: no such file")
+        raise no_such_file(path)
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise UnusableInput(UNKNOWN_KIND.format(file=path, kinds=", ".join(READERS)))

@@ -21,6 +21,7 @@ from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
 from autodb.records.stamps import doubt_of_rate
 from autodb.records.summary import BaseSummary
+from autodb.wording import significant
 
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""
@@ -128,7 +129,8 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
     name = max(moving, key=lambda n: moving[n])
     if not base.channels[name].stated:
         yield (
-            f"column '{_column(name, side)}': {name} travels {moving[name]:.3g} mm in all, as "
+            f"column '{_column(name, side)}': {name} travels {significant(moving[name])} mm in "
+            "all, as "
             f'if logged in metres; state "{name}" = {{column = "{_column(name, side)}", unit = '
             '"m"} in the side file, or unit = "mm" if it is in mm'
         )

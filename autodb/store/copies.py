@@ -6,7 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, no_such_file
 from autodb.files.excuses import full_under, is_full
 from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions, rowsums, shape
@@ -45,7 +45,7 @@ def row_counts(connection: sqlite3.Connection) -> dict[str, int]:
 def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
     """Copy one state of ``source``, and check that the copy is sound and holds as many rows."""
     if not source.is_file():
-        raise UnusableInput(f"{source}: no such file")
+        raise no_such_file(source)
     try:
         with closing(connect(source)) as live, closing(connect(partial)) as copy:
             live.execute("BEGIN")  # all that follows sees this state, whatever others write

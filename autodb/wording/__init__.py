@@ -3,7 +3,7 @@
 Sentences are written in English where they are said; catalogues (``de.po``) have the others.
 """
 
-from autodb.wording.amounts import amount_words, day, localized, shop_amount
+from autodb.wording.amounts import amount_words, day, localized, shop_amount, significant
 from autodb.wording.presentation import (
     ENGLISH,
     Presentation,
@@ -37,5 +37,6 @@ __all__ = [
     "presentation",
     "presented",
     "shop_amount",
+    "significant",
     "stored_msgid",
 ]

@@ -15,6 +15,8 @@ NARROW = "\u202f"
 """Between groups of digits."""
 _WHOLE = re.compile(r"(?<![\d.])\d{5,}(?=\D|$)")
 """Digits before a decimal mark that are grouped."""
+WHOLE_BELOW = 1e5
+"""Chosen: who reads a force or a duration does not count a power of ten."""
 NAMED_UNITS = frozenset(
     {
         msgid("rpm"), msgid("deg"), msgid("mm/rev"), msgid("mm/tooth"), msgid("in/rev"),
@@ -41,6 +43,16 @@ def localized(text: str) -> str:
         return text
     grouped = _WHOLE.sub(lambda found: f"{int(found[0]):_}".replace("_", NARROW), text)
     return grouped.replace(".", decimal_mark(language))
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits; below 100 000 without an exponent.
+
+    >>> significant(812.4, 2), significant(1234.5), significant(0.05678)
+    ('810', '1230', '0.0568')
+    """
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < WHOLE_BELOW else text
 
 
 def shop_amount(value: float, unit: str) -> tuple[float, str]:

@@ -24,7 +24,7 @@ from autodb.agent.rows.catalogue import refuse_other_geometry
 from autodb.agent.rows.owner import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
-from autodb.errors import near
+from autodb.errors import near_words
 from autodb.files.channels import axis_words
 from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
@@ -268,7 +268,7 @@ class PredictionBasis:
         """
         if not self.known.own:
             name = f"{self.material} / {self.known.tool.name}"
-            hint = near(name, self.learnt) if self.learnt else ""
+            hint = near_words(name, self.learnt) if self.learnt else ""
             from autodb.wording.kept import said_again  # a pair that is learnt needs none
 
             start = self.known.behind.started_from

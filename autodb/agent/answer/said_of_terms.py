@@ -11,6 +11,7 @@ from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, lot_key
 from autodb.terms.chip import HARD_SPOT, built_up_edge
+from autodb.wording import significant
 
 NOTICED = 0.05
 """Share of a band's change from which on a cut is said to be in it. Chosen."""
@@ -41,7 +42,10 @@ def _law_words(posterior: PairPosterior, name: str) -> Iterator[str]:
         value, low, high = (
             float(PARAMETERS[k].outside(at)) for at in (middle, middle - half, middle + half)
         )
-        said.append(f"{NAMES[k]} {value:.3g} ({low:.3g} to {high:.3g}) {PARAMETERS[k].unit}")
+        said.append(
+            f"{NAMES[k]} {significant(value)} ({significant(low)} to {significant(high)}) "
+            f"{PARAMETERS[k].unit}"
+        )
     if said:
         yield f"{name}: {', '.join(said)}"
 

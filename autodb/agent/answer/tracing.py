@@ -27,6 +27,7 @@ from autodb.forward.scored import Width
 from autodb.sensing.ranges.forms import stored_form
 from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.store import Store, models
+from autodb.wording import significant
 
 ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
 EARLIER_LAWS = {
@@ -189,7 +190,8 @@ def _posterior(row: models.CuttingParameters) -> str:
     low, middle, high = (shear.law_values(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
     units = {one.name: one.unit for one in shear.PARAMETERS}
     return ", ".join(
-        f"{name} {middle[name]:.3g} ({low[name]:.3g} to {high[name]:.3g}) {units[name]}".rstrip()
+        f"{name} {significant(middle[name])} ({significant(low[name])} to "
+        f"{significant(high[name])}) {units[name]}".rstrip()
         for name in ARMAREGO
     )
 
@@ -292,7 +294,7 @@ def _version(row: models.ChannelModel) -> str:
 
 
 def _term(t: dict[str, Any]) -> str:
-    sure = "in the sum only" if t["sd"] is None else f"± {t['sd']:.2g} {t['unit']}"
+    sure = "in the sum only" if t["sd"] is None else f"± {significant(t['sd'], 2)} {t['unit']}"
     return f"{t['term']} {t['value']:.4g} {sure}"
 
 

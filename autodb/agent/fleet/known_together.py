@@ -16,6 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.disagreeing import DisagreementCause, Disagrees
 from autodb.store import models
+from autodb.wording import significant
 
 
 @dataclass(frozen=True)
@@ -131,5 +132,8 @@ def _shown(prior: models.FleetPrior, known: Mapping[str, Any]) -> OfMaterial:
         tools=len(known["tools"]),
         tools_apart=known["shares"]["tools"],
         machines_apart=known["shares"]["machines"],
-        numbers=tuple(f"{middle[n]:.3g} ({low[n]:.3g} to {high[n]:.3g})" for n in SHOWN),
+        numbers=tuple(
+            f"{significant(middle[n])} ({significant(low[n])} to {significant(high[n])})"
+            for n in SHOWN
+        ),
     )

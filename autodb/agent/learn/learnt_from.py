@@ -18,6 +18,7 @@ from autodb.pairs.forecast import worn
 from autodb.pairs.posterior import WEAR, PairPosterior
 from autodb.store import models
 from autodb.store.models.learning import cutting_parameters_force
+from autodb.wording import significant
 
 CHANNELS = (DEPTH, FEED, SPEED, CUTTING_TIME, FLANK_WEAR)
 """What a cut's ranges are kept of."""
@@ -79,7 +80,7 @@ def wear_words(posterior: PairPosterior) -> str:
     place = posterior.columns(WEAR)
     half = NORMAL_95 * np.sqrt(np.diag(posterior.state.covariance)[place])
     along, across = (
-        f"{value:.3g} ({value - one:.3g} to {value + one:.3g})"
+        f"{significant(value)} ({significant(value - one)} to {significant(value + one)})"
         for value, one in zip(posterior.state.mean[place], half, strict=True)
     )
     differ = f"edges differ by {100 * wear.between:.0f} %" if wear.between else "edges alike"

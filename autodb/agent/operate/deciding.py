@@ -18,7 +18,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.mismatches import decided_words
 from autodb.agent.rows.posteriors import as_posterior, pair_name
 from autodb.agent.sense.identifying import KeptModel
-from autodb.errors import NotThere, UnusableInput, near
+from autodb.errors import NotThere, UnusableInput, near_words
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.store import Also, Store, models, nothing_else
@@ -268,7 +268,7 @@ def _wanted(row: models.Mismatch, term: str | None) -> str:
                 number=row.id,
                 names=listed(names, phrase(" or ")),
                 term=term,
-                hint=near(term, names),
+                hint=near_words(term, names),
             )
         )
     return term or row.term

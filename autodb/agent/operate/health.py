@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from pathlib import Path
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, no_such_file
 from autodb.files.targets import write_text
 
 STALE_S = 60.0
@@ -69,7 +69,7 @@ def read_health(path: Path) -> Health:
     try:
         return Health(**json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
-        raise UnusableInput(f"{path}: no such file; start the agent, which writes it") from None
+        raise no_such_file(path, "start the agent, which writes it") from None
     except (ValueError, TypeError) as error:
         raise UnusableInput(f"{path}: not what an agent writes ({error})") from None
 

@@ -6,7 +6,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import flag_modified
 
-from autodb.errors import NotThere, UnusableInput, near
+from autodb.errors import NotThere, UnusableInput, near_words
 from autodb.files.machine import (
     SPINDLE,
     AxisFile,
@@ -293,7 +293,7 @@ def find_machine(session: Session, name: str) -> models.Machine:
     if machine is None:
         names = list(session.scalars(select(models.Machine.name)))
         hint = (
-            near(name, names)
+            near_words(name, names)
             if names
             else phrase("; add it with 'autodb machine add {name}'", name=name)
         )

@@ -9,7 +9,7 @@ from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import whole_file
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.identifying import newest_model, off_law_of, stored_terms
-from autodb.errors import NotThere, near
+from autodb.errors import NotThere, near_words
 from autodb.records.tables import Recording
 from autodb.sensing.drives.field import EffortField, field
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm, readable
@@ -54,7 +54,7 @@ def drive_map(session: Session, machine: str, channel: str) -> DriveMap:
         raise NotThere(
             phrase(
                 "machine '{machine}' has no model of '{channel}'{hint}",
-                machine=machine, channel=channel, hint=near(channel, known),
+                machine=machine, channel=channel, hint=near_words(channel, known),
             )
         )  # fmt: skip
     terms = stored_terms(row)

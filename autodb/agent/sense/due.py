@@ -18,7 +18,7 @@ from autodb.sensing.ranges.points import current_signal
 from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.sensing.ranges.validity import holds_of
 from autodb.store import models
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 MANY, SHARE = 5, 0.2
 """Cuts, and share of those that came in, which make a calibration due. Chosen."""
@@ -104,8 +104,8 @@ def beyond_calibrated(look: _Look, row: models.CalibrationVersion) -> str | None
     if not _many(len(high), look):
         return None
     return BEYOND.format(
-        some=len(high), count=len(look.cuts), least=f"{most:.3g} {row.current_unit}",
-        most=f"{high.max():.3g} {row.current_unit}",
+        some=len(high), count=len(look.cuts), least=f"{significant(most)} {row.current_unit}",
+        most=f"{significant(high.max())} {row.current_unit}",
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
 from autodb.store import Store, models
+from autodb.wording import significant
 
 KIND = "table"
 HIGHEST = 0.2
@@ -169,7 +170,7 @@ def told_on_table(
 def _heat_words(told: TableForces) -> str:
     if told.why is not None:
         return f"heat of chips: {told.why}"
-    most = ", ".join(f"{one:.3g}" for one in np.abs(told.heat_N).max(axis=1))
+    most = ", ".join(significant(one) for one in np.abs(told.heat_N).max(axis=1))
     return (
         f"heat of chips: up to {most} N in the sensor's x, y, z, with a time constant of "
         f"{told.time_constant_s:g} s, subtracted"

@@ -32,7 +32,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.dynamometer import ForceError, ForceStatement, MeasuredForces, mean_errors
 from autodb.sensing.ranges.in_cut import steady_rows
 from autodb.store import Store, models
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 PARTS_OF_CUT = 10
 """Parts of a cut whose means tell the standard error of the whole cut's. Chosen."""
@@ -138,7 +138,7 @@ def _kept(
 def _conditions(cut: models.Cut) -> Hashable:
     """Return what repeats of a cut have in common."""
     said = [cut.conditions.get(name) for name in _SAME_CUT]
-    short = [f"{one:.3g}" if isinstance(one, float) else one for one in said]
+    short = [significant(one) if isinstance(one, float) else one for one in said]
     return (cut.pair_id, cut.operation, *short)
 
 

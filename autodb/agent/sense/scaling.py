@@ -28,6 +28,7 @@ from autodb.sensing.drives.reconstruct import DriveLoad, reconstruct
 from autodb.sensing.drives.scales import ForceScale, by_force, by_step
 from autodb.standard import ReferenceForce
 from autodb.store import Store, models
+from autodb.wording import significant
 
 TONNE_KG = 1000.0
 """1 N s²/mm is a tonne."""
@@ -226,7 +227,8 @@ def _told(
     if NORMAL_95 * found.share > UNSURE:
         raise UnusableInput(
             f"{recording.path}: the force constant of {load.axis} is "
-            f"{found.newtons_per_ampere:.3g} N/A ± {100 * NORMAL_95 * found.share:.0f} %, too "
+            f"{significant(found.newtons_per_ampere)} N/A ± {100 * NORMAL_95 * found.share:.0f} "
+            "%, too "
             "uncertain to use; apply a larger force, or apply it longer"
         )
     return DeterminedScale(load.axis, found.newtons_per_ampere, found.share, kind, source)

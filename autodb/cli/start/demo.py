@@ -26,13 +26,14 @@ from autodb.reports.machine_page import machine_page
 from autodb.reports.page import render_page
 from autodb.reports.written import write_page
 from autodb.store import Store, create_store, open_store
+from autodb.wording import significant
 
 JOB = "stepped_shaft"
 MACHINE = "lathe-1"
 LEARNT = ("standard-cuts.csv", "standard-cut-raw.parquet", "air-moves.csv", "shop-week-1.csv")
 WORN = "shop-week-2.csv"
 MARK = ".autodb-demo"
-DATABASE, REPORT = "autodb.sqlite3", "report.html"
+DATABASE, REPORT, JOB_FILE = "autodb.sqlite3", "report.html", "job.toml"
 
 
 def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
@@ -52,7 +53,8 @@ def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     command = "autodb" if shutil.which("autodb") else sys.argv[0]
     url = f"sqlite:///{out / DATABASE}"
     trace = f"{command} trace prediction {prediction} --db {url}"
-    return [*lines, f"trace:     {trace}", f"report:    {out / REPORT}"]
+    job = f"job:       {out / JOB_FILE}"
+    return [*lines, job, f"trace:     {trace}", f"report:    {out / REPORT}"]
 
 
 def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list[str]]:
@@ -64,7 +66,7 @@ def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list
     try:
         lines = learn_from_samples(store, source, progress=progress)
         progress("predicting the stepped shaft")
-        prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / "job.toml"))
+        prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / JOB_FILE))
         progress("explaining the second week")
         explained = explain_with_machine(store, MACHINE, source / WORN).explained
         write_answer(explained, folder / "shop-week-2-explained")
@@ -72,6 +74,7 @@ def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list
         page = machine_page(store, MACHINE, prediction.prediction_id)
         report = render_page(page, explanation_fragment(explained))
         write_page(folder / REPORT, report)
+        shutil.copyfile(kit("sample_jobs") / JOB / JOB_FILE, folder / JOB_FILE)
     finally:
         store.close()
     return prediction.prediction_id, lines + _predicted(prediction) + _explained(explained)
@@ -90,7 +93,7 @@ def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], 
     calibrated = calibrate_machine(store, MACHINE, progress=progress)
     refreshed = refresh(store, MACHINE, progress=progress)
     lines = [
-        f"axis:      {c.axis} → force.{c.component}, RMSE {c.scores.rmse:.3g} {c.unit}, "
+        f"axis:      {c.axis} → force.{c.component}, RMSE {significant(c.scores.rmse)} {c.unit}, "
         f"R² {c.scores.r_squared:.2f} on held-out cuts "
         f"({'usable' if c.offered else 'not usable'})"
         for c in calibrated.calibrations

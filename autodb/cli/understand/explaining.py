@@ -20,6 +20,7 @@ from autodb.cli._common import (
     say,
     working,
 )
+from autodb.wording import significant
 
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
@@ -236,13 +237,14 @@ def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
 
     for channel, answer in explained.explanation.channels.items():
         if not answer.mismatch:
-            before = f"{answer.fit.rms_before:.3g} {answer.unit}"
+            before = f"{significant(answer.fit.rms_before)} {answer.unit}"
             say(f"{channel}: no mismatch beyond noise (rms {before})")
             continue
         fit = answer.fit
         say(
-            f"{channel}: held-out error {fit.heldout_before:.3g} → {fit.heldout_after:.3g} "
-            f"{answer.unit} (noise {fit.noise_floor:.3g})"
+            f"{channel}: held-out error {significant(fit.heldout_before)} → "
+            f"{significant(fit.heldout_after)} "
+            f"{answer.unit} (noise {significant(fit.noise_floor)})"
         )
         trace = explained.traces.get(channel)
         say(f"  {' '.join(filter(None, (headline(answer, trace), smaller_words(answer, trace))))}")

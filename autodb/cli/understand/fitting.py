@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autodb.cli._common import opened_store, say, show, table, working
+from autodb.wording import significant
 
 if TYPE_CHECKING:
     from autodb.sensing.table.model import TableModel
@@ -38,7 +39,7 @@ def train_command(asked: AskedRecordings) -> None:
     )  # fmt: skip
     for one in done.scores:
         rows.add_row(
-            one.component, f"{one.rmse_N:.3g}", f"{one.drive_rmse_N:.3g}",
+            one.component, significant(one.rmse_N), significant(one.drive_rmse_N),
             f"{100.0 * one.held:.1f} %", f"{one.cutoff_hz:.3g}",
         )  # fmt: skip
     show(rows)
@@ -72,7 +73,7 @@ def level_command(asked: AskedRecordings) -> None:
             else ("not determined", "")
         )
         shares = [f"{100.0 * share:.2f}" for share in model.matrix[k]]
-        rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, f"{done.left_N[k]:.2g}")
+        rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, significant(done.left_N[k], 2))
     show(rows)
     _say_mass(model)
     for sentence in model.not_excited:

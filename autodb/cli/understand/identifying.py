@@ -31,6 +31,7 @@ from autodb.cli.understand.staging import (
     show_sweep,
     try_stages,
 )
+from autodb.wording import significant
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -291,11 +292,14 @@ def _show_model(model: "Identified") -> None:
         say(f"doubtful: {sentence}")
     for t in amplitudes(model):
         if t.form == "tilt":
-            say(f"weight: at most {t.value:.3g} {t.unit} at the angle that lifts it ({t.term})")
+            say(
+                f"weight: at most {significant(t.value)} {t.unit} at the angle that lifts it "
+                f"({t.term})"
+            )
             continue
         flips = "flips with the direction" if t.form == "periodic" else KEEPS
         first = ", its first harmonic" if t.form in ("table", "harmonics") else ""
-        say(f"ripple: {t.value:.3g} {t.unit}{first}, {flips} ({t.term})")
+        say(f"ripple: {significant(t.value)} {t.unit}{first}, {flips} ({t.term})")
     _show_cogging(model)
 
 

@@ -23,6 +23,7 @@ from autodb.cli._common import (
     show,
     table,
 )
+from autodb.wording import significant
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -96,7 +97,7 @@ def sensors_command(
         f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
     )  # fmt: skip
     for one in found:
-        error = "" if one.error is None else f"{one.error:.3g} {one.unit}"
+        error = "" if one.error is None else f"{significant(one.error)} {one.unit}"
         rows.add_row(
             one.force, one.kind, one.source, str(one.version), error, one.of, one.since[:10],
             f"not used: {one.why_not}" if one.why_not else "",

@@ -42,6 +42,7 @@ from autodb.explain.engine.working import reduced
 from autodb.files.channels import place_channel, way_unit
 from autodb.sensing.drives.moves.motion import STILL_SHARE, noise_sd, standstill_speed
 from autodb.terms.vocabulary import term_called
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -86,7 +87,7 @@ def _from_rival(reading: AxisReading, number: int, name: str) -> Separation | No
 def _line(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
     if best is None:
         return f"No move in the library separates {names[0]} and {names[1]}."
-    return sentence(best, names, unit, f"noise is {level:.2g} {unit}")
+    return sentence(best, names, unit, f"noise is {significant(level, 2)} {unit}")
 
 
 def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] | None:

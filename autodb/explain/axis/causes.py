@@ -29,7 +29,7 @@ from autodb.explain.engine.weighing import weighing
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.terms.term import Term
 from autodb.terms.vocabulary import term_called
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 Read = Mapping[str, IntervalValue]
@@ -305,7 +305,7 @@ def _unknown(
         confidence=sure,
         statement=(
             f"{100 * max(share, 0.0):.0f} % of the residual of the other causes depends on "
-            f"{words}; no law that is known here fits it. It reaches {size.value:.3g} "
+            f"{words}; no law that is known here fits it. It reaches {significant(size.value)} "
             f"{size.unit}.{_short_words(short, values) if short else ''}"
         ),
         parameters={"size": size, **values},
@@ -320,7 +320,7 @@ def _short_words(short: Short, values: Read) -> str:
     said = f"{_signed(first)} · {short.words}"
     if "level" in values:
         level = values["level"]
-        said += f" {'+' if level.value >= 0 else '−'} {abs(level.value):.3g} {level.unit}"
+        said += f" {'+' if level.value >= 0 else '−'} {significant(abs(level.value))} {level.unit}"
         said += short.carrier_words
     curve = "the smooth curve"
     does = f"{100 * short.share:.0f} % of {curve}"
@@ -333,7 +333,7 @@ def _short_words(short: Short, values: Read) -> str:
 
 
 def _signed(value: IntervalValue) -> str:
-    return f"{value.value:.3g} {value.unit}".replace("-", "−")
+    return f"{significant(value.value)} {value.unit}".replace("-", "−")
 
 
 def _mistuned(reading: AxisReading, *, beside: list[Cause]) -> list[Cause]:

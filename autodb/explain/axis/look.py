@@ -40,6 +40,7 @@ from autodb.explain.engine.weighing import weighing
 from autodb.files.channels import axis_of
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import is_on_change, refuse_unknown_rests
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -287,6 +288,7 @@ def _check(recording: Recording, channel: str, measured: Array, simulation: Arra
         row, others = int(np.argmax(size)), float(np.partition(size, -GLITCH_ROWS)[-GLITCH_ROWS])
         if size[row] > GLITCH * others > 0:
             raise UnusableInput(
-                f"{recording.path}: {channel} of the {name}, row {row + 1}: {values[row]:.3g} "
+                f"{recording.path}: {channel} of the {name}, row {row + 1}: "
+                f"{significant(values[row])} "
                 f"is over {GLITCH:g} times all but a few rows; remove that row"
             )

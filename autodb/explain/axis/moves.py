@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.sensing.drives.moves.motion import STILL_SHARE
 from autodb.terms.friction import direction
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 Stop = tuple[float, float]
@@ -228,14 +229,16 @@ LIBRARY: tuple[AxisMove, ...] = (
     AxisMove(
         lambda r: (
             f"Go over {_travel(r)} in thirds at {_feed(r, r.top_mm_s)}, {TURNS} times, "
-            f"accelerating with {r.top_mm_s2:.3g} {r.unit}/s² and standing 1 s after each move"
+            f"accelerating with {significant(r.top_mm_s2)} {r.unit}/s² and standing 1 s after "
+            "each move"
         ),
         _sharp,
     ),
     AxisMove(
         lambda r: (
             f"Reverse slowly, at {_feed(r, r.short_speed)}, about {r.middle_mm:.4g} {r.unit}, "
-            f"{TURNS} times each over {r.short[0]:.2g} to {r.short[-1]:.2g} {r.unit}"
+            f"{TURNS} times each over {significant(r.short[0], 2)} to "
+            f"{significant(r.short[-1], 2)} {r.unit}"
         ),
         _short,
     ),
@@ -251,7 +254,7 @@ LIBRARY: tuple[AxisMove, ...] = (
     AxisMove(
         lambda r: (
             f"Let this axis stand and pass another axis over {_travel(r)} in thirds at "
-            f"{_feed(r, r.top_mm_s)}, accelerating with {r.top_mm_s2:.3g} {r.unit}/s²"
+            f"{_feed(r, r.top_mm_s)}, accelerating with {significant(r.top_mm_s2)} {r.unit}/s²"
         ),
         _sharp,
         of_other=True,

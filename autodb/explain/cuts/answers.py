@@ -42,7 +42,7 @@ from autodb.explain.engine.locate import regimes
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import CutTable
 from autodb.terms.vocabulary import all_terms, term_called
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -360,8 +360,9 @@ def _cause(
         kind="mistuned",
         confidence=sure.confidence,
         statement=(
-            f"{text} The simulation has {term.parameters[0].name} {had:.3g}; the recording says "
-            f"{now.value:.3g} ({now.low:.3g} to {now.high:.3g})."
+            f"{text} The simulation has {term.parameters[0].name} {significant(had)}; the "
+            "recording says "
+            f"{significant(now.value)} ({significant(now.low)} to {significant(now.high)})."
         ),
         parameters={
             "size": IntervalValue.around(abs(change.value) * peak, half * peak, "N"),

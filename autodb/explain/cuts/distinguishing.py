@@ -33,6 +33,7 @@ from autodb.explain.engine.telling import (
     sentence,
     stand_in,
 )
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -146,8 +147,8 @@ class Teller:
         """Return a trial and how far what is called by two names would differ there, in words."""
         where = f" in {best.component}" if len(self.result.stack.names) > 1 else ""
         noise = (
-            f"scatter is {best.scatter:.2g} {self.unit} a cut; together "
-            f"{np.sqrt(best.gap.odds):.2g} standard deviations"
+            f"scatter is {significant(best.scatter, 2)} {self.unit} a cut; together "
+            f"{significant(np.sqrt(best.gap.odds), 2)} standard deviations"
         )
         return sentence(best.gap, names, f"{self.unit}{where}", noise)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.records.tables import EDGE, CutTable
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -204,7 +205,7 @@ def _check(table: CutTable, name: str, simulation: Array) -> None:
     if abs(table[name][row]) > GLITCH * usual:
         raise UnusableInput(
             f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): "
-            f"{table[name][row]:.3g} N is {GLITCH:g} times the median; remove that row"
+            f"{significant(table[name][row])} N is {GLITCH:g} times the median; remove that row"
         )
 
 

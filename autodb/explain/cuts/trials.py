@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.stack import Conditions
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -136,7 +137,8 @@ def _limits(values: Array) -> tuple[float, float]:
 
 def _changed(columns: tuple[str, ...], now: float, target: float) -> str:
     name = columns[0].partition(".")[2]
-    return f"with a {name} of {target:.3g} {UNIT[columns]} instead of {now:.3g} {UNIT[columns]}"
+    asked, had = (f"{significant(value)} {UNIT[columns]}" for value in (target, now))
+    return f"with a {name} of {asked} instead of {had}"
 
 
 def _same_area(known: Conditions, row: int) -> list[Setting]:
@@ -173,14 +175,14 @@ def _before(known: Conditions) -> list[Before]:
         )
         made.append(
             Before(
-                f"Cut {longer / 60.0:.2g} min more with the last edge, then make",
+                f"Cut {significant(longer / 60.0, 2)} min more with the last edge, then make",
                 cutting_time_s=last + longer,
                 pause_s=longer,
             )
         )
     pause_s = REST * float(known.t_s[-1] - known.t_s[0])
     if "t" in known.recorded and pause_s > 0:
-        words = f"Let the machine rest for {pause_s / 60.0:.2g} min, then make"
+        words = f"Let the machine rest for {significant(pause_s / 60.0, 2)} min, then make"
         made.append(Before(words, pause_s=pause_s))
     return made
 

@@ -8,7 +8,7 @@ from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, Standing
 from autodb.explain.engine.search import alike_terms
 from autodb.terms.vocabulary import effect_called
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 LIKELY = 0.6
 """A name less likely than this is not given: it is `unknown`, with the names that it could be."""
@@ -28,9 +28,9 @@ ANY_OF = stored_msgid(
 def size_words(size: IntervalValue) -> dict[str, str]:
     """Return a size and its ends, as sentences have them."""
     return {
-        "size": f"{size.value:.3g} {size.unit}",
-        "size_low": f"{size.low:.3g}",
-        "size_high": f"{size.high:.3g}",
+        "size": f"{significant(size.value)} {size.unit}",
+        "size_low": significant(size.low),
+        "size_high": significant(size.high),
     }
 
 
@@ -104,7 +104,7 @@ def _one_of(joint: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause
         confidence=joint.standing.confidence,
         statement=(
             f"{_or(names).capitalize()} has another size than in the simulation, by up to "
-            f"{size.value:.3g} {size.unit}. This recording does not tell which."
+            f"{significant(size.value)} {size.unit}. This recording does not tell which."
         ),
         parameters={"size": size},
         alternatives=tuple(names),
@@ -120,7 +120,8 @@ def _either(sure: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
         kind="missing",
         confidence=1.0 - sure.standing.confidence,
         statement=(
-            f"The simulation is off by up to {size.value:.3g} {size.unit}. Either {_or(names)} "
+            f"The simulation is off by up to {significant(size.value)} {size.unit}. Either "
+            f"{_or(names)} "
             f"has another size, or the simulation leaves out something{over}. This recording "
             "does not tell which."
         ),
@@ -144,7 +145,7 @@ def undecided_entry(
         term=UNKNOWN,
         kind="missing",
         confidence=1.0 - sure.confidence,
-        statement=ANY_OF.format(size=f"{size.value:.3g} N", causes=words, where=where),
+        statement=ANY_OF.format(size=f"{significant(size.value)} N", causes=words, where=where),
         parameters={"size": size},
         alternatives=names,
         variables=choice.candidate.variables,

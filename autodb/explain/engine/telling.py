@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import CandidateSearch, FoundSet
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -76,8 +77,8 @@ def odds(free: Array, difference: Array) -> tuple[float, Array]:
 def sentence(best: Separation, names: tuple[str, str], unit: str, noise: str) -> str:
     """Return what to do, by how much the two would differ there, and what that compares with."""
     return (
-        f"{best.words}: there {names[0]} and {names[1]} would differ by up to {best.peak:.2g} "
-        f"{unit}, {noise}."
+        f"{best.words}: there {names[0]} and {names[1]} would differ by up to "
+        f"{significant(best.peak, 2)} {unit}, {noise}."
     )
 
 

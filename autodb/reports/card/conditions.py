@@ -10,6 +10,7 @@ from autodb import standard
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
 from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -84,7 +85,8 @@ def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
     sd, low, high = (float(np.sqrt(v)) for v in (spread.value, spread.low, spread.high))
     return (
         f"{own.n} repeats, one reference for all of them: process and sensing together have a "
-        f"standard deviation of {sd:.3g} {unit} ({low:.3g} to {high:.3g})",
+        f"standard deviation of {significant(sd)} {unit} ({significant(low)} to "
+        f"{significant(high)})",
     )
 
 

@@ -49,7 +49,7 @@ from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.outliers import Outlier, outliers, transients
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, FEED_AXES, Points, calibration_points
 from autodb.sensing.ranges.validity import ANY, Holds
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -139,8 +139,12 @@ class Calibration:
         """Return the errors of the forms tried, the one taken first."""
         taken = self.form.label
         held = {name: error for name, error in self.trials.items() if np.isfinite(error)}
-        rest = [f"{error:.3g} {name}" for name, error in held.items() if name != taken]
-        first = f"{self.trials[taken]:.3g} {self.unit} {taken}" if taken in self.trials else taken
+        rest = [f"{significant(error)} {name}" for name, error in held.items() if name != taken]
+        first = (
+            f"{significant(self.trials[taken])} {self.unit} {taken}"
+            if taken in self.trials
+            else taken
+        )
         others = [f"not determined: {name}" for name in self.trials if name not in held]
         return f"{first} (taken)" + "".join(f", {one}" for one in (*rest, *others))
 

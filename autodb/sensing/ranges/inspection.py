@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.part import PartFile
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.wording import stored_msgid
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -134,7 +134,9 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     sd = float(np.hypot(own_sd, measured.share * force))
     width_N = 2.0 * NORMAL_95 * sd
     if width_N > range_N:
-        return _not_sensed(TOO_WIDE.format(width=f"{width_N:.3g} N", range=f"{range_N:.3g} N"))
+        return _not_sensed(
+            TOO_WIDE.format(width=f"{significant(width_N)} N", range=f"{significant(range_N)} N")
+        )
     return Inspected(float(force), sd, own_sd, float(off))
 
 

@@ -20,6 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.wording import significant
+
 Array = NDArray[np.float64]
 
 LEVEL = 0.05
@@ -86,7 +88,7 @@ class Repeats:
 
 def _stated(variance: Variance, unit: str) -> str:
     sd = [float(np.sqrt(v)) for v in (variance.value, variance.low, variance.high)]
-    return f"sd {sd[0]:.3g} {unit} ({sd[1]:.3g} to {sd[2]:.3g})"
+    return f"sd {significant(sd[0])} {unit} ({significant(sd[1])} to {significant(sd[2])})"
 
 
 def _verdict(test: Comparison) -> str:

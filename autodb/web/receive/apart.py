@@ -6,7 +6,6 @@ and last what came of it, or the one line why not. Nothing that is sent or said 
 
 import json
 import os
-import resource
 import signal
 import sys
 from collections.abc import Callable
@@ -167,6 +166,8 @@ def hold(bounds: ReaderBounds, *, largest_MiB: int = 0) -> None:
 
     ``largest_MiB``: size of the largest file that it writes to.
     """
+    import resource  # Unix alone has it; who only imports this module needs none
+
     for kind, wanted in (
         (resource.RLIMIT_AS, bounds.memory_MiB * MIB),
         (resource.RLIMIT_CPU, bounds.seconds),

@@ -51,6 +51,12 @@ OF_A_FILE = FailedWords(
 )
 
 
+WHERE_NONE = msgid(
+    "{what}: a service reads files on Unix alone (Linux, macOS); use the commands of 'autodb' on "
+    "the service's computer"
+)
+
+
 class Unable(Exception):  # noqa: N818 - the name says what it is to the reader of the message
     """It could not be tried: the database is away, or the service ends.
 
@@ -87,9 +93,11 @@ class Children:
     ) -> Any:
         """Return what came of a task, of a type.
 
-        Raises UnusableInput where it was refused, took too much or broke the process; Unable where
-        it could not be tried.
+        Raises UnusableInput where it was refused, took too much or broke the process, and on a
+        system that cannot bound one; Unable where it could not be tried.
         """
+        if not hasattr(os, "killpg"):
+            raise UnusableInput(phrase(WHERE_NONE, what=task.path.name))
         said: dict[str, Any] = {}
         with tempfile.TemporaryFile() as printed:
             with self._started(printed) as process, self._in_time(process.pid, bounds) as late:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.job_cut import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
@@ -114,7 +114,7 @@ def _asked(cut: JobCut, what: str) -> tuple[str, float, str]:
     """Return the key of what is asked for, the largest that is tried, and its unit."""
     if what not in WHAT:
         raise UnusableInput(
-            phrase("'{what}' is nothing to look for{hint}", what=what, hint=near(what, WHAT))
+            phrase("'{what}' is nothing to look for{hint}", what=what, hint=near_words(what, WHAT))
         )
     keys = KEYS[cut.operation]
     most = MOST_CUT[keys.kind]

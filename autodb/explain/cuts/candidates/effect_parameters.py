@@ -30,6 +30,7 @@ from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.terms.chip import size_effect, speed_softening
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -268,7 +269,7 @@ def shape_words(stack: Stack, choice: Choice, part: Array, component: int) -> st
     """Return how a contribution (n,) goes with what it depends on, one sentence."""
     shape = choice.shape.shape
     if "period" in shape:
-        return f"it comes round every {shape['period']:.3g} of it."
+        return f"it comes round every {significant(shape['period'])} of it."
     variable = choice.candidate.variables[0]
     values = {**stack.known.other, "cut": stack.known.number, "t": stack.known.t_s}[variable]
     if "every" in shape:
@@ -288,4 +289,4 @@ def _along(values: Array, share: Array) -> str:
     mean = np.array([share[place == b].mean() if np.any(place == b) else 0.0 for b in range(BINS)])
     middle = 0.5 * (edges[1:] + edges[:-1])
     top, bottom = middle[np.argmax(mean)], middle[np.argmin(mean)]
-    return f"it is highest near {top:.3g} and lowest near {bottom:.3g}."
+    return f"it is highest near {significant(top)} and lowest near {significant(bottom)}."

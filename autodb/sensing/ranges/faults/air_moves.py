@@ -16,6 +16,7 @@ from autodb.sensing.drives.moves.motion import SPINDLE, term_inputs
 from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, effort_channel
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.signals.segments import flagged_runs
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -127,9 +128,9 @@ def _held(
     unit = recording.unit(effort_channel(recording, axis))
     yield DataCheck(
         "axis free to move", end_s - start_s, "<=", HELD_S,
-        f"{axis} stands from {start_s:.2f} to {end_s:.2f} s under up to {peak:.3g} {unit}, more "
-        f"than the {took:.3g} {unit} needed to move it, as when a brake is closed or something "
-        "is in the way; open the brake and repeat the moves",
+        f"{axis} stands from {start_s:.2f} to {end_s:.2f} s under up to {significant(peak)} "
+        f"{unit}, more than the {significant(took)} {unit} needed to move it, as when a brake is "
+        "closed or something is in the way; open the brake and repeat the moves",
     )  # fmt: skip
 
 
@@ -160,9 +161,10 @@ def _dragged(
     level = float(np.median(off[high]))
     yield DataCheck(
         "friction of one height", lasted_s, "<=", DRAGGED_S,
-        f"{axis} is held back by {level:.3g} {unit} more in both directions from "
+        f"{axis} is held back by {significant(level)} {unit} more in both directions from "
         f"{float(t[rows.start]):.2f} to {float(t[rows.stop - 1]):.2f} s, where it usually takes "
-        f"{abs(usual):.3g} {unit}, as by a closed brake or a clamp; open it and repeat the moves",
+        f"{significant(abs(usual))} {unit}, as by a closed brake or a clamp; open it and repeat "
+        "the moves",
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.sensing.ranges.recorded.phase_loads import PhaseLoad
+from autodb.wording import significant
 
 Array = NDArray[np.float64]
 
@@ -119,7 +120,7 @@ def _envelope_line(
 
 def _chatter(line: signals.NarrowBand, name: str, unit: str, spindle: signals.Turning) -> str:
     return (
-        f"chatter in the cut: {name} swings by {line.rms:.3g} {unit} rms at "
+        f"chatter in the cut: {name} swings by {significant(line.rms)} {unit} rms at "
         f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} "
         "Hz; use another speed or less depth"
     )
