@@ -32,7 +32,16 @@ from autodb.reports.explanation_plots import (
 )
 from autodb.reports.said_in_pages import told
 from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
-from autodb.wording import Worded, language_of, listed, msgid, phrase
+from autodb.wording import (
+    ENGLISH,
+    Worded,
+    language_of,
+    listed,
+    msgid,
+    phrase,
+    presentation,
+    presented,
+)
 
 KIND_WORDS = {
     "missing": (msgid("{causes} is missing"), msgid("{causes} are missing")),
@@ -119,13 +128,27 @@ def told_statement(statement: str) -> Markup:
     return Markup(" ").join(map(told, said))
 
 
-def move_words(cause: Cause, called: Callable[[str], str]) -> str:
-    """Return what would distinguish a cause from its alternatives, with the pairs in words."""
-    text = cause.to_tell_apart or ""
-    for other in cause.alternatives:
-        text = text.replace(
-            f"{cause.term} and {other}", f"{called(cause.term)} and {called(other)}"
-        )
+def move_words(term: str, others: Sequence[str], text: str, called: Callable[[str], str]) -> Worded:
+    """Return what would distinguish an effect from others, its sentences in the reader's language
+    and the effects in words; in English where one sentence is there in English alone.
+    """
+    if presentation() != ENGLISH:
+        from autodb.wording.kept import SENTENCE_ENDS, said_again  # who says English needs none
+
+        every = SENTENCE_ENDS.split(_with_words(term, others, text, called))
+        made = listed(map(said_again, every), " ")
+        if language_of(made) == presentation().language:
+            return made
+    with presented(ENGLISH):
+        return Worded(_with_words(term, others, text, called), "en")
+
+
+def _with_words(term: str, others: Sequence[str], text: str, called: Callable[[str], str]) -> str:
+    """Return a text with the pairs of effects in it, joined by ``and`` or ``from``, in words."""
+    for other in others:
+        for between in (" and ", " from "):
+            pair = f"{called(term)}{between}{called(other)}"
+            text = text.replace(f"{term}{between}{other}", pair)
     return text
 
 
@@ -275,7 +298,11 @@ def open_sentences(
             else phrase("{cause} may also be {others}.", cause=first, others=others)
         )
         said.append(may_be)
-    moves = [_ended(move_words(c, name)) for c in several if c.to_tell_apart]
+    moves = [
+        _ended(move_words(c.term, c.alternatives, c.to_tell_apart, name))
+        for c in several
+        if c.to_tell_apart
+    ]
     said += [phrase("To find out: {move}", move=move) for move in dict.fromkeys(moves)]
     if len(moves) < len(several):
         said.append(
@@ -297,8 +324,8 @@ def _named(cause: Cause, name: Callable[[str], str]) -> str:
 
 
 def _ended(text: str) -> Worded:
-    """Return a sentence that explaining says, in English, with its full stop."""
-    return Worded(text if text.endswith(".") else f"{text}.", "en")
+    """Return a sentence that explaining says with its full stop, in the language that it is in."""
+    return Worded(text if text.endswith(".") else f"{text}.", language_of(text))
 
 
 def _cause_words(cause: Cause) -> str:

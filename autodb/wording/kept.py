@@ -15,7 +15,10 @@ from autodb.wording.amounts import localized, shop_amount
 from autodb.wording.presentation import ENGLISH, presentation
 from autodb.wording.sentences import Worded, language_of, listed, phrase
 
-SENTENCES = ("why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions")
+SENTENCES = (
+    "why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions", "move",
+    "noise",
+)  # fmt: skip
 """Places of a stored sentence that hold stored sentences; what stands in others is a number, an
 amount or a name. Of an amount that another shares its unit with, ``size_low`` and ``size_high``
 are the ends of ``size``."""
@@ -25,6 +28,10 @@ effect by its name."""
 QUOTED = r"'[^',;]*'(?: or '[^',;]*')*"
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
+
+
+SENTENCE_ENDS = re.compile(r"(?<=\.) (?=[A-Z])")
+"""Between sentences that stand one after the other."""
 
 
 @dataclass(frozen=True)

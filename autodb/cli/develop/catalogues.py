@@ -15,12 +15,15 @@ from babel.messages.pofile import read_po, write_po
 
 import autodb
 from autodb.cutting.shear import PARAMETERS
+from autodb.explain.waves.answers import APART
 from autodb.files.job_cut import OPERATIONS
 from autodb.terms.vocabulary import TAKEN, WITHOUT_TERM, all_terms
 from autodb.wording.catalogues import LANGUAGES, STORED
+from autodb.wording.kept import SENTENCE_ENDS
 
 PACKAGE = Path(autodb.__file__).parent
 VOCABULARY = "autodb/terms/vocabulary.py"
+WAVES = "autodb/explain/waves/answers.py"
 KEPT = {"stored_msgid": None}
 IN_CODE = {"phrase": None, "msgid": None, "phrase_many": (1, 2), **KEPT}
 IN_TEMPLATES = {"_": None, "_n": (1, 2)}
@@ -55,8 +58,11 @@ def said_messages() -> Catalog:
     for message, place in _vocabulary():
         found.add(message, locations=[(place, 1)])
     for term in all_terms():
-        if term.check:  # an answer of explaining has it as it is
-            found.add(term.check, locations=[(VOCABULARY, 1)], auto_comments=[STORED])
+        every = SENTENCE_ENDS.split(term.distinguished_by or "")
+        for said in filter(None, (term.check, *every)):
+            found.add(said, locations=[(VOCABULARY, 1)], auto_comments=[STORED])  # kept as it is
+    for said in APART.values():
+        found.add(said, locations=[(WAVES, 1)], auto_comments=[STORED])
     return found
 
 

@@ -42,10 +42,12 @@ from autodb.explain.engine.working import reduced
 from autodb.files.channels import place_channel, way_unit
 from autodb.sensing.drives.moves.motion import STILL_SHARE, noise_sd, standstill_speed
 from autodb.terms.vocabulary import term_called
-from autodb.wording import significant
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
+NONE_TELLS = stored_msgid("No move in the library separates {one} and {other}.")
+NOISE = stored_msgid("noise is {size}")
 PEAK = 0.999
 """Quantile of the difference that counts as its peak: single rows at a reversal do not."""
 
@@ -86,8 +88,9 @@ def _from_rival(reading: AxisReading, number: int, name: str) -> Separation | No
 
 def _line(best: Separation | None, names: tuple[str, str], level: float, unit: str) -> str:
     if best is None:
-        return f"No move in the library separates {names[0]} and {names[1]}."
-    return sentence(best, names, unit, f"noise is {significant(level, 2)} {unit}")
+        return NONE_TELLS.format(one=names[0], other=names[1])
+    noise = NOISE.format(size=f"{significant(level, 2)} {unit}")
+    return sentence(best, names, unit, noise)
 
 
 def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.sensing.drives.moves.motion import STILL_SHARE
 from autodb.terms.friction import direction
-from autodb.wording import significant
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 Stop = tuple[float, float]
@@ -205,61 +205,87 @@ def joined_paths(paths: Iterable[AxisPath], rate_hz: float) -> AxisPath:
     return AxisPath(np.arange(rows.shape[1]) / rate_hz, *rows)
 
 
-def _travel(r: Reach) -> str:
-    return f"the travel from {r.low_mm:.4g} to {r.high_mm:.4g} {r.unit}"
+def _travel(r: Reach) -> dict[str, str]:
+    """Return the ends of the travel, in words."""
+    return {"travel_low": f"{r.low_mm:.4g}", "travel": f"{r.high_mm:.4g} {r.unit}"}
 
 
 def _feed(r: Reach, speed: float) -> str:
     return f"{float(f'{60.0 * speed:.3g}'):g} {r.unit}/min"
 
 
+def _sharply(r: Reach) -> dict[str, str]:
+    """Return the highest speed and acceleration, in words."""
+    return {
+        "speed": _feed(r, r.top_mm_s), "acceleration": f"{significant(r.top_mm_s2)} {r.unit}/s²"
+    }  # fmt: skip
+
+
 LIBRARY: tuple[AxisMove, ...] = (
-    AxisMove(lambda _: f"Stand still under control for {STAND_S:g} s", _stand, scaled=False),
-    AxisMove(lambda r: f"Pass {_travel(r)} there and back at {_feed(r, r.slow_mm_s)}", _slow),
     AxisMove(
-        lambda r: f"Pass {_travel(r)} there and back {TURNS} times at {_feed(r, r.top_mm_s)}", _fast
+        lambda _: stored_msgid("Stand still under control for {time}").format(
+            time=f"{STAND_S:g} s"
+        ),
+        _stand, scaled=False,
     ),
     AxisMove(
-        lambda r: (
-            f"Pass {_travel(r)} there and back at five feeds from "
-            f"{_feed(r, max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s))} to {_feed(r, r.top_mm_s)}"
+        lambda r: stored_msgid(
+            "Pass the travel from {travel_low} to {travel} there and back at {speed}"
+        ).format(**_travel(r), speed=_feed(r, r.slow_mm_s)),
+        _slow,
+    ),
+    AxisMove(
+        lambda r: stored_msgid(
+            "Pass the travel from {travel_low} to {travel} there and back {count} times at {speed}"
+        ).format(**_travel(r), count=TURNS, speed=_feed(r, r.top_mm_s)),
+        _fast,
+    ),
+    AxisMove(
+        lambda r: stored_msgid(
+            "Pass the travel from {travel_low} to {travel} there and back at five feeds from "
+            "{slowest} to {fastest}"
+        ).format(
+            **_travel(r), slowest=_feed(r, max(FIVE_SPEEDS[0] * r.top_mm_s, r.slow_mm_s)),
+            fastest=_feed(r, r.top_mm_s),
         ),
         _five_speeds,
     ),
     AxisMove(
-        lambda r: (
-            f"Go over {_travel(r)} in thirds at {_feed(r, r.top_mm_s)}, {TURNS} times, "
-            f"accelerating with {significant(r.top_mm_s2)} {r.unit}/s² and standing 1 s after "
-            "each move"
-        ),
+        lambda r: stored_msgid(
+            "Go over the travel from {travel_low} to {travel} in thirds at {speed}, {count} times, "
+            "accelerating with {acceleration} and standing {time} after each move"
+        ).format(**_travel(r), **_sharply(r), count=TURNS, time="1 s"),
         _sharp,
     ),
     AxisMove(
-        lambda r: (
-            f"Reverse slowly, at {_feed(r, r.short_speed)}, about {r.middle_mm:.4g} {r.unit}, "
-            f"{TURNS} times each over {significant(r.short[0], 2)} to "
-            f"{significant(r.short[-1], 2)} {r.unit}"
+        lambda r: stored_msgid(
+            "Reverse slowly, at {speed}, about {place}, {count} times each over {way_low} to {way}"
+        ).format(
+            speed=_feed(r, r.short_speed), place=f"{r.middle_mm:.4g} {r.unit}", count=TURNS,
+            way_low=significant(r.short[0], 2), way=f"{significant(r.short[-1], 2)} {r.unit}",
         ),
         _short,
     ),
     AxisMove(
-        lambda r: (
-            f"Let the axis rest for {COLD_S / 60.0:g} min, then pass {_travel(r)} there and back "
-            f"at {_feed(r, 0.5 * r.top_mm_s)} for {WARMING_S:g} s, {WARMINGS} times "
-            f"with rests of {WARMING_S:g} s"
+        lambda r: stored_msgid(
+            "Let the axis rest for {pause}, then pass the travel from {travel_low} to {travel} "
+            "there and back at {speed} for {time}, {count} times with rests of {rest}"
+        ).format(
+            **_travel(r), pause=f"{COLD_S / 60.0:g} min", speed=_feed(r, 0.5 * r.top_mm_s),
+            time=f"{WARMING_S:g} s", count=WARMINGS, rest=f"{WARMING_S:g} s",
         ),
         _warming,
         cold=True,
     ),
     AxisMove(
-        lambda r: (
-            f"Let this axis stand and pass another axis over {_travel(r)} in thirds at "
-            f"{_feed(r, r.top_mm_s)}, accelerating with {significant(r.top_mm_s2)} {r.unit}/s²"
-        ),
+        lambda r: stored_msgid(
+            "Let this axis stand and pass another axis over the travel from {travel_low} to "
+            "{travel} in thirds at {speed}, accelerating with {acceleration}"
+        ).format(**_travel(r), **_sharply(r)),
         _sharp,
         of_other=True,
     ),
-)
+)  # fmt: skip
 """What a shop can run in ten minutes at most; the recording's own programme comes beside it."""
 
 
@@ -268,10 +294,10 @@ def again(programme: AxisPath) -> AxisMove:
     rows = programme.t_s - programme.t_s[0] <= PROGRAMME_S
     cut = AxisPath(*(values[rows] for values in vars(programme).values()))
     cut = replace(cut, t_s=cut.t_s - cut.t_s[0])
-    words = (
-        f"Let the axis rest for {COLD_S / 60.0:g} min and run the first {cut.t_s[-1]:.0f} s of the "
-        "recording's programme once more"
-    )
+    words = stored_msgid(
+        "Let the axis rest for {pause} and run the first {time} of the recording's programme once "
+        "more"
+    ).format(pause=f"{COLD_S / 60.0:g} min", time=f"{cut.t_s[-1]:.0f} s")
     return AxisMove(lambda _: words, lambda _r, _hz: cut, scaled=False, cold=True)
 
 

@@ -33,7 +33,7 @@ from autodb.explain.engine.telling import (
     sentence,
     stand_in,
 )
-from autodb.wording import significant
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -43,6 +43,12 @@ EDGE_OR_SIZE = {"edge_force", "size_effect"}
 """Terms that only a thin chip separates."""
 TIMES = (1, 3, 10)
 """How often a cut is made again, the fewest first. Chosen."""
+
+SCATTER = stored_msgid("scatter is {size} a cut; together {count} standard deviations")
+THINNER = stored_msgid(
+    "Cuts with a chip of {size} or less would separate {one} from {other}; none of them is close "
+    "to these."
+)
 
 
 @dataclass(frozen=True)
@@ -137,20 +143,17 @@ class Teller:
             if best is not None:
                 lines.append(self.line(best, (name, rival)))
             elif {name, rival} == EDGE_OR_SIZE:
-                lines.append(
-                    f"Cuts with a chip of {THIN_CHIP_MM:g} mm or less would separate {name} from "
-                    f"{rival}; none of them is close to these."
-                )
+                lines.append(THINNER.format(size=f"{THIN_CHIP_MM:g} mm", one=name, other=rival))
         return " ".join(lines) if lines else None
 
     def line(self, best: Parted, names: tuple[str, str]) -> str:
         """Return a trial and how far what is called by two names would differ there, in words."""
-        where = f" in {best.component}" if len(self.result.stack.names) > 1 else ""
-        noise = (
-            f"scatter is {significant(best.scatter, 2)} {self.unit} a cut; together "
-            f"{significant(np.sqrt(best.gap.odds), 2)} standard deviations"
+        where = best.component if len(self.result.stack.names) > 1 else ""
+        noise = SCATTER.format(
+            size=f"{significant(best.scatter, 2)} {self.unit}",
+            count=significant(np.sqrt(best.gap.odds), 2),
         )
-        return sentence(best.gap, names, f"{self.unit}{where}", noise)
+        return sentence(best.gap, names, self.unit, noise, channel=where)
 
     def best(self, choice: Choice, rival: str) -> Parted | None:
         """Return the trial that distinguishes a found effect from a rival, None where none does."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.cuts.stack import Conditions
-from autodb.wording import significant
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -27,19 +27,41 @@ REST = 0.5
 """A trial after a rest begins this share of the table's time after its last cut."""
 FEED, DEPTH, SPEED = ("cutting.feed", "chip.thickness"), ("cutting.depth",), ("cutting.speed",)
 UNIT = {FEED: "mm", DEPTH: "mm", SPEED: "m/min"}
+MAKE = stored_msgid("Make {count} cuts like cut {number}")
+MORE_FIRST = stored_msgid(
+    "Cut {time} more with the last edge, then make {count} cuts like cut {number}"
+)
+REST_FIRST = stored_msgid(
+    "Let the machine rest for {time}, then make {count} cuts like cut {number}"
+)
+CHANGED = {
+    FEED: stored_msgid("{move}, with a feed of {size} instead of {before}"),
+    DEPTH: stored_msgid("{move}, with a depth of {size} instead of {before}"),
+    SPEED: stored_msgid("{move}, with a speed of {size} instead of {before}"),
+}
+FEED_FOR_DEPTH = stored_msgid(
+    "{move}, with a feed of {feed} instead of {had_feed} and with a depth of {depth} instead of "
+    "{had_depth}"
+)
 
 
 @dataclass(frozen=True)
 class Setting:
-    """How a trial is set: factors on the usual cut's columns, and that in words."""
+    """How a trial is set: factors on the usual cut's columns, and that in words.
 
-    words: str
+    ``words``: of a trial whose words stand in ``{move}``.
+    """
+
+    words: str = "{move}"
     factors: dict[tuple[str, ...], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Before:
-    """What comes before a trial: another edge, its cutting time by then, a pause of the clock."""
+    """What comes before a trial: another edge, its cutting time by then, a pause of the clock.
+
+    ``words``: of the trial too, of ``{count}`` cuts like one with a ``{number}``.
+    """
 
     words: str
     edge: float | None = None
@@ -64,7 +86,7 @@ def usual(known: Conditions) -> int:
 
 def plain_trials(known: Conditions) -> list[CutTrial]:
     """Return the trials in which one thing is changed, and the usual cut once more."""
-    row, once = usual(known), Setting("")
+    row, once = usual(known), Setting()
     before = _before(known)
     settings = [once, *_settings(known, row)]
     return [
@@ -124,7 +146,7 @@ def _settings(known: Conditions, row: int) -> list[Setting]:
         targets = {float(f"{np.clip(f * now, low, high):.3g}") for f in FACTORS}
         targets |= {float(f"{limit:.3g}") for limit in (low, high)}
         made += [
-            Setting(f", {_changed(columns, now, target)}", {columns: target / now})
+            Setting(_changed(columns, now, target), {columns: target / now})
             for target in sorted(targets)
             if max(target / now, now / target) > SAME
         ]
@@ -136,9 +158,8 @@ def _limits(values: Array) -> tuple[float, float]:
 
 
 def _changed(columns: tuple[str, ...], now: float, target: float) -> str:
-    name = columns[0].partition(".")[2]
     asked, had = (f"{significant(value)} {UNIT[columns]}" for value in (target, now))
-    return f"with a {name} of {asked} instead of {had}"
+    return CHANGED[columns].format(move="{move}", size=asked, before=had)
 
 
 def _same_area(known: Conditions, row: int) -> list[Setting]:
@@ -154,37 +175,48 @@ def _same_area(known: Conditions, row: int) -> list[Setting]:
             _limits(seen[c])[0] <= f * now[c] <= _limits(seen[c])[1] for c, f in factors.items()
         ]
         if all(inside):
-            words = " and ".join(_changed(c, now[c], f * now[c]) for c, f in factors.items())
-            made.append(Setting(f", {words}", factors))
+            (feed, had_feed), (depth, had_depth) = (
+                [f"{significant(value)} {UNIT[c]}" for value in (f * now[c], now[c])]
+                for c, f in factors.items()
+            )
+            words = FEED_FOR_DEPTH.format(
+                move="{move}", feed=feed, depth=depth, had_feed=had_feed, had_depth=had_depth
+            )
+            made.append(Setting(words, factors))
     return made
 
 
 def _before(known: Conditions) -> list[Before]:
     """Return what may come before a trial, nothing first."""
-    made = [Before("Make")]
+    made = [Before(MAKE)]
     time, edge = known.cutting_time_s, known.edge
     if time is not None and edge is not None:
         last = float(time[-1])
         longer = MOST * float(time.max()) - last
         made.append(
             Before(
-                "Change the edge and make",
+                stored_msgid("Change the edge and make {count} cuts like cut {number}"),
                 edge=float(edge.max()) + 1.0,
                 cutting_time_s=float(time.min()),
             )
         )
         made.append(
             Before(
-                f"Cut {significant(longer / 60.0, 2)} min more with the last edge, then make",
+                _after(MORE_FIRST, longer),
                 cutting_time_s=last + longer,
                 pause_s=longer,
             )
         )
     pause_s = REST * float(known.t_s[-1] - known.t_s[0])
     if "t" in known.recorded and pause_s > 0:
-        words = f"Let the machine rest for {significant(pause_s / 60.0, 2)} min, then make"
-        made.append(Before(words, pause_s=pause_s))
+        made.append(Before(_after(REST_FIRST, pause_s), pause_s=pause_s))
     return made
+
+
+def _after(words: str, time_s: float) -> str:
+    """Return the words of trials after some time, in min."""
+    time = f"{significant(time_s / 60.0, 2)} min"
+    return words.format(time=time, count="{count}", number="{number}")
 
 
 def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> CutTrial:
@@ -201,7 +233,7 @@ def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> Cut
     if time is not None and "tool.cutting_time" in other:
         other["tool.cutting_time"] = time
     return CutTrial(
-        f"{before.words} {CUTS} cuts like cut {known.number[row]:g}{setting.words}",
+        setting.words.format(move=before.words.format(count=CUTS, number=f"{known.number[row]:g}")),
         replace(
             known,
             number=known.number.max() + 1.0 + count,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.search import CandidateSearch, FoundSet
-from autodb.wording import significant
+from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -30,6 +30,11 @@ NEAREST = 2
 LOOSEST = 1e-9
 """Share of the best held direction of the coefficients below which one counts as held so well: what
 the recording does not hold at all is free elsewhere."""
+
+TELLS = stored_msgid("{move}: there {one} and {other} would differ by up to {size}, {noise}.")
+TELLS_IN = stored_msgid(
+    "{move}: there {one} and {other} would differ by up to {size} in {channel}, {noise}."
+)
 
 
 @dataclass(frozen=True)
@@ -74,12 +79,18 @@ def odds(free: Array, difference: Array) -> tuple[float, Array]:
     return max(0.0, found), np.asarray(taken)
 
 
-def sentence(best: Separation, names: tuple[str, str], unit: str, noise: str) -> str:
-    """Return what to do, by how much the two would differ there, and what that compares with."""
-    return (
-        f"{best.words}: there {names[0]} and {names[1]} would differ by up to "
-        f"{significant(best.peak, 2)} {unit}, {noise}."
-    )
+def sentence(
+    best: Separation, names: tuple[str, str], unit: str, noise: str, *, channel: str = ""
+) -> str:
+    """Return what to do, by how much the two would differ there, and what that compares with.
+
+    ``channel``: in which of several.
+    """
+    said = TELLS_IN if channel else TELLS
+    return said.format(
+        move=best.words, one=names[0], other=names[1], noise=noise, channel=channel,
+        size=f"{significant(best.peak, 2)} {unit}",
+    )  # fmt: skip
 
 
 def called(search: CandidateSearch, name: str, *, but: str) -> list[Candidate]:

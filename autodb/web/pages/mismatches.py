@@ -14,7 +14,13 @@ from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject,
 from autodb.agent.rows.mismatches import decided_words
 from autodb.errors import UnusableInput
 from autodb.files.units import SI, shown_system
-from autodb.reports.explanation import certainty_words, parameter_words, term_words, told_statement
+from autodb.reports.explanation import (
+    certainty_words,
+    move_words,
+    parameter_words,
+    term_words,
+    told_statement,
+)
 from autodb.web.html import path, piece, service_page
 from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import MismatchToExplain
@@ -132,6 +138,7 @@ def _shown(request: Request, number: int, *, said: object = "", status: int = 20
         here="mismatches",
         mismatch=found,
         words=term_words,
+        move=move_words(found.term, found.alternatives, found.to_tell_apart or "", term_words),
         sure=certainty_words(found.confidence),
         said=said,
         inch=shown_system() != SI,
