@@ -62,13 +62,15 @@ def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
     names = [name for name in every if not name.startswith(".")]
     kind = {Path(name).stem: name for name in names if Path(name).suffix == path.suffix != ""}
     close = [kind[stem] for stem in get_close_matches(path.stem, kind, n=3, cutoff=NEAR_FILE)]
-    close = close or get_close_matches(path.name, names, n=3, cutoff=NEAR_FILE)
+    others = [name for name in names if name not in kind.values()]
+    close = close or get_close_matches(path.name, others, n=3, cutoff=NEAR_FILE)
     if close:
         return UnusableInput(f"{path}: no such file (did you mean {', '.join(close)}?)")
     if remedy or not path.suffix:
         return UnusableInput(f"{path}: no such file{remedy and '; '}{remedy}")
-    there = near(path.name, kind.values()) if kind else f"; its folder has no {path.suffix} file"
-    return UnusableInput(f"{path}: no such file{there}")
+    if not kind:
+        return UnusableInput(f"{path}: no such file; its folder has no {path.suffix} file")
+    return UnusableInput(f"{path}: no such file (there are: {_first(kind.values())})")
 
 
 def near(name: str, known: Iterable[str]) -> str:
@@ -95,5 +97,10 @@ def _near(name: str, known: Iterable[str]) -> tuple[str, str]:
     close = get_close_matches(name, names, n=3, cutoff=0.5)
     if close:
         return msgid(" (did you mean {names}?)"), ", ".join(close)
-    more = ", …" if len(names) > 12 else ""
-    return msgid(" (there are: {names})"), f"{', '.join(names[:12])}{more}"
+    return msgid(" (there are: {names})"), _first(names)
+
+
+def _first(names: Iterable[str]) -> str:
+    """Return the first dozen of some names."""
+    every = list(names)
+    return ", ".join([*every[:12], "…"] if len(every) > 12 else every)

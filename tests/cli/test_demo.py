@@ -58,6 +58,7 @@ def test_the_demo_takes_the_place_of_an_earlier_one_and_its_report_needs_no_netw
         "tool_wear",
         "trace: ",
         "report: ",
+        "job:       out/job.toml",
     ):
         assert part in done.out
     report = Path("out/report.html").read_text()
@@ -68,6 +69,7 @@ def test_the_demo_takes_the_place_of_an_earlier_one_and_its_report_needs_no_netw
     assert Path("out", LIBRARY).exists()
     assert len(report) < 500_000
     assert "What the simulation left out" in report
+    assert cli("predict", "out/job.toml", "--db", "sqlite:///out/autodb.sqlite3").code == 0
     traced = cli("trace", "prediction", 1, "--db", "sqlite:///out/autodb.sqlite3")
     assert "shop-week-1.csv" in traced.out
 
