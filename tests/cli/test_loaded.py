@@ -14,11 +14,18 @@ ONE_CUT = ("--diameter", "50", "--depth", "1.5", "--feed", "0.2", "--speed", "22
 HEAVY = {"scipy", "pandas", "pyarrow", "plotly"}
 
 
+MAPPERS = "mappers-set-up"
+"""Stands for a library that takes time: what asks tables alone needs none."""
+
+
 def _loaded(*arguments: str) -> tuple[set[str], int]:
     """Return the libraries that a command loads, and how many modules of this package."""
     code = (
         f"import sys; from autodb.cli import run; assert run({list(arguments)}) == 0; "
-        "print(*sys.modules, file=sys.stderr)"
+        "models = sys.modules.get('autodb.store.models'); "
+        "mappers = models.Base.registry.mappers if models else (); "
+        f"more = [{MAPPERS!r}] if any(m.configured for m in mappers) else []; "
+        "print(*sys.modules, *more, file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     names = done.stderr.splitlines()[-1].split()
@@ -32,6 +39,7 @@ def test_an_answer_from_what_is_learnt_loads_nothing_that_learns(sample_jobs: Pa
         names, own = _loaded(*asked)
         assert names & HEAVY == set()
         assert own <= 100
+        assert (MAPPERS in names) == (asked[0] == "predict")  # which writes its answer as rows
 
 
 def test_an_explanation_of_an_axis_loads_no_other_kind_of_recording(tmp_path: Path) -> None:

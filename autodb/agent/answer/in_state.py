@@ -6,9 +6,10 @@ of them inside a state's range and outside the usual state's is taken to be in t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from sqlalchemy import Select, bindparam, select
-from sqlalchemy.orm import Session, aliased
+from sqlalchemy.orm import Session
 
 from autodb.agent.learn.learnt_from import LearntFrom, learnt_from
 from autodb.agent.rows.posteriors import as_posterior
@@ -96,15 +97,21 @@ def others_of(session: Session, parameters: int) -> frozenset[int]:
     return frozenset({state: number for number, state in rows}.values())
 
 
-def _of_other_states() -> Select[int, str | None]:
+def _of_other_states() -> Select[Any]:
     """Return the query of a pair's versions in other states than the usual one, oldest first."""
-    usual, other = (aliased(models.CuttingParameters) for _ in range(2))
-    same_pair = (usual.machine_id == other.machine_id) & (usual.pair_id == other.pair_id)
+    parameters = models.table_of(models.CuttingParameters)
+    usual, other = parameters.alias(), parameters.alias()
+    same_pair = (usual.c.machine_id == other.c.machine_id) & (usual.c.pair_id == other.c.pair_id)
     return (
-        select(other.id, other.state)
+        select(other.c.id, other.c.state)
+        .select_from(other)
         .join(usual, same_pair)
-        .where(usual.id == bindparam("usual"), other.state.is_not(None), other.undone_at.is_(None))
-        .order_by(other.version)
+        .where(
+            usual.c.id == bindparam("usual"),
+            other.c.state.is_not(None),
+            other.c.undone_at.is_(None),
+        )
+        .order_by(other.c.version)
     )
 
 

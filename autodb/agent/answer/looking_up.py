@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic_core import from_json
 from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, cast, func, select
-from sqlalchemy.orm import Session, aliased
+from sqlalchemy.orm import Session
 
 from autodb.agent.answer.in_state import others_of
 from autodb.agent.answer.prediction_basis import (
@@ -30,7 +30,9 @@ from autodb.files.job_cut import JobCut
 from autodb.forward.prediction import ToolOf
 from autodb.store import models
 
-_Parameters = models.CuttingParameters
+_PARAMETERS, _PAIR, _MATERIAL, _TOOL = map(
+    models.table_of, (models.CuttingParameters, models.Pair, models.Material, models.Tool)
+)
 _JSON = ("mean", "covariance", "shared", "scatter", "terms")
 _NUMBERS = ("id", "version", "n_cuts", "started_from")
 
@@ -140,50 +142,50 @@ def _usual(table: Any) -> Sequence[ColumnElement[bool]]:
     )
 
 
+def _of_pairs(*columns: Any) -> Select[Any]:
+    """Return a query of versions, each with its pair's material and tool."""
+    return (
+        select(*columns)
+        .select_from(_PARAMETERS)
+        .join(_PAIR, _PAIR.c.id == _PARAMETERS.c.pair_id)
+        .join(_MATERIAL, _MATERIAL.c.id == _PAIR.c.material_id)
+        .join(_TOOL, _TOOL.c.id == _PAIR.c.tool_id)
+    )
+
+
 def _newest(*columns: Any) -> Select[Any]:
     """Return the query of a pair's newest posterior, with its tool's geometry."""
     return (
-        select(*columns, *(getattr(models.Tool, name) for name in GEOMETRY))
-        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
-        .join(models.Material, models.Material.id == models.Pair.material_id)
-        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        _of_pairs(*columns, *(_TOOL.c[name] for name in GEOMETRY))
         .where(
-            models.Material.name == bindparam("material"),
-            models.Tool.name == bindparam("tool"),
-            *_usual(_Parameters),
+            _MATERIAL.c.name == bindparam("material"),
+            _TOOL.c.name == bindparam("tool"),
+            *_usual(_PARAMETERS.c),
         )
-        .order_by(_Parameters.version.desc())
+        .order_by(_PARAMETERS.c.version.desc())
         .limit(1)
     )
 
 
 def _listed() -> Executable:
     """Return the query of the newest posterior of every pair, by material and tool."""
-    other = aliased(_Parameters)
+    own, other = _PARAMETERS.c, _PARAMETERS.alias().c
     newest = (
         select(func.max(other.version))
-        .where(other.pair_id == _Parameters.pair_id, *_usual(other))
+        .where(other.pair_id == own.pair_id, *_usual(other))
+        .correlate(_PARAMETERS)
         .scalar_subquery()
     )
     return (
-        select(
-            models.Material.name,
-            models.Tool.name,
-            _Parameters.n_cuts,
-            _Parameters.version,
-            _Parameters.created_at,
-        )
-        .join(models.Pair, models.Pair.id == _Parameters.pair_id)
-        .join(models.Material, models.Material.id == models.Pair.material_id)
-        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
-        .where(*_usual(_Parameters), _Parameters.version == newest)
-        .order_by(models.Material.name, models.Tool.name)
+        _of_pairs(_MATERIAL.c.name, _TOOL.c.name, own.n_cuts, own.version, own.created_at)
+        .where(*_usual(own), own.version == newest)
+        .order_by(_MATERIAL.c.name, _TOOL.c.name)
     )
 
 
-_NEWEST = _newest(_Parameters.id)
+_NEWEST = _newest(_PARAMETERS.c.id)
 _LEARNT = _newest(
-    *(getattr(_Parameters, name) for name in _NUMBERS),
-    *(cast(getattr(_Parameters, name), Text) for name in _JSON),
+    *(_PARAMETERS.c[name] for name in _NUMBERS),
+    *(cast(_PARAMETERS.c[name], Text) for name in _JSON),
 )
 _LISTED = _listed()

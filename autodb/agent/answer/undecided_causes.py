@@ -53,16 +53,21 @@ def open_causes(session: Session, parameters: int) -> OpenCauses:
 
 
 def _open() -> Select[Any]:
-    row, usual = models.Mismatch, models.CuttingParameters
+    mismatch, recording, parameters = map(
+        models.table_of, (models.Mismatch, models.StoredRecording, models.CuttingParameters)
+    )
+    row, usual, of_pair = mismatch.c, parameters.c, models.mismatch_pair.c
+    pairs = select(of_pair.pair_id).where(of_pair.mismatch_id == row.id).correlate(mismatch)
     return (
         select(row.id, usual.machine_id, row.found_in)
-        .join(models.StoredRecording, models.StoredRecording.id == row.recording_id)
-        .join(usual, usual.machine_id == models.StoredRecording.machine_id)
+        .select_from(mismatch)
+        .join(recording, recording.c.id == row.recording_id)
+        .join(parameters, usual.machine_id == recording.c.machine_id)
         .where(
             usual.id == bindparam("usual"),
             row.status == "open",
             row.channel.startswith("force."),
-            or_(~row.pairs.any(), row.pairs.any(models.Pair.id == usual.pair_id)),
+            or_(~pairs.exists(), usual.pair_id.in_(pairs)),
         )
         .order_by(row.id)
     )

@@ -32,30 +32,31 @@ class LearntFrom:
     ranges: Mapping[str, tuple[float, float]]
 
 
-_Parameters, _Cut = models.CuttingParameters, models.Cut
+_PARAMETERS, _CUT, _FORCE = map(
+    models.table_of, (models.CuttingParameters, models.Cut, models.SensedForce)
+)
 _versions = (
-    select(_Parameters.id, _Parameters.previous_id)
-    .where(_Parameters.id == bindparam("newest"))
+    select(_PARAMETERS.c.id, _PARAMETERS.c.previous_id)
+    .where(_PARAMETERS.c.id == bindparam("newest"))
     .cte("versions", recursive=True)
 )
 _versions = _versions.union_all(
-    select(_Parameters.id, _Parameters.previous_id).join(
-        _versions, _Parameters.id == _versions.c.previous_id
+    select(_PARAMETERS.c.id, _PARAMETERS.c.previous_id).join(
+        _versions, _PARAMETERS.c.id == _versions.c.previous_id
     )
 )
-_stated = [_Cut.conditions[name].as_float() for name in CHANNELS]
-_operation = func.coalesce(_Cut.operation, literal_column(f"'{UNSAID}'"))
+_stated = [_CUT.c.conditions[name].as_float() for name in CHANNELS]
+_operation = func.coalesce(_CUT.c.operation, literal_column(f"'{UNSAID}'"))
+_used = cutting_parameters_force.c
 _LEARNT_FROM = (
     select(
         _operation,
         *(end(one) for one in _stated for end in (func.min, func.max)),
     )
     .select_from(_versions)
-    .join(
-        cutting_parameters_force, cutting_parameters_force.c.cutting_parameters_id == _versions.c.id
-    )
-    .join(models.SensedForce, models.SensedForce.id == cutting_parameters_force.c.sensed_force_id)
-    .join(_Cut, _Cut.id == models.SensedForce.cut_id)
+    .join(cutting_parameters_force, _used.cutting_parameters_id == _versions.c.id)
+    .join(_FORCE, _FORCE.c.id == _used.sensed_force_id)
+    .join(_CUT, _CUT.c.id == _FORCE.c.cut_id)
     .group_by(_operation)
 )
 """Of a version and those it was built on, one row an operation."""

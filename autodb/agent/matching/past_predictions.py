@@ -42,7 +42,11 @@ def past_cuts(
 
     ``most``: at most so many, the newest; ``upto``: none whose link has a larger number.
     """
-    query = _PAST if upto is None else _PAST.where(models.PredictedCutMade.id <= upto)
+    query = (
+        _PAST
+        if upto is None
+        else _PAST.where(models.table_of(models.PredictedCutMade).c.id <= upto)
+    )
     found = session.connection().execute(query.limit(most), {"machine": machine_id})
     return [_past_cut(dict(row)) for row in reversed(found.mappings().all())]
 
@@ -135,25 +139,29 @@ def known_causes(session: Session, machine_id: int) -> list[KnownCause]:
 
 
 def _causes() -> Select[Any]:
-    row, recording = models.Mismatch, models.StoredRecording
-    further, of_pair = models.mismatch_recording.c, models.mismatch_pair.c
+    mismatch, recording, pair, material, tool = map(
+        models.table_of,
+        (models.Mismatch, models.StoredRecording, models.Pair, models.Material, models.Tool),
+    )
+    row, further, of_pair = mismatch.c, models.mismatch_recording.c, models.mismatch_pair.c
     return (
         select(
             row.recording_id,
             further.recording_id,
             row.decided_at,
             row.found_in,
-            models.Material.name,
-            models.Tool.name,
+            material.c.name,
+            tool.c.name,
         )
-        .join(recording, recording.id == row.recording_id)
+        .select_from(mismatch)
+        .join(recording, recording.c.id == row.recording_id)
         .outerjoin(models.mismatch_recording, further.mismatch_id == row.id)
         .outerjoin(models.mismatch_pair, of_pair.mismatch_id == row.id)
-        .outerjoin(models.Pair, models.Pair.id == of_pair.pair_id)
-        .outerjoin(models.Material, models.Material.id == models.Pair.material_id)
-        .outerjoin(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .outerjoin(pair, pair.c.id == of_pair.pair_id)
+        .outerjoin(material, material.c.id == pair.c.material_id)
+        .outerjoin(tool, tool.c.id == pair.c.tool_id)
         .where(
-            recording.machine_id == bindparam("machine"),
+            recording.c.machine_id == bindparam("machine"),
             row.status != "rejected",
             row.channel.startswith("force."),
         )
@@ -164,12 +172,11 @@ _CAUSES = _causes()
 
 
 def _past() -> Select[Any]:
-    link, asked, cut, recording = (
-        models.PredictedCutMade,
-        models.Prediction,
-        models.Cut,
-        models.StoredRecording,
+    predicted, prediction, made, recorded = map(
+        models.table_of,
+        (models.PredictedCutMade, models.Prediction, models.Cut, models.StoredRecording),
     )
+    link, asked, cut, recording = predicted.c, prediction.c, made.c, recorded.c
     return (
         select(
             link.id,
@@ -187,9 +194,10 @@ def _past() -> Select[Any]:
             recording.id.label("recording"),
             func.coalesce(recording.continues_id, recording.id).label("first"),
         )
-        .join(asked, asked.id == link.prediction_id)
-        .join(cut, cut.id == link.cut_id)
-        .join(recording, recording.id == cut.recording_id)
+        .select_from(predicted)
+        .join(prediction, asked.id == link.prediction_id)
+        .join(made, cut.id == link.cut_id)
+        .join(recorded, recording.id == cut.recording_id)
         .where(asked.machine_id == bindparam("machine"), cut.superseded_at.is_(None))
         .order_by(link.id.desc())
     )

@@ -1,8 +1,9 @@
 """Calibrations as the database keeps them: versions of an axis, and which of them hold now."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Row, select
 from sqlalchemy.orm import Session
 
 from autodb.pairs.posterior import CALIBRATION
@@ -20,14 +21,17 @@ def beyond_its_range(number: int) -> str:
     return f"{CALIBRATION} {number}{BEYOND}"
 
 
-def used_beyond(session: Session, keys: Iterable[str]) -> list[models.CalibrationVersion]:
-    """Return the calibrations that errors of these keys say were used beyond their ranges."""
+def used_beyond(session: Session, keys: Iterable[str]) -> Sequence[Row[Any, Any, Any, Any]]:
+    """Return the calibrations that errors of these keys say were used beyond their ranges: of each
+    its ``id``, ``axis``, ``version`` and ``component``.
+    """
     some = [key for key in keys if key.startswith(CALIBRATION) and key.endswith(BEYOND)]
     numbers = [int(key.removeprefix(CALIBRATION).removesuffix(BEYOND)) for key in some]
     if not numbers:
         return []
-    row = models.CalibrationVersion
-    return list(session.scalars(select(row).where(row.id.in_(numbers)).order_by(row.id)))
+    row = models.table_of(models.CalibrationVersion).c
+    query = select(row.id, row.axis, row.version, row.component).where(row.id.in_(numbers))
+    return session.connection().execute(query.order_by(row.id)).all()
 
 
 def holds_for(row: models.CalibrationVersion) -> Holds:

@@ -268,8 +268,9 @@ def working_machine(session: Session, name: str) -> models.Machine:
 
 def machines_at_work(session: Session) -> list[str]:
     """Return the names of the machines that are not retired."""
-    at_work = select(models.Machine.name).where(models.Machine.retired_at.is_(None))
-    return list(session.scalars(at_work.order_by(models.Machine.name)))
+    machine = models.table_of(models.Machine).c
+    at_work = select(machine.name).where(machine.retired_at.is_(None)).order_by(machine.name)
+    return list(session.connection().scalars(at_work))
 
 
 def the_machine(session: Session, name: str | None) -> str:

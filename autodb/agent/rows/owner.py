@@ -40,12 +40,14 @@ def _limits(columns: list[Any]) -> AxisLimits:
 
 
 def _named() -> Select[Any]:
-    columns = (getattr(models.Axis, column) for column in LIMITS.values())
+    machine, axis = models.table_of(models.Machine), models.table_of(models.Axis)
+    columns = (axis.c[column] for column in LIMITS.values())
     return (
-        select(models.Machine.id, models.Machine.max_speed_rpm, models.Axis.name, *columns)
-        .outerjoin(models.Axis, models.Axis.machine_id == models.Machine.id)
-        .where(models.Machine.name == bindparam("name"))
-        .order_by(models.Axis.id)
+        select(machine.c.id, machine.c.max_speed_rpm, axis.c.name, *columns)
+        .select_from(machine)
+        .outerjoin(axis, axis.c.machine_id == machine.c.id)
+        .where(machine.c.name == bindparam("name"))
+        .order_by(axis.c.id)
     )
 
 

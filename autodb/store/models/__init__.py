@@ -4,7 +4,7 @@ Unknown is NULL. Forces N, lengths mm, speeds as their names say; JSON holds onl
 searched by. Times are ISO 8601 text in UTC.
 """
 
-from autodb.store.models._base import Base, now
+from autodb.store.models._base import Base, now, table_of
 from autodb.store.models.answers import (
     Mismatch,
     MismatchDecision,
@@ -92,4 +92,5 @@ __all__ = [
     "mismatch_recording",
     "now",
     "prediction_parameters",
+    "table_of",
 ]
