@@ -95,9 +95,11 @@ def _reach(one: Interval | None, unit: str) -> str:
 
 
 def _in_interval(one: Interval, unit: str) -> str:
-    """Return a value, and its interval with the unit."""
-    value, _ = shop_amount(one.value, unit)
-    return f"{amounts.number(value)} ({amounts.span(one.low, one.high, unit)})"
+    """Return a value and its interval, and then their unit."""
+    value, name = shop_amount(one.value, unit)
+    after = amounts.suffix(name)
+    ends = amounts.span(one.low, one.high, unit).removesuffix(after)
+    return f"{amounts.number(value)} ({ends}){after}"
 
 
 def plot(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> Markup:
