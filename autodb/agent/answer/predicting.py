@@ -132,7 +132,7 @@ def _answer(
     known = basis.known
     if program is None:
         cuts, states = basis.predict(job.cut)
-        notes = basis.said(job.cut, cuts)
+        notes = (*basis.said(job.cut, cuts), *_lasting(basis, job, cuts))
     else:
         from autodb.forward import along
 
@@ -158,6 +158,24 @@ def _answer(
         bending=bending_of_job(job, cuts),
     )
     return answer, states
+
+
+def _lasting(basis: PredictionBasis, job: Job, cuts: Sequence[PredictedCut]) -> Iterable[str]:
+    """Say how long an edge lasts until the first limit, where wear was learnt and parts can count.
+
+    Nothing is said where the machine states no limit of a load, or an edge passes none.
+    """
+    from autodb.forward.limits import QUANTITIES
+
+    if basis.known.posterior.wear is None or any(cut.time_s is None for cut in cuts):
+        return
+    if not any(what.limit(basis.limits, cut) for what in QUANTITIES for cut in cuts):
+        return
+    from autodb.agent.answer.bounds.lasting import tool_life
+
+    first = tool_life(basis, job).lives[0]
+    if first.minutes.low is not None:
+        yield first.words
 
 
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:

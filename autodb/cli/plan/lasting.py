@@ -1,0 +1,74 @@
+"""`life`: how long an edge lasts in a job, of pairs whose wear was learnt."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from autodb.cli._common import Database, Json, MachineName, opened_machine, say, working
+from autodb.cli.everyday.predicting import ToolPath, stated_tool
+
+JobFile = Annotated[
+    Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts of one part.")
+]
+LimitsGiven = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--limit",
+        metavar="CHANNEL=VALUE",
+        help="Limit of force.x, force.y, force.z (N), torque.spindle (N·m) or spindle.power (W); "
+        "several by repeating it [default: the machine's limits].",
+    ),
+]
+SurelyKept = Annotated[
+    float,
+    typer.Option(
+        "--sure", metavar="PERCENT", min=50.0, max=99.9, help="How surely limits are kept."
+    ),
+]
+
+
+def life_command(
+    job: JobFile,
+    machine: MachineName = None,
+    limit: LimitsGiven = None,
+    sure: SurelyKept = 95.0,
+    tool_file: ToolPath = None,
+    json: Json = False,
+    db: Database = None,
+) -> None:
+    """Say how many parts an edge lasts until forces, torque or power pass a limit.
+
+    Nothing is stored. It needs a pair whose wear was learnt.
+    """
+    from autodb.agent.answer.bounds.lasting import ToolLife, tool_life
+    from autodb.agent.answer.looking_up import PairReader
+    from autodb.files.job import read_job
+
+    asked = read_job(job)
+    limits = dict(_limit(text) for text in limit or ())
+    geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool)[1]
+    with opened_machine(db, machine) as (store, name), store.reading() as session:
+        basis = PairReader(session, name).basis(asked.material, asked.tool).with_tool(geometry)
+        with working(f"tool life on {name}"):
+            found = tool_life(basis, asked, limits=limits, sure=0.01 * sure)
+    if json:
+        from pydantic import TypeAdapter
+
+        say(TypeAdapter(ToolLife).dump_json(found, indent=1).decode())
+        return
+    for line in found.lines:
+        say(line)
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """Return channel and limit of CHANNEL=VALUE; raises UnusableInput where it is none."""
+    from autodb.errors import UnusableInput
+
+    channel, _, value = text.partition("=")
+    try:
+        return channel.strip(), float(value)
+    except ValueError:
+        raise UnusableInput(
+            f"--limit {text}: write CHANNEL=VALUE, such as torque.spindle=40"
+        ) from None
