@@ -55,7 +55,10 @@ class PartCut:
 
 @dataclass(frozen=True)
 class LifeEnds:
-    """A life: 50 % probable ``value``, 2.5 % ``low`` and 97.5 % ``high``; None: beyond the search."""
+    """A life: the ends at which it has ended with 50 %, 2.5 % and 97.5 % probability.
+
+    None: none is found in the ages that are searched.
+    """
 
     value: float | None
     low: float | None
@@ -66,9 +69,8 @@ class LifeEnds:
         longer = phrase("longer than was searched")
         if self.low is None:
             return longer
-        low, high = localized(f"{self.low:{form}}"), longer
-        if self.high is not None:
-            high = localized(f"{self.high:{form}}")
+        low = localized(f"{self.low:{form}}")
+        high = longer if self.high is None else localized(f"{self.high:{form}}")
         if self.value is None:
             return phrase("at least {low} {unit}", low=low, unit=phrase(unit))
         value = f"{localized(f'{self.value:{form}}')} {phrase(unit)}"

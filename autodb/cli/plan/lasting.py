@@ -51,7 +51,7 @@ def life_command(
     with opened_machine(db, machine) as (store, name), store.reading() as session:
         basis = PairReader(session, name).basis(asked.material, asked.tool).with_tool(geometry)
         with working(f"tool life on {name}"):
-            found = tool_life(basis, asked, limits=limits, sure=0.01 * sure)
+            found = tool_life(basis, asked, limits=limits, sure=sure / 100.0)
     if json:
         from pydantic import TypeAdapter
 

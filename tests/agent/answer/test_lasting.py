@@ -28,9 +28,9 @@ FINISH = ROUGH.model_copy(update={"name": "finish", "depth_mm": 0.5, "length_mm"
 TOOL = ToolOf("insert", {})
 
 
-def basis(posterior: PairPosterior, **spindle: float) -> PredictionBasis:
+def basis(posterior: PairPosterior, *, spindle: AxisLimits | None = None) -> PredictionBasis:
     known = KnownPair(posterior, TOOL, Behind(1, 1, 36, None), None)
-    limits = {"spindle": AxisLimits(**spindle)}
+    limits = {"spindle": spindle or AxisLimits()}
     return PredictionBasis("lathe-1", limits, "C45", known, None, ())
 
 
@@ -123,7 +123,9 @@ def test_a_lower_limit_a_surer_change_and_a_faster_wear_end_a_life_earlier() -> 
 
 def test_limits_of_the_machine_count_and_the_first_to_end_is_said_first() -> None:
     posterior = worn_posterior()
-    found = tool_life(basis(posterior, torque_N_m=60.0, power_W=5000.0), job(ROUGH))
+    found = tool_life(
+        basis(posterior, spindle=AxisLimits(torque_N_m=60.0, power_W=5000.0)), job(ROUGH)
+    )
     assert [one.channel for one in found.lives] == ["torque.spindle", "spindle.power"]
     assert (found.lives[0].minutes.value or 0.0) < (found.lives[1].minutes.value or np.inf)
     assert "passes 60 N·m" in found.lines[0]
@@ -139,7 +141,7 @@ def test_beyond_what_was_seen_is_said_and_not_searched_for_ever() -> None:
 
 
 def test_where_no_wear_was_learnt_a_line_says_what_teaches_it() -> None:
-    found = tool_life(basis(prior(), power_W=5000.0), job(ROUGH))
+    found = tool_life(basis(prior(), spindle=AxisLimits(power_W=5000.0)), job(ROUGH))
     assert found.lives == ()
     assert found.why is not None
     assert "tool.cutting_time" in found.why

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 from sqlalchemy import select
 
+import autodb
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
@@ -301,7 +302,7 @@ def _of_unseen_edges() -> tuple[Array, Array]:
 
 def _last_as_long_as_is_said(cli: Cli) -> None:
     """Hold the life until a limit between a fresh edge's force and an old one's to the truth."""
-    Path("part.toml").write_text(JOB.split("[[cut]]")[0] + PART)
+    Path("part.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + PART)
     limit_N = 0.5 * (_true_N(0.0)["y"] + _true_N(1200.0)["y"])
     ages = np.linspace(0.0, 2400.0, 481)
     passed = [_true_N(age)["y"] > limit_N for age in ages.tolist()]
@@ -313,6 +314,18 @@ def _last_as_long_as_is_said(cli: Cli) -> None:
     assert 0.0 < one["sure_min"] < one["minutes"]["value"]
     said = cli(*asked).out
     assert "change the edge after" in said
+    found = autodb.open("autodb.sqlite3").machine("lathe-1").tool_life(
+        "part.toml", limits={"force.y": limit_N}
+    )  # fmt: skip
+    assert "\n".join(found.lines).split() == said.split()
+    (row,) = found.to_pandas().to_dict("records")
+    assert row["parts_low"] < row["parts"] < row["parts_high"]
+    assert found.to_dict()["lives"] == [one]
+    # With a machine's limit it stands in the prediction, too
+    file = (ROOT / "sample_jobs" / "stepped_shaft" / "machine.toml").read_text()
+    Path("limit.toml").write_text(file.replace("torque_N_m = 105", "torque_N_m = 17"))
+    assert cli("machine", "update", "lathe-1", "--file", "limit.toml").err == ""
+    assert "an edge lasts" in cli("predict", "part.toml", "--machine", "lathe-1").out
 
 
 def _without_time(name: Path, to: Path) -> None:

@@ -141,8 +141,8 @@ def tool_life(
     oldest_s = max(BEYOND * wear.reference_s, 2.0 * start_s)
     more_s = np.geomspace(SOONEST * oldest_s, oldest_s - start_s, LOOKED_AT - 1)
     ages_s = start_s + np.concatenate([[0.0], more_s])
-    part = _Part(job.cut, part_s, _begins(job.cut, times))
-    lives = _lives(basis, part, once, ages_s, limits, sure)
+    part = _Part(job.cut, once, part_s, _begins(job.cut, times))
+    lives = _lives(basis, part, ages_s, limits=limits, sure=sure)
     notes = _notes(basis, wear.reference_s, oldest_s, lives, once)
     return replace(
         found, part_s=part_s, learnt_s=wear.reference_s, searched_s=oldest_s, lives=lives,
@@ -182,9 +182,10 @@ def _refuse_limits(limits: Mapping[str, float]) -> None:
 
 @dataclass(frozen=True)
 class _Part:
-    """What an edge makes of one part: its cuts, each with its begin, and the time of all."""
+    """What an edge makes of one part: its cuts as asked and predicted, and the time of all."""
 
     cuts: Sequence[JobCut]
+    once: Sequence[PredictedCut]
     part_s: float | None
     cut_of: Sequence[PartCut]
 
@@ -206,23 +207,23 @@ def _begins(cuts: Sequence[JobCut], times: Sequence[float | None]) -> list[PartC
 def _lives(
     basis: PredictionBasis,
     part: _Part,
-    once: Sequence[PredictedCut],
     ages_s: Array,
+    *,
     limits: Mapping[str, float] | None,
     sure: float,
 ) -> tuple[EdgeLife, ...]:
     """Return the lives until each limit is passed, by the cut that passes it first."""
     asked = [
         (k, what, limit)
-        for k, cut in enumerate(once)
+        for k, cut in enumerate(part.once)
         for what in QUANTITIES
         if (limit := _limit(what, cut, limits, basis.limits)) is not None
     ]
     if not asked:
         raise UnusableInput(
             phrase(
-                "machine '{machine}' states no limit of a force, torque or power; state one of the "
-                "question, such as torque.spindle=40, or of the machine with 'autodb machine "
+                "machine '{machine}' states no limit of a force, torque or power; state one with "
+                "the question, such as torque.spindle=40, or of the machine with 'autodb machine "
                 "update'",
                 machine=basis.machine,
             )
@@ -304,7 +305,7 @@ def _notes(
     """Say what a life rests on beyond what was seen."""
     said = []
     ends = [one.minutes.value for one in lives if one.minutes.value is not None]
-    if ends and 60.0 * min(ends) > learnt_s or not ends:
+    if (ends and 60.0 * min(ends) > learnt_s) or not ends:
         said.append(
             phrase(
                 "no edge was seen beyond {seen}; what is said of older ones, up to {searched}, is "
