@@ -154,7 +154,7 @@ def carried_out(
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner, blade_of)
+    interpreter = Interpreter(state, runner, blade_of, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
     if radius_of is not None and not (instructions.problems or problems):
