@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from autodb.forward.line_parts import Followed
 
 
+NOSE = "nose_radius_mm"
+
+
 @dataclass(frozen=True)
 class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
@@ -143,7 +146,7 @@ def _answer(
         notes = (
             *basis.notes(program.lines),
             *said_of_terms(known.posterior, known.tool, (), cuts),
-            *_of_program(program, job.tool, cuts),
+            *_of_program(program, job.tool, cuts, nose_mm=known.tool.numbers.get(NOSE)),
         )
     figures = tuple(cut_figures(cut) for cut in cuts)
     answer = JobAnswer(
@@ -187,9 +190,11 @@ def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
     return stored
 
 
-def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) -> Iterable[str]:
+def _of_program(
+    program: "Followed", tool: str, cuts: Sequence[PredictedCut], *, nose_mm: float | None
+) -> Iterable[str]:
     """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
-    from autodb.forward.along import peaked
+    from autodb.forward.along import nose_leaves, peaked
 
     lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
     yield (
@@ -199,4 +204,5 @@ def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) ->
     if len(program.tools) > 1:
         yield f"cuts with tools {', '.join(program.tools)}: all by what is known of {tool}"
     yield from program.notes
+    yield from nose_leaves(program.lines, program.beside, nose_mm)
     yield from peaked(cuts)

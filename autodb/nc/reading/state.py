@@ -100,8 +100,8 @@ class ProgramState:
 
     @property
     def beside(self) -> Beside | None:
-        """On which side of the contour a mill goes, and how far; None where it does not."""
-        return None if self.lathe or self.side is None else (self.side, self.side_mm)
+        """On which side of the contour a tool goes, and how far; None where it does not."""
+        return None if self.side is None else (self.side, self.side_mm)
 
     def known(self, axis: str) -> float:
         """Return where an axis is, mm; it is known."""
