@@ -32,7 +32,7 @@ _UNITS: tuple[tuple[str, str], ...] = (
     (r"cutting\.(direction|ramp)", "deg"),
     (r"pocket\.diameter", "mm"),
     (r"(work\.diameter|tool\.flank_wear|chip\.thickness)", "mm"),
-    (r"tool\.cutting_time", "s"),
+    (r"(tool\.cutting_time|cut\.duration)", "s"),
     (r"(cut|tool\.edge|job\.block)", "1"),
 )
 _OF_CURRENTS = ("current.u", "current.v", "current.w", "current.range", "current.air")
@@ -40,7 +40,7 @@ _OF_NO_AXIS = (
     "spindle.speed", "spindle.power", "torque.spindle", *FORCES, "lubricant.temperature", "cut",
     "cutting.speed", "cutting.feed", "cutting.depth", "cutting.width", "cutting.direction",
     "cutting.ramp", "pocket.diameter", "work.diameter", "tool.flank_wear", "chip.thickness",
-    "tool.cutting_time", "tool.edge", "job.block",
+    "tool.cutting_time", "cut.duration", "tool.edge", "job.block",
 )  # fmt: skip
 OUR_UNITS = tuple(dict.fromkeys(unit for _, unit in _UNITS if unit != "1"))
 """Every unit that a channel's name carries."""
@@ -57,12 +57,14 @@ _LARGEST: tuple[tuple[str, float], ...] = (
     (r"cutting\.(feed|depth|width)|tool\.flank_wear|chip\.thickness", 1e3),
     (r"(work|pocket)\.diameter", 1e5),
     (r"cutting\.(direction|ramp)", 1e3),
-    (r"tool\.cutting_time", 1e8),
+    (r"(tool\.cutting_time|cut\.duration)", 1e8),
 )
 """Beyond what machine tools do by a factor: the fastest air-bearing spindles reach some 350 000 rpm
 and the longest portal mills some 100 m; the others are ten times and more over what is built."""
 JOB, JOB_CUT, JOB_BLOCK = "job", "job.cut", "job.block"
 """Columns that say which job a cut is of, which of its cuts, and which line of its program."""
+DURATION = "cut.duration"
+"""Column of how long a cut took, from its entry to its exit."""
 LOT = "work.lot"
 """Column of the lot of material that a cut was made in: a bar, a heat number."""
 TEXT_COLUMNS = ("operation", "work.material", LOT, "tool", JOB, JOB_CUT)

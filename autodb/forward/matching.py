@@ -2,9 +2,10 @@
 
 A cut that says which one it is, by name or by the line of its program, is that one. Any other is
 looked for by what was cut: operation, depth, width and diameter are as asked for within tolerances,
-feed and speed within what an override makes of them. Where several cuts of the job fit, the order
-of all decides, as far as it leaves one way only (longest common subsequence); the rest is left
-open, to be asked.
+feed and speed within what an override makes of them, and so is how long it took, where that is
+known. A line of a program is looked for by its speed and by how long it took. Where several cuts of
+the job fit, the order of all decides, as far as it leaves one way only (longest common
+subsequence); the rest is left open, to be asked.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.files.channels import DURATION
 from autodb.pairs.engaged import DEPTH, DIAMETER, FEED, RPM, SPEED, WIDTH, Conditions
 
 SAME: Mapping[str, tuple[float, float]] = {
@@ -24,15 +26,22 @@ allowances vary and tools wear by so much; steps of a job differ by more."""
 OVERRIDE = (0.5, 1.5)
 """Between which shares of what was asked for feed and speed may be. Chosen: what the switches of
 most controllers reach while cutting."""
+LASTS = (0.1, 0.5)
+"""By how much a cut may be longer or shorter than was asked for: a share, or s where that is more.
+Chosen: entry and exit take some turns, slides speed up and slow down."""
+LINE_RPM = 0.05
+"""Share by which the speed of a program's line may be off. Chosen: a motor slips by less."""
 MOST = 500
 """Cuts up to which their order is looked at. Chosen: a thousand take a second."""
 
 
 @dataclass(frozen=True)
 class CutOfJob:
-    """A cut of a job that was predicted: what is known of it by channel; of a program's line, none.
+    """A cut of a job that was predicted: what is known of it by channel.
 
-    ``block``: the program's line; ``end_mm``: the diameter where it ends, if that is another.
+    ``block``: the program's line that it is, of which speed and feed alone are known; ``end_mm``:
+    the diameter where it ends, if that is another; ``time_s``: how long it takes as asked for,
+    None where nobody says how far it goes.
     """
 
     name: str
@@ -40,6 +49,7 @@ class CutOfJob:
     conditions: Conditions
     block: int | None = None
     end_mm: float | None = None
+    time_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,12 +84,51 @@ class Match:
 
 
 def fits(asked: CutOfJob, made: MadeCut) -> bool:
-    """Say whether a made cut may be the one asked for, by its operation and conditions."""
+    """Say whether a made cut may be the one asked for: operation, conditions, how long it took."""
     if asked.operation != made.operation:
         return False
+    if asked.block is not None:
+        return _fits_line(asked, made)
     same = [name for name in SAME if name in asked.conditions and name in made.conditions]
     alike = all(_same(name, made.conditions[name], asked) for name in same)
-    return alike and bool(same or FEED in made.conditions) and overridden_alike(asked, made)
+    known = bool(same or FEED in made.conditions)
+    return alike and known and overridden_alike(asked, made) and _lasts_alike(asked, made)
+
+
+def _fits_line(asked: CutOfJob, made: MadeCut) -> bool:
+    """Say whether a made cut may be a line of a program: its speed is known, and how long it took.
+
+    Where its feed is not known on both sides it took as long as without an override.
+    """
+    rpm, made_rpm = asked.conditions.get(RPM), made.conditions.get(RPM)
+    time_s, lasted_s = asked.time_s, made.conditions.get(DURATION)
+    if rpm is None or made_rpm is None or time_s is None or lasted_s is None:
+        return False
+    fed = FEED in asked.conditions and FEED in made.conditions
+    alike = abs(made_rpm - rpm) <= LINE_RPM * rpm and (fed or _near(lasted_s, time_s, time_s))
+    return alike and overridden_alike(asked, made) and _lasts_alike(asked, made)
+
+
+def _lasts_alike(asked: CutOfJob, made: MadeCut) -> bool:
+    """Say whether a cut took as long as asked for, as far as both are known.
+
+    At the feed and speed that it was made with; where these are not known on both sides, as long as
+    an override may make of it.
+    """
+    if asked.time_s is None or DURATION not in made.conditions:
+        return True
+    slowest, fastest = OVERRIDE
+    least_s, most_s = asked.time_s / fastest, asked.time_s / slowest
+    rates = [one.conditions.get(FEED, 0.0) * one.conditions.get(RPM, 0.0) for one in (asked, made)]
+    if all(rates):
+        least_s = most_s = asked.time_s * rates[0] / rates[1]
+    return _near(made.conditions[DURATION], least_s, most_s)
+
+
+def _near(lasted_s: float, least_s: float, most_s: float) -> bool:
+    share, least_off_s = LASTS
+    off_s = max(share * most_s, least_off_s)
+    return least_s - off_s <= lasted_s <= most_s + off_s
 
 
 def overridden_alike(asked: CutOfJob, made: MadeCut) -> bool:

@@ -124,7 +124,30 @@ def test_cuts_of_one_name_are_told_by_their_order() -> None:
     assert [one.places for one in matched(asked, named)] == [(0,), (1,)]
 
 
-def test_lines_of_a_program_are_told_by_their_number_alone() -> None:
-    asked = [CutOfJob(f"line {n}: G1", "turn", {}, block=n) for n in (7, 9)]
-    made = [MadeCut("turn", {}, block=9.0), MadeCut("turn", SHAFT["rough 56"])]
-    assert [one.places for one in matched(asked, made)] == [(1,), ()]
+def test_grooves_that_nothing_else_tells_apart_are_told_by_how_long_they_took() -> None:
+    """At 80 % of the feed a cut takes 1.25 times as long; what nobody timed may be any."""
+    asked = [CutOfJob(f"{s}", "turn", GROOVES["left"], time_s=s) for s in (4.0, 6.0, 9.0)]
+    times = {6.1: 0.1, 11.2: 0.08, 7.5: 0.1}
+    made = [
+        MadeCut("turn", GROOVES["left"] | {"cut.duration": lasted_s, "cutting.feed": feed})
+        for lasted_s, feed in times.items()
+    ]
+    assert [matched(asked, [one])[0].places for one in made] == [(1,), (2,), ()]
+    assert matched(asked, [MadeCut("turn", GROOVES["left"])])[0].places == (0, 1, 2)
+
+
+def test_lines_of_a_program_are_told_by_their_number_or_by_speed_and_time() -> None:
+    lines = {7: 5.0, 9: 8.0}
+    asked = [
+        CutOfJob(f"line {n}: G1", "turn", {"spindle.speed": 1200}, block=n, time_s=time_s)
+        for n, time_s in lines.items()
+    ]
+    shaft = SHAFT["rough 56"]
+    made = [
+        MadeCut("turn", {}, block=9.0),
+        MadeCut("turn", shaft),
+        MadeCut("turn", shaft | {"cut.duration": 8.3}),
+        MadeCut("turn", shaft | {"cut.duration": 6.3}),
+        MadeCut("turn", shaft | {"cut.duration": 8.3, "spindle.speed": 1100}),
+    ]
+    assert [matched(asked, [one])[0].places for one in made] == [(1,), (), (1,), (), ()]

@@ -27,6 +27,7 @@ _CONDITION_PREFIXES = (
     "spindle.speed",
     "tool.",
     "chip.",
+    "cut.",
     "z.position",
 )
 CHIP = "chip.thickness"

@@ -1,9 +1,10 @@
 """Jobs that were predicted, as what was asked for, and a prediction at what was then made of it."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -16,13 +17,26 @@ from autodb.files.job_cut import JobCut
 from autodb.forward.limits import QUANTITIES
 from autodb.forward.matching import OVERRIDE, CutOfJob, MadeCut, overridden_alike
 from autodb.forward.prediction import ToolOf
-from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED, RPM, SPEED, WIDTH, Conditions
+from autodb.pairs.engaged import (
+    BANDS,
+    BY_NAME,
+    CUTTING_TIME,
+    DEPTH,
+    FEED,
+    RPM,
+    SPEED,
+    WIDTH,
+    Conditions,
+)
 from autodb.pairs.forecast import expected_means
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
 
 UNCHANGED = 1e-3
 """Share by which a condition may differ and be the one asked for. Chosen: logs round."""
+FED = 0.05
+"""Share by which the feed of a program's line may be off for its forces to be those predicted.
+Chosen: forces follow four fifths of it."""
 FAR = 5.0
 """Factor from which on what was made differently says nothing of the prediction. Chosen."""
 SMALL = 1e-6
@@ -101,14 +115,14 @@ class AskedCuts:
         its = session.scalar(select(models.Tool).where(models.Tool.name == tool))
         self._tool = ToolOf(tool, numbers_of(its) if its is not None else {})
         stated = [JobCut.model_validate(one) for one in self.row.job.get("cut", ())]
-        self.cuts = [self._of_cut(cut) for cut in stated] or [
-            CutOfJob(one["name"], one["operation"], {}, block=_block(one["name"]))
-            for one in self.row.cuts
-        ]
+        self.cuts = [
+            self._of_cut(cut, answer) for cut, answer in zip(stated, self.row.cuts, strict=False)
+        ] or [_of_line(answer) for answer in self.row.cuts]
 
-    def _of_cut(self, cut: JobCut) -> CutOfJob:
+    def _of_cut(self, cut: JobCut, answer: Mapping[str, Any]) -> CutOfJob:
         conditions = cut.conditions(self._tool.diameter_mm)
-        return CutOfJob(cut.name, cut.operation, conditions, end_mm=cut.end_diameter_mm)
+        end_mm, time_s = cut.end_diameter_mm, answer.get("time_s")
+        return CutOfJob(cut.name, cut.operation, conditions, end_mm=end_mm, time_s=time_s)
 
     def called(self, place: int) -> str:
         """Return what a cut is called, its number where it has no name."""
@@ -141,8 +155,8 @@ class AskedCuts:
         stored, asked = self.row.cuts[place], self.cuts[place]
         found = {one.channel: stored[one.field] for one in QUANTITIES if stored[one.field]}
         values = {name: [one["value"], one["low"], one["high"]] for name, one in found.items()}
-        if not asked.conditions:
-            return values
+        if asked.block is not None:
+            return values if _fed_alike(asked, made) else {}
         happened = _happened(asked.conditions, made.conditions)
         if happened is None or not overridden_alike(asked, made):
             return {}
@@ -167,6 +181,24 @@ class AskedCuts:
                 return as_posterior(row)
         material, tool = self.row.job["material"], self.row.job["tool"]
         return start_of(self._session, self.row.machine_id, material, tool).posterior
+
+
+def _of_line(answer: Mapping[str, Any]) -> CutOfJob:
+    """Return a line of a program, of which the answer alone says how it cuts."""
+    conditions = {RPM: answer["speed_rpm"]}
+    ends_mm = [(answer.get(end) or {}).get("diameter_mm") for end in ("start", "end")]
+    feed_mm_min = answer.get("feed_mm_min")
+    if answer["operation"] not in BANDS and feed_mm_min and ends_mm[0] == ends_mm[1]:
+        conditions[FEED] = feed_mm_min / answer["speed_rpm"]
+    name, time_s = answer["name"], answer.get("time_s")
+    return CutOfJob(name, answer["operation"], conditions, block=_block(name), time_s=time_s)
+
+
+def _fed_alike(asked: CutOfJob, made: MadeCut) -> bool:
+    """Say whether a line was made at its feed, as far as both are known."""
+    if FEED not in asked.conditions or FEED not in made.conditions:
+        return True
+    return abs(made.conditions[FEED] - asked.conditions[FEED]) <= FED * asked.conditions[FEED]
 
 
 def _block(name: str) -> int | None:

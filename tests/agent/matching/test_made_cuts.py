@@ -181,15 +181,43 @@ PART = (
 )
 
 
-@pytest.mark.parametrize("program", ["O0012", "o12.nc", "C:\\\\nc\\\\O12.NC", "12"])
-def test_lines_of_a_program_are_matched_by_their_number(lathe: Cli, program: str) -> None:
+def _predict_part(lathe: Cli) -> list[str]:
+    """Predict the program; return its two lines that cut."""
     Path("o0012.nc").write_text(PART, encoding="utf-8")
     text = '\n[program]\nfile = "o0012.nc"\nstock_diameter_mm = 60\n'
     Path("part.toml").write_text(JOB.format(name="part", cuts=text), encoding="utf-8")
     ran = lathe("predict", "part.toml", *MACHINE, "--json")
     assert ran.code == 0, ran.err
-    names = [cut["name"] for cut in json.loads(ran.out)["cuts"]]
+    return [cut["name"] for cut in json.loads(ran.out)["cuts"]]
+
+
+@pytest.mark.parametrize("program", ["O0012", "o12.nc", "C:\\\\nc\\\\O12.NC", "12"])
+def test_lines_of_a_program_are_matched_by_their_number(lathe: Cli, program: str) -> None:
+    names = _predict_part(lathe)
     cuts = (("", 50, 3.0, 0.15), ("", 56, 2.0, 0.2))
     columns = {"job.block": [8, 4]}
     import_and_match(lathe, write_cuts("made", cuts, f'program = "{program}"\n', **columns))
     assert links() == {1: (names[1], "name"), 2: (names[0], "name")}
+
+
+@pytest.mark.parametrize(
+    ("lasted_s", "fed_mm", "found"),
+    [
+        ([3.4, 5.1], (0.15, 0.2), [1, 0]),
+        ([4.2, 5.1], (0.12, 0.2), [1, 0]),
+        ([3.4, 9.0], (0.15, 0.2), [1, None]),
+    ],
+    ids=["as programmed", "feed overridden", "longer than any line"],
+)
+def test_lines_of_a_program_are_told_by_speed_and_how_long_they_took(
+    lathe: Cli, lasted_s: list[float], fed_mm: tuple[float, float], found: list[int | None]
+) -> None:
+    """20 mm at 240 mm/min and 10 mm at 180 mm/min: 5 and 3.33 s."""
+    names = _predict_part(lathe)
+    cuts = (("", 50, 3.0, fed_mm[0]), ("", 56, 2.7, fed_mm[1]))
+    columns: Columns = {"cut.duration": lasted_s, "spindle.speed": [1200, 1200]}
+    import_and_match(lathe, write_cuts("made", cuts, "", **columns))
+    matched = {k: (names[at], "conditions") for k, at in enumerate(found, 1) if at is not None}
+    assert links() == matched
+    expected = queried("SELECT expected FROM predicted_cut ORDER BY cut_id")
+    assert bool(json.loads(expected[0][0])) == (fed_mm[0] == 0.15)

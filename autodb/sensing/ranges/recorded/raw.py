@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.files.channels import FORCES, JOB_BLOCK, JOB_CUT
+from autodb.files.channels import DURATION, FORCES, JOB_BLOCK, JOB_CUT
 from autodb.files.side import SideFile
 from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import faults
@@ -94,7 +94,10 @@ def cut_stretch(recording: Recording) -> tuple[float, float]:
     Raises SetAside where no cut shows.
     """
     found, _ = _recorded(recording, None)
-    parts = segments_of(found, recording)
+    return _stretch_s(recording, segments_of(found, recording))
+
+
+def _stretch_s(recording: Recording, parts: signals.CutSegments) -> tuple[float, float]:
     middles = [(one.start + one.stop) // 2 for one in (parts.entry, parts.exit)]
     last = len(recording) - 1
     return float(recording.t_s[middles[0]]), float(recording.t_s[min(middles[1], last)])
@@ -186,6 +189,9 @@ def _conditions(
 ) -> dict[str, float]:
     """Return what was cut with: as stated, and speed and diameter as they were on average."""
     row = {"cut": 1.0, "t": float(recording.t_s[parts.cut.start])} | stated_by(recording.side)
+    if parts.exit.stop < len(recording):
+        begin_s, end_s = _stretch_s(recording, parts)
+        row[DURATION] = end_s - begin_s
     if found.speed_rpm is not None:
         row["spindle.speed"] = float(np.mean(found.speed_rpm[parts.cut]))
     if found.radius is not None:

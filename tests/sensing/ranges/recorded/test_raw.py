@@ -140,3 +140,12 @@ def test_an_x_that_withdraws_is_no_other_radius_of_a_turned_cut(
         rows.append(_row(raw.cut_of_recording(read).table))
     assert rows[0]["work.diameter"] == rows[1]["work.diameter"] == 62.0
     assert_allclose(rows[1]["spindle.current.range"], rows[0]["spindle.current.range"])
+
+
+def test_how_long_a_cut_took_is_kept_with_it_unless_it_goes_on(cut: dict[str, Array]) -> None:
+    whole = Recording(path=Path("a.csv"), channels=cut)
+    begin_s, end_s = raw.cut_stretch(whole)
+    assert_allclose(_row(raw.cut_of_recording(whole).table)["cut.duration"], end_s - begin_s)
+    open_ = {name: values[cut["t"] < end_s - 1.0] for name, values in cut.items()}
+    going_on = raw.cut_of_recording(Recording(path=Path("a.csv"), channels=open_))
+    assert "cut.duration" not in _row(going_on.table)
