@@ -42,15 +42,11 @@ QUANTITY_WORDS = {
 
 @dataclass(frozen=True)
 class PartCut:
-    """A cut of a part: its number from 1, name, begin s_k and the path along its feed.
-
-    ``path_mm``: None where nobody says how far it goes.
-    """
+    """A cut of a part: its number from 1, name, and begin s_k."""
 
     number: int
     name: str
     begin_s: float
-    path_mm: float | None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from autodb.agent.answer.bounds.lasting import tool_life
 from autodb.agent.answer.bounds.stable import stable_cuts
 from autodb.agent.answer.explaining import explain_with_machine
 from autodb.agent.answer.looking_up import PairReader
-from autodb.agent.answer.predicting import answer_of, predict_job
+from autodb.agent.answer.predicting import answer_of, followed_program, predict_job
 from autodb.agent.ingest.framed import import_table, kept_table
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
@@ -172,9 +172,12 @@ class ShopMachine:
         UnusableInput where there is no limit, or lengths are missing.
         """
         asked = job_of(job, material=material, tool=tool, lot=lot)
-        with opened_database(self.url) as store, store.reading() as session:
-            basis = PairReader(session, self.name).basis(asked.material, asked.tool)
-            return ToolLifeResult(tool_life(basis, asked, limits=limits, sure=sure))
+        with opened_database(self.url) as store:
+            program = followed_program(store, self.name, asked)
+            with store.reading() as session:
+                basis = PairReader(session, self.name).basis(asked.material, asked.tool)
+                found = tool_life(basis, asked, limits=limits, sure=sure, program=program)
+        return ToolLifeResult(found)
 
     def stability(
         self,

@@ -65,7 +65,7 @@ def predict_job(
     stated of the tool's geometry, which is kept with it. Raises UnusableInput for an unknown
     machine, a program that is broken, or where the tool cannot make a cut or is another one.
     """
-    program = _followed(store, machine, job)
+    program = followed_program(store, machine, job)
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
         if tool is not None:
@@ -102,7 +102,7 @@ def answer_job(
 
     ``tool``: what is stated of the tool's geometry. Raises UnusableInput as ``predict_job``.
     """
-    program = _followed(store, machine, job)
+    program = followed_program(store, machine, job)
     with store.reading() as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
@@ -110,8 +110,11 @@ def answer_job(
         return _answer(basis, job, program)[0]
 
 
-def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
-    """Return a job's program followed through its stock; None where the job lists cuts."""
+def followed_program(store: Store, machine: str, job: Job) -> "Followed | None":
+    """Return a job's program followed through its stock; None where the job lists cuts.
+
+    Raises UnusableInput for an unknown machine or a program that is broken.
+    """
     if job.program is None:
         return None
     from autodb.forward import programs

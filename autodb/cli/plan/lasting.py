@@ -43,15 +43,19 @@ def life_command(
     """
     from autodb.agent.answer.bounds.lasting import ToolLife, tool_life
     from autodb.agent.answer.looking_up import PairReader
+    from autodb.agent.answer.predicting import followed_program
     from autodb.files.job import read_job
 
     asked = read_job(job)
     limits = dict(_limit(text) for text in limit or ())
     geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool)[1]
-    with opened_machine(db, machine) as (store, name), store.reading() as session:
-        basis = PairReader(session, name).basis(asked.material, asked.tool).with_tool(geometry)
-        with working(f"tool life on {name}"):
-            found = tool_life(basis, asked, limits=limits, sure=sure / 100.0)
+    with opened_machine(db, machine) as (store, name), working(f"tool life on {name}"):
+        program = followed_program(store, name, asked)
+        with store.reading() as session:
+            basis = PairReader(session, name).basis(asked.material, asked.tool)
+            found = tool_life(
+                basis.with_tool(geometry), asked, limits=limits, sure=sure / 100.0, program=program
+            )
     if json:
         from pydantic import TypeAdapter
 

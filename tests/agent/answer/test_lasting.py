@@ -1,6 +1,7 @@
 """How long an edge lasts: the life of pairs whose wear is known, drawn by a law of its own."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.job_cuts import predict
 from autodb.forward.prediction import ToolOf
+from autodb.forward.programs import follow
 from autodb.forward.tool_life import PartCut, passing_ages_s, whole_parts
 from autodb.pairs.posterior import WEAR, PairPosterior
 from tests.helpers.turned_pairs import prior
@@ -160,17 +162,47 @@ def test_what_cannot_be_answered_is_said_in_a_line() -> None:
         tool_life(basis(posterior), job(ROUGH))
     with pytest.raises(UnusableInput, match="state length_mm of cut 2"):
         life_of(posterior, ROUGH, FINISH.model_copy(update={"length_mm": None}), limit_N=900.0)
-    program = Job(
-        name="nc", material="C45", tool="insert",
-        program=JobProgram(file="shaft.nc", stock_diameter_mm=60.0),
+
+
+def test_a_program_wears_as_its_cut_does(tmp_path: Path) -> None:
+    """One pass along the bar, as a line of a program and as a cut of a job."""
+    text = "G21 G99 G97 S795.7747 M3\nG0 X60 Z0\nG1 Z-100 F0.2\nG0 X70\nZ0\nM30\n"
+    (tmp_path / "p.nc").write_text(text, "utf-8")
+    asked = JobProgram(file=str(tmp_path / "p.nc"), stock_diameter_mm=64.0)
+    posterior = surely(worn_posterior(replace(WEARS, between=0.0, power_sd=0.1)))
+    limits = {"force.z": of_fresh(posterior)[0] + 0.4 * at_reference(posterior)}
+    line = Job(name="nc", material="C45", tool="insert", program=asked)
+    program = follow(asked, units="mm", diameter=True)
+    (of_line,) = tool_life(basis(posterior), line, limits=limits, program=program).lives
+    (of_cut,) = tool_life(basis(posterior), job(ROUGH), limits=limits).lives
+    for name in ("value", "high"):
+        ends = [getattr(one.minutes, name) for one in (of_line, of_cut)]
+        assert_allclose(ends[0], ends[1], rtol=0.02)
+    assert of_line.parts is not None and of_cut.parts is not None
+    assert of_line.parts.value == of_cut.parts.value
+    assert of_line.path_m is None
+
+
+def test_of_many_lines_those_that_load_most_are_looked_at(tmp_path: Path) -> None:
+    """Thirty passes, the deepest among them ends the edge; all together take the same answer."""
+    passes = "".join(
+        f"G0 X{60 - 0.4 * k:.3f} Z1\nG1 Z-20 F{0.4 if k == 17 else 0.15}\nG0 X70\n"
+        for k in range(30)
+    )
+    (tmp_path / "p.nc").write_text(f"G21 G99 G97 S800 M3\n{passes}M30\n", "utf-8")
+    asked = JobProgram(file=str(tmp_path / "p.nc"), stock_diameter_mm=60.4)
+    line = Job(name="nc", material="C45", tool="insert", program=asked)
+    program = follow(asked, units="mm", diameter=True)
+    found = tool_life(
+        basis(worn_posterior()), line, limits={"force.y": 160.0}, program=program
     )  # fmt: skip
-    with pytest.raises(UnusableInput, match="has a program"):
-        tool_life(basis(posterior), program)
+    assert found.part_s == pytest.approx(program.cutting_s)
+    assert "F0.4" in found.lives[0].name
 
 
 def test_ages_and_parts_by_hand() -> None:
     ages, chances = np.array([0.0, 10.0, 20.0]), np.array([0.1, 0.5, 0.9])
     assert passing_ages_s(ages, chances, (0.05, 0.5, 0.9, 0.95)) == [0.0, 10.0, 20.0, None]
-    cut = PartCut(1, "", 30.0, None)
+    cut = PartCut(1, "", 30.0)
     counted = [whole_parts(age, start_s=0.0, cut=cut, part_s=100.0) for age in (20, 31, 130, 131)]
     assert counted == [0, 1, 1, 2]

@@ -321,6 +321,14 @@ def _last_as_long_as_is_said(cli: Cli) -> None:
     (row,) = found.to_pandas().to_dict("records")
     assert row["parts_low"] < row["parts"] < row["parts_high"]
     assert found.to_dict()["lives"] == [one]
+    # So does a program that makes that cut
+    Path("part.nc").write_text(
+        "G21 G99 G97 S1400.563 M3\nG0 X50 Z0\nG1 Z-60 F0.2\nG0 X60\nM30\n"
+    )
+    program = "[program]\nfile = 'part.nc'\nstock_diameter_mm = 53.0\ndiameter = true\n"
+    Path("nc.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + program)
+    (of_line,) = json.loads(cli("life", "nc.toml", *asked[2:], "--json").out)["lives"]
+    assert_allclose(of_line["minutes"]["value"], one["minutes"]["value"], rtol=0.02)
     # With a machine's limit it stands in the prediction, too
     file = (ROOT / "sample_jobs" / "stepped_shaft" / "machine.toml").read_text()
     Path("limit.toml").write_text(file.replace("torque_N_m = 105", "torque_N_m = 17"))

@@ -6,19 +6,19 @@ bends, what edges differ by, and what past predictions widen intervals by.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.agent.answer.bounds.aged_parts import AgedPart, part_of_cuts, part_of_program
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.errors import UnusableInput, near
 from autodb.files.job import Job
-from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import QUANTITIES, PredictedQuantity
+from autodb.forward.line_parts import Followed
 from autodb.forward.prediction import PredictedCut
-from autodb.forward.tool_life import EdgeLife, PartCut, chances_of, edge_life, quantile_of
+from autodb.forward.tool_life import EdgeLife, chances_of, edge_life, quantile_of
 from autodb.pairs.posterior import Wear
 from autodb.wording import amount_words, localized, phrase
 
@@ -102,23 +102,19 @@ def tool_life(
     *,
     limits: Mapping[str, float] | None = None,
     sure: float = SURE,
+    program: Followed | None = None,
 ) -> ToolLife:
     """Return how long an edge lasts in a job's cuts, which it makes in turn, part after part.
 
+    ``program``: that of the job, followed, in place of its cuts: all lines are made by the edge.
+
     ``limits``: by channel (force.x, torque.spindle, spindle.power), instead of the machine's;
     ``sure``: the probability with which they are kept by those parts that are surely made. Raises
-    UnusableInput for a job with a program, another channel, or where there is no limit.
+    UnusableInput for another channel, where there is no limit, or where lengths are missing.
     """
-    if job.program is not None:
-        raise UnusableInput(
-            phrase(
-                "job '{job}' has a program; list its cuts as [[cut]] to ask how long an edge lasts",
-                job=job.name,
-            )
-        )
     _refuse_limits(limits or {})
     basis = basis.of_lot(job.lot)
-    start_s = job.cut[0].cutting_time_s or 0.0
+    start_s = 0.0 if program is not None else job.cut[0].cutting_time_s or 0.0
     found = ToolLife(
         job.name, job.material, basis.known.tool.name, start_s, None, None, None, sure, (),
         None, (),
@@ -126,28 +122,15 @@ def tool_life(
     wear = basis.known.posterior.wear
     if wear is None:
         return replace(found, why=_not_learnt(basis))
-    once, _ = basis.predict(job.cut)
-    times = [one.time_s for one in once]
-    part_s = None if None in times else float(sum(one or 0.0 for one in times))
-    if part_s is None and len(job.cut) > 1:
-        lacking = [f"{k}" for k, one in enumerate(times, start=1) if one is None]
-        raise UnusableInput(
-            phrase(
-                "job '{job}': state length_mm of cut {cuts}, to tell how old the edge is in each",
-                job=job.name,
-                cuts=", ".join(lacking),
-            )
-        )
+    part = part_of_cuts(basis, job) if program is None else part_of_program(basis, program)
     oldest_s = max(BEYOND * wear.reference_s, 2.0 * start_s)
     more_s = np.geomspace(SOONEST * oldest_s, oldest_s - start_s, LOOKED_AT - 1)
     ages_s = start_s + np.concatenate([[0.0], more_s])
-    part = _Part(job.cut, once, part_s, _begins(job.cut, times))
-    lives = _lives(basis, part, ages_s, limits=limits, sure=sure)
-    notes = _notes(basis, wear.reference_s, oldest_s, lives, once)
-    return replace(
-        found, part_s=part_s, learnt_s=wear.reference_s, searched_s=oldest_s, lives=lives,
-        notes=notes,
+    found = replace(
+        found, part_s=part.part_s, learnt_s=wear.reference_s, searched_s=oldest_s,
+        lives=_lives(basis, part, ages_s, limits=limits, sure=sure),
     )  # fmt: skip
+    return replace(found, notes=_notes(basis, found, part, program))
 
 
 def _not_learnt(basis: PredictionBasis) -> str:
@@ -180,33 +163,9 @@ def _refuse_limits(limits: Mapping[str, float]) -> None:
             )
 
 
-@dataclass(frozen=True)
-class _Part:
-    """What an edge makes of one part: its cuts as asked and predicted, and the time of all."""
-
-    cuts: Sequence[JobCut]
-    once: Sequence[PredictedCut]
-    part_s: float | None
-    cut_of: Sequence[PartCut]
-
-    @property
-    def path_mm(self) -> float | None:
-        """The way along the feed of one part; None where a cut does not state it."""
-        ways = [one.path_mm for one in self.cut_of]
-        return None if None in ways else sum(one or 0.0 for one in ways)
-
-
-def _begins(cuts: Sequence[JobCut], times: Sequence[float | None]) -> list[PartCut]:
-    before = [0.0, *accumulate(one or 0.0 for one in times)]
-    return [
-        PartCut(number, cut.name, begin, cut.path_mm)
-        for number, (cut, begin) in enumerate(zip(cuts, before, strict=False), start=1)
-    ]
-
-
 def _lives(
     basis: PredictionBasis,
-    part: _Part,
+    part: AgedPart,
     ages_s: Array,
     *,
     limits: Mapping[str, float] | None,
@@ -228,9 +187,12 @@ def _lives(
                 machine=basis.machine,
             )
         )
-    chances = _chances(basis, part.cuts, ages_s, asked)
+    wear = basis.known.posterior.wear
+    assert wear is not None
+    loaded = part.most_loaded(float(ages_s[-1]))
+    asked = [one for one in asked if one[0] in loaded]
     by_channel: dict[str, EdgeLife] = {}
-    for (k, what, limit), chance in zip(asked, chances, strict=True):
+    for (k, what, limit), chance in zip(asked, _chances(part, wear, ages_s, asked), strict=True):
         one = edge_life(
             ages_s,
             chance,
@@ -264,24 +226,20 @@ def _limit(
 
 
 def _chances(
-    basis: PredictionBasis,
-    cuts: Sequence[JobCut],
+    part: AgedPart,
+    wear: Wear,
     ages_s: Array,
     asked: Sequence[tuple[int, PredictedQuantity, float]],
 ) -> Array:
     """Return the chances (q, n) that what is asked for is beyond its limit at ages (n,)."""
-    wear = basis.known.posterior.wear
-    assert wear is not None
     alike = [(_as_old(ages_s, wear, off), weight) for off, weight in POWERS]
     far_s = max(float(one[-1]) for one, _ in alike)
     grid_s = np.concatenate([[0.0], np.geomspace(FIRST * far_s, far_s, AGES - 1)])
-    aged = [
-        cut.model_copy(update={"cutting_time_s": age}) for cut in cuts for age in grid_s.tolist()
-    ]
-    found, _ = basis.predict(aged)
+    which = list(dict.fromkeys(k for k, _, _ in asked))
+    found = dict(zip(which, part.at_ages(which, grid_s), strict=True))
     made = []
     for k, what, limit in asked:
-        its = [what.chance(one, limit) or 0.0 for one in found[k * AGES : (k + 1) * AGES]]
+        its = [what.chance(one, limit) or 0.0 for one in found[k]]
         z = np.array([quantile_of(one) for one in its])
         # A chance that falls with age is that of a wear that is not told from none
         z = np.maximum.accumulate(z)
@@ -296,16 +254,13 @@ def _as_old(ages_s: Array, wear: Wear, off: float) -> Array:
 
 
 def _notes(
-    basis: PredictionBasis,
-    learnt_s: float,
-    oldest_s: float,
-    lives: Sequence[EdgeLife],
-    once: Sequence[PredictedCut],
+    basis: PredictionBasis, found: ToolLife, part: AgedPart, program: Followed | None
 ) -> tuple[str, ...]:
     """Say what a life rests on beyond what was seen."""
     said = []
-    ends = [one.minutes.value for one in lives if one.minutes.value is not None]
-    if (ends and 60.0 * min(ends) > learnt_s) or not ends:
+    learnt_s, oldest_s = found.learnt_s or 0.0, found.searched_s or 0.0
+    ends = [one.minutes.value for one in found.lives if one.minutes.value is not None]
+    if not ends or found.start_s + 60.0 * min(ends) > learnt_s:
         said.append(
             phrase(
                 "no edge was seen beyond {seen}; what is said of older ones, up to {searched}, is "
@@ -314,7 +269,15 @@ def _notes(
                 searched=amount_words(oldest_s / 60.0, "min", ".3g"),
             )
         )
-    if any(one.state is not None for one in once):
+    if program is not None and len(program.tools) > 1:
+        said.append(
+            phrase(
+                "the program cuts with tools {tools}: all lines count as made by one edge; split "
+                "it to ask of each",
+                tools=", ".join(program.tools),
+            )
+        )
+    if any(one.state is not None for one in part.once):
         said.append(phrase("some cuts are of another process state, which holds no wear"))
     said.append(
         phrase(
