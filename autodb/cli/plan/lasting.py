@@ -41,13 +41,13 @@ def life_command(
 
     Nothing is stored. It needs a pair whose wear was learnt.
     """
-    from autodb.agent.answer.bounds.lasting import ToolLife, tool_life
+    from autodb.agent.answer.bounds.lasting import ToolLife, limit_stated, tool_life
     from autodb.agent.answer.looking_up import PairReader
     from autodb.agent.answer.predicting import followed_program
     from autodb.files.job import read_job
 
     asked = read_job(job)
-    limits = dict(_limit(text) for text in limit or ())
+    limits = dict(limit_stated(text, where="--limit") for text in limit or ())
     geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_machine(db, machine) as (store, name), working(f"tool life on {name}"):
         program = followed_program(store, name, asked)
@@ -63,16 +63,3 @@ def life_command(
         return
     for line in found.lines:
         say(line)
-
-
-def _limit(text: str) -> tuple[str, float]:
-    """Return channel and limit of CHANNEL=VALUE; raises UnusableInput where it is none."""
-    from autodb.errors import UnusableInput
-
-    channel, _, value = text.partition("=")
-    try:
-        return channel.strip(), float(value)
-    except ValueError:
-        raise UnusableInput(
-            f"--limit {text}: write CHANNEL=VALUE, such as torque.spindle=40"
-        ) from None

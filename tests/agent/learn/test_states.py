@@ -322,9 +322,7 @@ def _last_as_long_as_is_said(cli: Cli) -> None:
     assert row["parts_low"] < row["parts"] < row["parts_high"]
     assert found.to_dict()["lives"] == [one]
     # So does a program that makes that cut
-    Path("part.nc").write_text(
-        "G21 G99 G97 S1400.563 M3\nG0 X50 Z0\nG1 Z-60 F0.2\nG0 X60\nM30\n"
-    )
+    Path("part.nc").write_text("G21 G99 G97 S1400.563 M3\nG0 X50 Z0\nG1 Z-60 F0.2\nG0 X60\nM30\n")
     program = "[program]\nfile = 'part.nc'\nstock_diameter_mm = 53.0\ndiameter = true\n"
     Path("nc.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + program)
     (of_line,) = json.loads(cli("life", "nc.toml", *asked[2:], "--json").out)["lives"]

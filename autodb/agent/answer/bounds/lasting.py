@@ -96,6 +96,21 @@ class ToolLife:
         )
 
 
+def limit_stated(text: str, *, where: str) -> tuple[str, float]:
+    """Return channel and limit of CHANNEL=VALUE; raises UnusableInput where it is none."""
+    channel, _, value = text.partition("=")
+    try:
+        return channel.strip(), float(value)
+    except ValueError:
+        raise UnusableInput(
+            phrase(
+                "{where} {text}: write CHANNEL=VALUE, such as torque.spindle=40",
+                where=where,
+                text=text,
+            )
+        ) from None
+
+
 def tool_life(
     basis: PredictionBasis,
     job: Job,
