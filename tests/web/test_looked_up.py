@@ -143,7 +143,11 @@ def test_the_life_of_an_edge_is_asked_for(
     assert answer["why"] is None
     assert [one["channel"] for one in answer["lives"]] == ["torque.spindle"]
     assert answer["sure"] == 0.9
-    for bad, said in (("torque=25", "torque.spindle"), ("torque.spindle", "write CHANNEL=VALUE")):
+    for bad, said in (
+        ("torque=25", "spindle"),
+        ("torque.spindle", "spindle"),
+        ("force.z=0", "above 0"),
+    ):
         got = client.post(asked, json=job, params={"limit": bad})
         assert got.status_code == 422
         assert said in detail(got)

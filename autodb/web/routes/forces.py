@@ -4,6 +4,7 @@ from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response
+from pydantic import StringConstraints
 from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.answer.bounds.largest import Largest, Wanted, largest_value
@@ -103,6 +104,8 @@ async def largest_route(
     return json_answer(Largest, answer, found.mark)
 
 
+LIMITED = r"^(force\.[xyz]|torque\.spindle|spindle\.power)=[0-9]{1,9}(\.[0-9]{1,6})?$"
+LimitAsked = Annotated[str, StringConstraints(pattern=LIMITED)]
 AJob = Annotated[Job, Body(openapi_examples=JOB)]
 
 
@@ -156,7 +159,7 @@ async def life_route(
     machine: MachineName,
     job: AJob,
     limit: Annotated[
-        list[str] | None,
+        list[LimitAsked] | None,
         Query(
             description="Limits in place of the machine's, each as CHANNEL=VALUE.",
             examples=[["torque.spindle=40"]],
