@@ -186,7 +186,7 @@ def test_what_comes_of_files_that_are_sent_is_of_the_document(
             files={"program": ("part.nc", program)},
         )
         importing = client.get(service.at + sent.headers["location"])
-        cuts = {**job, "program": None, "cut": [EXAMPLES]}
+        cuts: Any = {**job, "program": None, "cut": [EXAMPLES]}
         lasting = client.post(f"{at}/life", json=cuts, params={"limit": "force.z=900"})
     answers = (sent, predicted, importing, lasting)
     assert [one.status_code for one in answers] == [202, 200, 200, 200]
