@@ -16,7 +16,7 @@ from autodb.explain.engine.candidates import (
     spline,
 )
 from autodb.signals import by_piece, lowpass
-from autodb.terms.drive import compliance, tilt
+from autodb.terms.drive import compliance, external_load_edged, tilt
 from autodb.terms.sensor import lag
 
 Array = NDArray[np.float64]
@@ -34,6 +34,8 @@ HIGHEST_HZ = 100.0
 """Cutoff above which an acceleration is as good as not smoothed. Chosen."""
 LOWER = (1.0, 0.7, 0.5)
 """Shares of the cutoff at which an acceleration is filtered once more. Chosen."""
+LOAD_TRIES = 2000
+"""Stretches that differ: 400 edges, pairs that overlap mostly look alike. Chosen."""
 TURNING = "gravity over the angle"
 """Key of a weight that turns with a rotary axis."""
 
@@ -183,3 +185,45 @@ def cross_coupling_candidate(s: AxisSignals, name: str) -> Candidate:
 def _late(s: AxisSignals, values: Array) -> Array:
     """Return a signal some hundredths of a second late, (n, 2)."""
     return np.column_stack([lag(values, s.t_s, delay_s=d) for d in (0.015, 0.04)])
+
+
+def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Candidate:
+    """Return the candidate of a load from ``low`` to ``high`` [s], constant or abrupt or not."""
+    ramp = min(0.5, 0.15 * (high - low))
+    give = min(1.0, 0.2 * (high - low))
+
+    def inside(start: float, end: float) -> Array:
+        return external_load_edged(s.t_s, start_s=start, end_s=end)
+
+    def soft(start: float, end: float) -> Array:
+        rise, fall = (s.t_s - start) / ramp + 0.5, (end - s.t_s) / ramp + 0.5
+        return np.clip(np.minimum(rise, fall), 0.0, 1.0)
+
+    def shaped(start: float, end: float) -> Array:
+        box, run = inside(start, end), np.clip(2 * (s.t_s - start) / (end - start) - 1, -1, 1)
+        return np.column_stack([box, box * run, box * (1.5 * run**2 - 0.5), soft(start, end) - box])
+
+    def detail() -> Array:
+        return np.column_stack([shaped(low, high), _flanks(s.t_s, low, high, ramp)])
+
+    within = {"start": (low - give, low + give), "end": (high - give, high + give)}
+    return Candidate(
+        key,
+        "external_load",
+        tuple(
+            CandidateForm(law, {"start": low, "end": high}, within, names=names, tries=LOAD_TRIES)
+            for law, names in ((inside, ("level",)), (soft, ("level",)), (shaped, ()))
+        ),
+        ("t",),
+        detail=detail,
+        interval=(low, high),
+    )
+
+
+def _flanks(t_s: Array, low: float, high: float, ramp: float) -> Array:
+    """Return what a load's beginning and end may be off, (n, 4)."""
+    columns = []
+    for at in (low, high):
+        near = np.clip(1 - np.abs(t_s - at) / ramp, 0.0, None)
+        columns += [near, near * np.sign(t_s - at)]
+    return np.column_stack(columns)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.axis.loads import load_candidate
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.axis.unknown import BAR, over_place_and_speed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
@@ -21,7 +22,6 @@ from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.search import MARGIN
 from autodb.signals.waves import WhiteSines, strongest_wave, waves_beside
-from autodb.terms.drive import external_load_edged
 
 Array = NDArray[np.float64]
 
@@ -38,8 +38,6 @@ Chosen."""
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
 """A load begins and ends this share of the recording from its ends; else it is a change."""
-LOAD_TRIES = 2000
-"""Stretches that differ: 400 edges, pairs that overlap mostly look alike. Chosen."""
 CORNER = (12, 6)
 PLACES = 60
 """Parts of the travel that a rough stretch is made of."""
@@ -75,9 +73,10 @@ class Left:
 
 def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Candidate]:
     """Return the candidates that what is left points to; ``number`` makes their keys unique."""
+    length = _lengths_over_travel(left, float(np.ptp(signals.position)))
     made = [
-        _periodic_travel(signals, left, number, along=False),
-        _periodic_travel(signals, left, number, along=True),
+        _periodic_travel(signals, left, number, length, along=False),
+        _periodic_travel(signals, left, number, length, along=True),
         _periodic_time(signals, left, number),
         _load(signals, left, number),
         _rough_place(signals, left, number),
@@ -87,7 +86,29 @@ def proposals_of_axis(signals: AxisSignals, left: Left, number: int) -> list[Can
     return [replace(candidate, scanned=True) for candidate in made if candidate is not None]
 
 
-def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) -> Candidate | None:
+def _lengths_over_travel(left: Left, travel: float) -> Callable[[Array], Array]:
+    """Return what gives the squared length of a white sine by its number of waves over a travel.
+
+    The axis passes a wave at as many frequencies as it has speeds. Lengths are kept: every search
+    asks for those of the same waves.
+    """
+    share, edges = np.histogram(np.abs(left.velocity), bins=SPEED_BINS)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    kept: dict[bytes, Array] = {}
+
+    def length(waves: Array) -> Array:
+        asked = waves.tobytes()
+        if asked not in kept:
+            power = left.power(waves[:, None] * middle / max(travel, 1e-9))
+            kept[asked] = np.asarray(0.5 * power @ share)
+        return kept[asked]
+
+    return length
+
+
+def _periodic_travel(
+    s: AxisSignals, left: Left, number: int, length: Callable[[Array], Array], *, along: bool
+) -> Candidate | None:
     """A ripple over position: cogging, or friction's ripple where it flips with the direction.
 
     A simulation with cogging of its own is offered no further orders: a lag of these would be some.
@@ -95,15 +116,6 @@ def _periodic_travel(s: AxisSignals, left: Left, number: int, *, along: bool) ->
     """
     if along and not _turns_back(left):
         return None
-    travel = float(np.ptp(s.position))
-    speeds = np.abs(left.velocity)
-    share, edges = np.histogram(speeds, bins=SPEED_BINS)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-
-    def length(waves: Array) -> Array:
-        power = left.power(waves[:, None] * middle / max(travel, 1e-9))
-        return np.asarray(0.5 * power @ share)
-
     carrier = left.sense if along else np.ones_like(left.sense)
     found = strongest_wave(left.position, carrier * left.adjoint, length, fewest=FEWEST_WAVES)
     if found is None:
@@ -231,48 +243,6 @@ def _load(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     if high - low < SHORTEST_LOAD_S or low < t[0] + edge or high > t[-1] - edge:
         return None
     return load_candidate(s, low, high, key=f"external_load {number}")
-
-
-def load_candidate(s: AxisSignals, low: float, high: float, *, key: str) -> Candidate:
-    """Return the candidate of a load from ``low`` to ``high`` [s], constant or abrupt or not."""
-    ramp = min(0.5, 0.15 * (high - low))
-    give = min(1.0, 0.2 * (high - low))
-
-    def inside(start: float, end: float) -> Array:
-        return external_load_edged(s.t_s, start_s=start, end_s=end)
-
-    def soft(start: float, end: float) -> Array:
-        rise, fall = (s.t_s - start) / ramp + 0.5, (end - s.t_s) / ramp + 0.5
-        return np.clip(np.minimum(rise, fall), 0.0, 1.0)
-
-    def shaped(start: float, end: float) -> Array:
-        box, run = inside(start, end), np.clip(2 * (s.t_s - start) / (end - start) - 1, -1, 1)
-        return np.column_stack([box, box * run, box * (1.5 * run**2 - 0.5), soft(start, end) - box])
-
-    def detail() -> Array:
-        return np.column_stack([shaped(low, high), _flanks(s.t_s, low, high, ramp)])
-
-    within = {"start": (low - give, low + give), "end": (high - give, high + give)}
-    return Candidate(
-        key,
-        "external_load",
-        tuple(
-            CandidateForm(law, {"start": low, "end": high}, within, names=names, tries=LOAD_TRIES)
-            for law, names in ((inside, ("level",)), (soft, ("level",)), (shaped, ()))
-        ),
-        ("t",),
-        detail=detail,
-        interval=(low, high),
-    )
-
-
-def _flanks(t_s: Array, low: float, high: float, ramp: float) -> Array:
-    """Return what a load's beginning and end may be off, (n, 4)."""
-    columns = []
-    for at in (low, high):
-        near = np.clip(1 - np.abs(t_s - at) / ramp, 0.0, None)
-        columns += [near, near * np.sign(t_s - at)]
-    return np.column_stack(columns)
 
 
 def _rough_place(s: AxisSignals, left: Left, number: int) -> Candidate | None:

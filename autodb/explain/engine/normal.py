@@ -44,7 +44,11 @@ class Normal:
         norm = np.sqrt(np.maximum(np.diag(inner), 0.0))  # sums less sums round below none
         norm = np.where(norm > 0, norm, 1.0)
         scale = np.outer(norm, norm)
-        return np.asarray(np.linalg.pinv(inner / scale, rcond=HELD, hermitian=True) / scale)
+        values, vectors = np.linalg.eigh(inner / scale)
+        sizes = np.abs(values)
+        held = sizes > HELD * sizes.max(initial=0.0)
+        vectors = vectors[:, held]
+        return np.asarray((vectors / values[held]) @ vectors.T / scale)
 
     def solved(self, weight: Array | None = None) -> Array:
         """Return least-squares coefficients (p,); directions that are not held get none."""
