@@ -94,9 +94,16 @@ class EdgeLife:
     sure_parts: int | None
 
     @property
+    def _parts_word(self) -> str:
+        """What parts are called beside their number."""
+        parts = self.parts or LifeEnds(None, None, None)
+        number = parts.low if parts.value is None else parts.value
+        return msgid("part") if number == 1 else msgid("parts")
+
+    @property
     def words(self) -> str:
         """Say how long an edge lasts."""
-        spans = [] if self.parts is None else [self.parts.words(msgid("parts"), ".0f")]
+        spans = [] if self.parts is None else [self.parts.words(self._parts_word, ".0f")]
         spans.append(self.minutes.words("min", ".3g"))
         if self.path_m is not None:
             spans.append(self.path_m.words(msgid("m of feed path"), ".3g"))

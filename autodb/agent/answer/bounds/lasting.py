@@ -20,7 +20,7 @@ from autodb.forward.line_parts import Followed
 from autodb.forward.prediction import PredictedCut
 from autodb.forward.tool_life import EdgeLife, chances_of, edge_life, quantile_of
 from autodb.pairs.posterior import Wear
-from autodb.wording import amount_words, localized, phrase
+from autodb.wording import amount_words, localized, phrase, phrase_many
 
 Array = NDArray[np.float64]
 
@@ -86,7 +86,9 @@ class ToolLife:
             )
         life = amount_words(min(minutes), "min", ".3g")
         if parts:
-            life = phrase("{parts} parts, {life}", parts=f"{min(parts)}", life=life)
+            life = phrase_many(
+                "{count} part, {life}", "{count} parts, {life}", min(parts), life=life
+            )
         return (
             phrase(
                 "change the edge after {life} to keep the limits with {sure} % probability",
