@@ -17,6 +17,8 @@ def test_what_a_law_gets_wrong_in_shape_goes_where_it_predicts_worse(
     monkeypatch.setenv("AUTODB_SHARED", str(shared("data").parent))
     case = made_case(RealSpec("injected", "emps", "stribeck", "strong", "mistuned"))
     answer = explained_real(case)
+    assert answer.before is not None
+    assert answer.after is not None
     assert answer.after < 0.5 * answer.before
     (dip,) = [one for one in answer.entries if one.term == "stribeck"]
     assert dip.confidence > 0.9
