@@ -23,3 +23,15 @@ def test_what_a_law_gets_wrong_in_shape_goes_where_it_predicts_worse(
     (dip,) = [one for one in answer.entries if one.term == "stribeck"]
     assert dip.confidence > 0.9
     assert dip.size == pytest.approx(case.true_size, rel=0.25)
+
+
+def test_what_an_own_term_would_have_to_double_for_is_counted_to_the_effect(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Friction that differs by direction is a constant but for the turns: rows hardly tell it from
+    the simulation's own constant load, which would have to grow to six times its size."""
+    shared("data", "odrive_cogging")
+    monkeypatch.setenv("AUTODB_SHARED", str(shared("data").parent))
+    case = made_case(RealSpec("injected", "odrive-beside-fed", "asymmetry", "weak", "exact"))
+    (uneven,) = [one for one in explained_real(case).entries if one.term == "asymmetry"]
+    assert uneven.size == pytest.approx(case.true_size, rel=0.1)
