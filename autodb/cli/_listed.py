@@ -29,6 +29,7 @@ GROUPS = {
     },
     "Plan": {
         "plan": "plan.planning:plan_command",
+        "life": "plan.lasting:life_command",
         "stability": "plan.stable:stability_command",
         "standard": "plan.standard:standard",
         "sweep": "plan.sweeping:sweep",
@@ -109,6 +110,8 @@ autodb reconstruct cut.csv --machine lathe-1
 autodb reconstruct cut.csv --moves air.csv --page load.html
 autodb inspect part.toml
 autodb inspect part.toml --machine lathe-1 --recording cuts.csv --cut 3
+autodb life job.toml
+autodb life job.toml --machine lathe-1 --limit torque.spindle=40 --sure 90
 autodb stability job.toml --dynamics tool-point.toml
 autodb stability job.toml --dynamics receptance.csv --machine mill-2 --plot lobes.html
 autodb plan job.toml

@@ -39,12 +39,14 @@ from autodb.nc.reading import Arc, CuttingSpeed, Linear, Move, Rapid
 Array = NDArray[np.float64]
 
 LONGEST_M = 500.0
-"""How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm takes some 160 bytes."""
+"""How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm on a cone takes 160 bytes."""
 SQUARE_SHARE = 1e-9
 """A direction's cosine off 1 by less is along the axis: rounding."""
 STEEPEST_DEG = 70.0
 """How steep a turning tool may go into the stock, towards the chuck. Chosen: above what copying
 tools with inserts of 35° can do; what is steeper is a groove."""
+ALIKE = 1e-9
+"""Share by which steps that do the same may differ: rounding."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
 
@@ -110,7 +112,7 @@ def piece_ends_mm(moves: Sequence[Move], *, source: str, step_mm: float) -> Arra
     Raises UnusableInput naming ``source`` where moves go farther than ``LONGEST_M``.
     """
     _refuse_farther(moves, source)
-    cut = [piece for move in moves for piece in pieces(move, step_mm=step_mm)]
+    cut = (piece for move in moves for piece in pieces(move, step_mm=step_mm))
     return np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
 
 
@@ -123,11 +125,13 @@ def engaged_moves(
     edge_mm: float = np.inf,
     lean: float = 0.0,
     mirror_mm: float | None = None,
+    alike_joined: bool = False,
 ) -> tuple[list[ContourEngagement], Stock]:
     """Return the engagement of each piece of moves that feeds, and the stock they leave.
 
     The stock is divided at the pieces' ends already. ``mirror_mm``: moves and stock are mirrored
-    about this radius, and the rows are not. Raises as `engagement`.
+    about this radius, and the rows are not. ``alike_joined``: steps that follow each other and do
+    the same are one, which is as long as all of them. Raises as `engagement`.
     """
     rows: list[ContourEngagement] = []
     before: Piece | None = None
@@ -142,8 +146,25 @@ def engaged_moves(
             _refuse_inwards(piece, before, source)
         before = piece if cuts else None
         _refuse_deeper(piece, depth_mm, edge_mm, source)
-        rows.append(engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm))
+        row = engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm)
+        rows.append(_with_alike_joined(row) if alike_joined else row)
     return rows, stock
+
+
+def _with_alike_joined(row: ContourEngagement) -> ContourEngagement:
+    """Return a piece's rows, those that follow each other and do the same as one."""
+    does = (row.depth_mm, row.outer_mm, row.x_mm, row.feed_mm_rev, row.speed_rpm)
+    differs = np.any([np.abs(np.diff(one)) > ALIKE * np.abs(one[1:]) for one in does], axis=0)
+    begins = np.concatenate([[0], 1 + np.flatnonzero(differs)])
+    if len(begins) == row.x_mm.size:
+        return row
+    step_mm = np.add.reduceat(row.step_mm, begins)
+    middles = {
+        name: np.add.reduceat(getattr(row, name) * row.step_mm, begins) / step_mm
+        for name in ("path_mm", "z_mm", "time_s")
+    }
+    firsts = {field.name: getattr(row, field.name)[begins] for field in fields(row)}
+    return ContourEngagement(**{**firsts, **middles, "step_mm": step_mm})
 
 
 def engaged_beside(

@@ -90,7 +90,8 @@ class Work:
 class Worked:
     """Engagement of a whole program: ``kinds`` of each line, and what of it ``widths`` says.
 
-    ``width_mm`` (n,): of a groove's chip, and the height of a thread, at every step;
+    Steps that do the same are one, as long as they follow each other. ``width_mm`` (n,): of a
+    groove's chip, and the height of a thread, at every step;
     ``removed_mm3`` of all.
     """
 
@@ -184,8 +185,9 @@ def _outside(
     moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
 ) -> _Made:
     rows, outer = engaged_moves(
-        moves, work.outer, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, lean=tool.lean
-    )
+        moves, work.outer, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, lean=tool.lean,
+        alike_joined=True,
+    )  # fmt: skip
     return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, outer=outer)
 
 
@@ -194,8 +196,9 @@ def _boring(
 ) -> _Made:
     seen = [_mirrored(move) for move in moves]
     rows, bored = engaged_moves(
-        seen, work.bored, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, mirror_mm=MIRROR_MM
-    )
+        seen, work.bored, source=source, step_mm=step_mm, edge_mm=tool.edge_mm,
+        mirror_mm=MIRROR_MM, alike_joined=True,
+    )  # fmt: skip
     return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, bored=bored)
 
 

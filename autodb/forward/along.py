@@ -1,6 +1,6 @@
 """Forward along a program: what each of its lines will take, in the mean and at its largest."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.forward.course import OverTime, over_time
 from autodb.forward.job_cuts import teeth_of, turn_peaks
-from autodb.forward.prediction import PredictedCut, ToolOf, not_read
+from autodb.forward.prediction import OBLIQUE, PredictedCut, ToolOf, not_read
 from autodb.pairs.engaged import (
     BAND_HIGH,
     BAND_LOW,
     BANDS,
     BY_NAME,
     DEPTH,
+    DIRECTION,
     FEED,
     RPM,
     SPEED,
@@ -28,6 +29,8 @@ Array = NDArray[np.float64]
 
 TOGETHER = 40
 """Lines that are worked out at once. Chosen: their steps then take some 100 MB."""
+TOLD_MM = 0.01
+"""What a nose leaves from which on it is spoken of. Chosen."""
 PEAKED = 3.0
 """Largest over mean of a line from which it is spoken of. Chosen."""
 
@@ -62,6 +65,33 @@ class ProgramLine:
             )
             for channel in (DEPTH, FEED)
         }
+
+
+def nose_leaves(
+    lines: Sequence[ProgramLine], beside: Collection[int], nose_mm: float | None
+) -> Iterator[str]:
+    """Say what a nose leaves on cones and arcs that no G41 or G42 compensates.
+
+    A nose of radius r that goes with its imaginary tip on a line at the angle θ to the axis leaves
+    r (|sin θ| + |cos θ| - 1) more than the program says. ``beside``: lines that are compensated.
+    """
+    slanted = [one for one in lines if one.operation in OBLIQUE and one.number not in beside]
+    if not slanted or not nose_mm:
+        return
+    inward = np.radians([row[DIRECTION] for one in slanted for row in one.steps])
+    most_mm = nose_mm * float(np.max(np.abs(np.sin(inward)) + np.abs(np.cos(inward)) - 1.0))
+    if most_mm < TOLD_MM:
+        return
+    numbers = list(dict.fromkeys(f"{one.number}" for one in slanted))
+    more = f" and {len(numbers) - 10} more" if len(numbers) > 10 else ""
+    which = f"lines {', '.join(numbers[:10])}{more} go" if len(numbers) > 1 else (
+        f"line {numbers[0]} goes"
+    )  # fmt: skip
+    yield (
+        f"{which} at an angle without G41 or G42: where the "
+        f"program is of the tip and not of the nose's path, a nose of {nose_mm:g} mm leaves up to "
+        f"{most_mm:.2g} mm more, and the depth of the first pass over a cylinder is less by that"
+    )
 
 
 def predict_lines(

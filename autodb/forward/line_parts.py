@@ -36,7 +36,8 @@ class Followed:
 
     ``tools``: what the program calls the tools that cut; ``removed_mm3`` of the stock; ``notes``:
     what was taken of the program that it does not say. ``spans_mm``: how far, by axis, a tool's
-    feeds reach from their lowest to their highest place.
+    feeds reach from their lowest to their highest place. ``beside``: lines of a lathe's program
+    whose nose is compensated.
     """
 
     source: str
@@ -47,6 +48,7 @@ class Followed:
     removed_mm3: float = 0.0
     notes: tuple[str, ...] = ()
     spans_mm: Mapping[str, float] = field(default_factory=dict)
+    beside: frozenset[int] = frozenset()
 
     @property
     def cutting_s(self) -> float:

@@ -106,6 +106,7 @@ def follow(
             for m in program.moves
             if not isinstance(m, Rapid)
         ),
+        program.beside,
     )  # fmt: skip
 
 

@@ -1,15 +1,17 @@
 """One machine of a database: what it learns from, and what it answers."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from autodb.agent.answer.bounds.lasting import tool_life
+from autodb.agent.answer.bounds.stable import stable_cuts
 from autodb.agent.answer.explaining import explain_with_machine
 from autodb.agent.answer.looking_up import PairReader
-from autodb.agent.answer.predicting import answer_of, predict_job
+from autodb.agent.answer.predicting import answer_of, followed_program, predict_job
 from autodb.agent.ingest.framed import import_table, kept_table
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
@@ -20,6 +22,7 @@ from autodb.agent.sense.identifying import check_moves, identify_on_machine
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
 from autodb.files.side import StatedColumns
+from autodb.forward.stability.dynamics import read_tool_point
 from autodb.library.answers import (
     CalibrateResult,
     ImportResult,
@@ -38,6 +41,7 @@ from autodb.library.given import (
     taken,
 )
 from autodb.library.jobs import asked_cut, asked_cuts, job_of
+from autodb.library.planned import StabilityResult, ToolLifeResult
 from autodb.records.resample import one_base, only_over_time
 from autodb.standard import read_protocol
 from autodb.store import Store, opened_database
@@ -149,6 +153,51 @@ class ShopMachine:
         """Return the work-tool pairs that the machine has learnt, or those of one of the two."""
         with opened_database(self.url) as store, store.reading() as session:
             return PairsResult(tuple(PairReader(session, self.name).pairs(material, tool)))
+
+    def tool_life(
+        self,
+        job: Given,
+        *,
+        limits: Mapping[str, float] | None = None,
+        sure: float = 0.95,
+        material: str | None = None,
+        tool: str | None = None,
+        lot: str | None = None,
+    ) -> ToolLifeResult:
+        """Return how many parts and minutes an edge lasts until a force or power passes a limit.
+
+        ``job``: the cuts of one part, as of ``predict``. ``limits``: by channel (``force.x``,
+        ``torque.spindle``, ``spindle.power``), in place of the machine's. ``sure``: the probability
+        with which they are kept by the parts that are surely made. Nothing is stored. Raises
+        UnusableInput where there is no limit, or lengths are missing.
+        """
+        asked = job_of(job, material=material, tool=tool, lot=lot)
+        with opened_database(self.url) as store:
+            program = followed_program(store, self.name, asked)
+            with store.reading() as session:
+                basis = PairReader(session, self.name).basis(asked.material, asked.tool)
+                found = tool_life(basis, asked, limits=limits, sure=sure, program=program)
+        return ToolLifeResult(found)
+
+    def stability(
+        self,
+        job: Given,
+        dynamics: str | os.PathLike[str],
+        *,
+        material: str | None = None,
+        tool: str | None = None,
+        lot: str | None = None,
+    ) -> StabilityResult:
+        """Return to what depth a job's cuts are stable with a tool point that gives way.
+
+        ``job``: as of ``predict``; ``dynamics``: a file of the tool point's modes (TOML), or its
+        measured receptance (CSV). Nothing is stored. Raises UnusableInput with the key or row.
+        """
+        asked = job_of(job, material=material, tool=tool, lot=lot)
+        point = read_tool_point(Path(dynamics))
+        with opened_database(self.url) as store, store.reading() as session:
+            basis = PairReader(session, self.name).basis(asked.material, asked.tool)
+            return StabilityResult(stable_cuts(basis, asked, point), asked)
 
     def explain(
         self,

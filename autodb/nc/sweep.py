@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 from autodb.errors import UnusableInput, near
-from autodb.files.machine import AxisFile, MachineFile
+from autodb.files.machine import AxisFile, Body, Clamping, MachineFile
 from autodb.nc.cut_program import DIALECTS
 from autodb.nc.steps import DECIMALS
 from autodb.nc.words import Words
@@ -117,8 +117,8 @@ def sweep_program(
 ) -> str:
     """Return the program; ``parked_mm``: where each other linear axis is brought first.
 
-    Raises UnusableInput naming the dialects there are, the axis without a place to park, or the
-    place outside its travel.
+    Raises UnusableInput naming the dialects there are, the axis without a place to park, the place
+    outside its travel, or the jaws or the tailstock that a lathe's tool would come to.
     """
     if dialect not in DIALECTS:
         raise UnusableInput(f"no NC program for dialect '{dialect}'{near(dialect, DIALECTS)}")
@@ -131,8 +131,11 @@ def sweep_program(
     _refuse_unparked(machine, on.axis, parked_mm, source)
     for way in ways:
         _refuse_outside(way, on)
+    if is_lathe and machine.setup is not None:
+        _refuse_what_it_would_hit(on, machine.setup, parked_mm, source)
     factor = 2.0 if is_lathe and machine.diameter else 1.0
-    text = _text(ways, on, words, parked_mm, name=name, factor=factor)
+    clear = _clear_words(machine.setup, is_lathe=is_lathe)
+    text = _text(ways, on, words, parked_mm, name=name, factor=factor, clear=clear)
     return "".join(f"{line}\n" for line in text)
 
 
@@ -169,6 +172,43 @@ def _refuse_outside(way: SweepWay, on: SweepStretch) -> None:
         )
 
 
+def _refuse_what_it_would_hit(
+    on: SweepStretch, setup: Clamping, parked_mm: Mapping[str, float], source: str
+) -> None:
+    """Raise UnusableInput where the tip of the tool comes near what turns on a lathe."""
+    spans = {axis: (mm, mm) for axis, mm in parked_mm.items()} | {on.axis: (on.low_mm, on.high_mm)}
+    if not {"x", "z"} <= spans.keys():
+        return
+    (near_z, far_z), across = spans["z"], spans["x"]
+    reaches = {"jaws": near_z < setup.jaws.z_mm + setup.clearance_mm}
+    if setup.tailstock is not None:
+        reaches["tailstock"] = far_z > setup.tailstock.z_mm - setup.clearance_mm
+    for name in (one for one, reached in reaches.items() if reached):
+        body: Body = getattr(setup, name)
+        for key, stated in (
+            (f"{name}.diameter_mm", body.diameter_mm), ("zero.x_mm", setup.zero.x_mm),
+        ):  # fmt: skip
+            if stated is None:
+                raise UnusableInput(f"{source}: setup.{key} is missing; state it")
+        inside = (across[0] - (setup.zero.x_mm or 0.0), across[1] - (setup.zero.x_mm or 0.0))
+        least_mm = 0.0 if inside[0] <= 0.0 <= inside[1] else min(map(abs, inside))
+        if least_mm < 0.5 * (body.diameter_mm or 0.0) + setup.clearance_mm:
+            raise UnusableInput(
+                f"{source}: the tool would come nearer than setup.clearance_mm = "
+                f"{setup.clearance_mm:g} to the {name} (setup.{name}), {least_mm:.3f} mm from the "
+                "spindle's axis; use --between, or --park farther away"
+            )
+
+
+def _clear_words(setup: Clamping | None, *, is_lathe: bool) -> str:
+    """Return what was held against what is in the way, for the program's head."""
+    if not is_lathe:
+        return "travel alone was checked: take the work off the table"
+    if setup is None:
+        return "no setup is stated: jaws and tailstock were not checked"
+    return "the tool of the setup was checked against jaws and tailstock: take longer ones out"
+
+
 def _text(
     ways: Sequence[SweepWay],
     on: SweepStretch,
@@ -177,6 +217,7 @@ def _text(
     *,
     name: str,
     factor: float,
+    clear: str,
 ) -> Iterator[str]:
     """Yield the lines: header, modes, the others parked, the axis at its start, the passes."""
     plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.upper())[:24]
@@ -184,6 +225,7 @@ def _text(
     yield words.said("not proven on your machine: check it, dry run it, keep a hand on feed hold")
     yield words.said(f"moves in air of axis {on.axis}: {len(ways)} passes there and back")
     yield words.said(f"travel {on.low_mm:.3f} to {on.high_mm:.3f}, spindle off, no tool needed")
+    yield words.said(clear)
     yield words.said("record position and current of the axis from the first pass to the last")
     yield from words.sweep_modes
     for axis, mm in parked_mm.items():

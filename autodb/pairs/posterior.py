@@ -135,13 +135,15 @@ class Wear:
 
     T cutting time of the edge, T_r ``reference_s``. w, N/mm, stands in a posterior's state under
     WEAR, along the cutting speed and across the edge; edges differ by the share ``between`` of
-    ``size``, which is w as it was when that share was estimated.
+    ``size``, which is w as it was when that share was estimated. ``power_sd``: how well the power
+    is known, a standard deviation of its logarithm.
     """
 
     power: float
     reference_s: float
     between: float = 0.0
     size: tuple[float, float] = (0.0, 0.0)
+    power_sd: float = 0.0
 
     def grown(self, worn_s: Array) -> Array:
         """Return what is reached of w after cutting times."""

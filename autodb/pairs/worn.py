@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 
 POWERS = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
 """Bends that are tried: from an edge that is soon blunt to one that breaks down late. Chosen."""
+HALF_A_STEP = 0.1
+"""The least standard deviation of a power's logarithm: that within a step of those tried, of some
+0.35 (an even spread over a step has 0.35/√12)."""
 BETWEEN = (0.1, 0.2, 0.4)
 """Shares by which edges may differ that are tried, beside none. Chosen."""
 
@@ -89,10 +92,14 @@ def learn_worn(
         return log_evidence(before, learnt, readings), learnt
 
     bends = {power: after(Wear(power, longest_s)) for power in POWERS}
-    power = float(np.exp(_mean(np.log(POWERS), [log for log, _ in bends.values()])))
+    logs = [log for log, _ in bends.values()]
+    ln_power = _mean(np.log(POWERS), logs)
+    spread = np.sqrt(_mean((np.log(POWERS) - ln_power) ** 2, logs))
+    power = float(np.exp(ln_power))
     log, bent = after(Wear(power, longest_s))
     along, across = bent.state.mean[bent.columns(WEAR)]
-    wear = Wear(power, longest_s, size=(float(along), float(across)))
+    power_sd = float(np.hypot(spread, HALF_A_STEP))
+    wear = Wear(power, longest_s, size=(float(along), float(across)), power_sd=power_sd)
     apart = [after(replace(wear, between=share))[0] for share in BETWEEN]
     between = _mean(np.array([0.0, *BETWEEN]), [log, *apart])
     return after(replace(wear, between=between))[1]

@@ -11,8 +11,6 @@ from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
 from autodb.nc import DIALECTS, turning
-
-from autodb.nc.reading import runner  # isort: skip
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -257,12 +255,6 @@ def test_what_feeds_count_is_said_or_taken_as_the_control_is_switched_on() -> No
 def test_nothing_cuts_before_the_spindle_turns() -> None:
     with pytest.raises(UnusableInput, match="line 4: 'G1': nothing has started the spindle"):
         _moves("G21 G99\nG97 S800\nG0 X56 Z2\nG1 Z-40 F0.2\nM30")
-
-
-def test_a_loop_that_does_not_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runner, "MOST_BLOCKS", 1000)
-    with pytest.raises(UnusableInput, match="more than 1000 blocks have run; use a loop"):
-        _moves(HEAD + "WHILE[1EQ1]DO1\nEND1\n")
 
 
 def test_all_that_is_not_read_is_said_at_once() -> None:

@@ -46,6 +46,8 @@ SENT = (
     f"POST {API}/machines/{{machine}}/recordings",
     f"POST {API}/machines/{{machine}}/predict/program",
 )
+LIFE = f"POST {API}/machines/{{machine}}/life"
+"""Drawn jobs seldom are of a kind that it takes."""
 IMPORT = f"GET {API}/imports/{{number}}"
 
 
@@ -163,7 +165,7 @@ def test_every_answer_is_one_of_the_document(service: Served, known: dict[str, s
             without.add(operation.label)
     assert wrong == []
     # a file of an ending that texts have may be made up, and is taken to be read later
-    assert {*SENT[1:], IMPORT} <= without <= {*SENT, IMPORT}
+    assert {*SENT[1:], IMPORT} <= without <= {*SENT, IMPORT, LIFE}
 
 
 def test_what_comes_of_files_that_are_sent_is_of_the_document(
@@ -184,7 +186,9 @@ def test_what_comes_of_files_that_are_sent_is_of_the_document(
             files={"program": ("part.nc", program)},
         )
         importing = client.get(service.at + sent.headers["location"])
-    answers = (sent, predicted, importing)
-    assert [one.status_code for one in answers] == [202, 200, 200]
-    for label, answer in zip((*SENT, IMPORT), answers, strict=True):
+        cuts: Any = {**job, "program": None, "cut": [EXAMPLES]}
+        lasting = client.post(f"{at}/life", json=cuts, params={"limit": "force.z=900"})
+    answers = (sent, predicted, importing, lasting)
+    assert [one.status_code for one in answers] == [202, 200, 200, 200]
+    for label, answer in zip((*SENT, IMPORT, LIFE), answers, strict=True):
         service.operations[label].validate_response(answer)

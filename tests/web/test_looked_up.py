@@ -1,7 +1,7 @@
 """Look-ups, predictions and batches: what is answered, and what is refused in one line."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import product
 
 import pytest
@@ -11,12 +11,13 @@ from pydantic import TypeAdapter
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import JobAnswer
-from autodb.agent.answer.prediction_basis import LookedUp
+from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
 from autodb.agent.operate.access import add_token
 from autodb.files.channels import largest_of
 from autodb.files.job_cut import LEAST, MOST_CUT, JobCut
 from autodb.store import Store, models
 from tests.helpers.asked import API, CUT, MILLED, batch, bearer, client_of, detail
+from tests.helpers.worn_pairs import worn_posterior
 
 SIX_DIGITS = 1e-6
 
@@ -120,6 +121,36 @@ def test_a_job_is_predicted_and_nothing_kept(
     assert answer.cuts[0].force_y_N.value > answer.cuts[1].force_y_N.value
     with store.reading() as session:
         assert session.query(models.Prediction).count() == 0
+
+
+def test_the_life_of_an_edge_is_asked_for(
+    client: TestClient, pair: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the pair as it is, which learnt no wear, and with one that is known."""
+    asked = f"{API}/machines/lathe-0/life"
+    job = {"name": "j", **pair, "cut": [CUT | {"length_mm": 50.0}]}
+    limit: dict[str, str | int] = {"limit": "torque.spindle=25", "sure": 90}
+    answer = client.post(asked, json=job, params=limit).json()
+    assert answer["lives"] == []
+    assert "no wear was learnt" in answer["why"]
+    wears = worn_posterior()
+    monkeypatch.setattr(
+        PredictionBasis, "of_lot", lambda self, _: replace(
+            self, states=None, known=replace(self.known, posterior=wears)
+        ),
+    )  # fmt: skip
+    answer = client.post(asked, json=job, params=limit).json()
+    assert answer["why"] is None
+    assert [one["channel"] for one in answer["lives"]] == ["torque.spindle"]
+    assert answer["sure"] == 0.9
+    for bad, said in (
+        ("torque=25", "spindle"),
+        ("torque.spindle", "spindle"),
+        ("force.z=0", "above 0"),
+    ):
+        got = client.post(asked, json=job, params={"limit": bad})
+        assert got.status_code == 422
+        assert said in detail(got)
 
 
 def test_a_job_that_names_a_file_is_refused(client: TestClient, pair: dict[str, str]) -> None:

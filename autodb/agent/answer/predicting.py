@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from autodb.forward.line_parts import Followed
 
 
+NOSE = "nose_radius_mm"
+
+
 @dataclass(frozen=True)
 class JobAnswer:
     """The answer for a job: a row per cut, or line of a program that cuts.
@@ -62,7 +65,7 @@ def predict_job(
     stated of the tool's geometry, which is kept with it. Raises UnusableInput for an unknown
     machine, a program that is broken, or where the tool cannot make a cut or is another one.
     """
-    program = _followed(store, machine, job)
+    program = followed_program(store, machine, job)
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
         if tool is not None:
@@ -99,7 +102,7 @@ def answer_job(
 
     ``tool``: what is stated of the tool's geometry. Raises UnusableInput as ``predict_job``.
     """
-    program = _followed(store, machine, job)
+    program = followed_program(store, machine, job)
     with store.reading() as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
@@ -107,8 +110,11 @@ def answer_job(
         return _answer(basis, job, program)[0]
 
 
-def _followed(store: Store, machine: str, job: Job) -> "Followed | None":
-    """Return a job's program followed through its stock; None where the job lists cuts."""
+def followed_program(store: Store, machine: str, job: Job) -> "Followed | None":
+    """Return a job's program followed through its stock; None where the job lists cuts.
+
+    Raises UnusableInput for an unknown machine or a program that is broken.
+    """
     if job.program is None:
         return None
     from autodb.forward import programs
@@ -132,7 +138,7 @@ def _answer(
     known = basis.known
     if program is None:
         cuts, states = basis.predict(job.cut)
-        notes = basis.said(job.cut, cuts)
+        notes = (*basis.said(job.cut, cuts), *_lasting(basis, job, cuts))
     else:
         from autodb.forward import along
 
@@ -143,7 +149,7 @@ def _answer(
         notes = (
             *basis.notes(program.lines),
             *said_of_terms(known.posterior, known.tool, (), cuts),
-            *_of_program(program, job.tool, cuts),
+            *_of_program(program, job.tool, cuts, nose_mm=known.tool.numbers.get(NOSE)),
         )
     figures = tuple(cut_figures(cut) for cut in cuts)
     answer = JobAnswer(
@@ -160,6 +166,24 @@ def _answer(
     return answer, states
 
 
+def _lasting(basis: PredictionBasis, job: Job, cuts: Sequence[PredictedCut]) -> Iterable[str]:
+    """Say how long an edge lasts until the first limit, where wear was learnt and parts can count.
+
+    Nothing is said where the machine states no limit of a load, or an edge passes none.
+    """
+    from autodb.forward.limits import QUANTITIES
+
+    if basis.known.posterior.wear is None or any(cut.time_s is None for cut in cuts):
+        return
+    if not any(what.limit(basis.limits, cut) for what in QUANTITIES for cut in cuts):
+        return
+    from autodb.agent.answer.bounds.lasting import tool_life
+
+    first = tool_life(basis, job).lives[0]
+    if first.minutes.low is not None:
+        yield first.words
+
+
 def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
     """Return a job as it is kept: of a program with the checksum of what was read."""
     if program is None:
@@ -169,9 +193,11 @@ def _stored(job: Job, program: "Followed | None") -> dict[str, Any]:
     return stored
 
 
-def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) -> Iterable[str]:
+def _of_program(
+    program: "Followed", tool: str, cuts: Sequence[PredictedCut], *, nose_mm: float | None
+) -> Iterable[str]:
     """Say how long a program cuts, what of its tools counts, and which line has a high peak."""
-    from autodb.forward.along import peaked
+    from autodb.forward.along import nose_leaves, peaked
 
     lines = f"{len(cuts)} lines" if len(cuts) > 1 else "1 line"
     yield (
@@ -181,4 +207,5 @@ def _of_program(program: "Followed", tool: str, cuts: Sequence[PredictedCut]) ->
     if len(program.tools) > 1:
         yield f"cuts with tools {', '.join(program.tools)}: all by what is known of {tool}"
     yield from program.notes
+    yield from nose_leaves(program.lines, program.beside, nose_mm)
     yield from peaked(cuts)

@@ -30,6 +30,9 @@ from autodb.store.models.learning import EVERY
 from autodb.terms.chip import HARD_SPOT
 
 LAW = "thin_shear_zone"
+POWER_SD = 0.3
+"""How well the power of a wear is known that was kept before this was. Chosen: a step of those that
+are tried."""
 OF_CALIBRATIONS = (CALIBRATION, REFERENCES, GAIN)
 """What keys of errors begin with that are of what senses a machine's forces."""
 
@@ -76,7 +79,8 @@ def _terms(kept: Mapping[str, Any]) -> PairTerms:
 
 def _wear(kept: Mapping[str, Any]) -> Wear:
     along, across = kept["size"]
-    return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across))
+    power_sd = kept.get("power_sd", POWER_SD)
+    return Wear(kept["power"], kept["reference_s"], kept["between"], (along, across), power_sd)
 
 
 def _band(kept: Mapping[str, Any]) -> SpeedBand:

@@ -58,6 +58,9 @@ AT_STARTS = frozenset({"stribeck", "presliding", "backlash", "compliance"})
 """Terms that act where a motion begins or ends, and nowhere else to speak of."""
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on: noise is correlated over such times."""
+WORSE = 1.02
+"""Factor on the held-out error from which on what laws get wrong in shape is left out of the
+correction. Chosen."""
 REST = 0.02
 """Share of a simulation that its own terms do not give, from which on the rest is kept as one: less
 is how well they could be read, and turned round it would bend friction over speed. Chosen."""
@@ -111,7 +114,7 @@ def explain_axis(
     had = frozenset(own) | frozenset(includes or ())
     trace = replace(trace, considered=_considered(inquiry))
     read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
-    shown = [(_quality(reading, trace), reading) for reading in read]
+    shown = [_predicting(reading, trace) for reading in read]
     fit, reading = min(shown, key=lambda one: one[0].heldout_after)
     if fit.heldout_after > fit.heldout_before:
         return _nothing(fit, unit), trace
@@ -144,6 +147,21 @@ def _read(
     noise = inquiry.plain_noise if inquiry.laws else weighed
     fitted = fit_white_rows(beside, choices, noise, inquiry.founded)
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
+
+
+def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, AxisReading]:
+    """Return a reading with its errors, without what laws get wrong in shape where rows that were
+    left out are predicted clearly worse with it: white rows may show what plain ones do not hold.
+    """
+    fit = _quality(reading, trace)
+    if not reading.fitted.deviates:
+        return fit, reading
+    fitted = fit_white_rows(
+        reading.bench, reading.choices, reading.noise, reading.inquiry.founded, exact=True
+    )
+    plain = replace(reading, fitted=fitted)
+    without = _quality(plain, trace)
+    return (without, plain) if without.heldout_after * WORSE < fit.heldout_after else (fit, reading)
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:

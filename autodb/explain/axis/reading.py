@@ -19,6 +19,9 @@ from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 
+DOUBLES, ALIKE = 1.0, 0.9
+"""Share of itself by which an own term changes at least, and cosine between that change and an
+effect, from which on the change is counted to the effect. Chosen."""
 MOTION = ("position", "velocity", "acceleration", "direction")
 
 
@@ -57,7 +60,7 @@ def value_of(value: float, sd: float, unit: str) -> IntervalValue:
 
 def size_of(reading: AxisReading, number: int) -> IntervalValue:
     """Return the peak of all that effects of a name add together; its interval is that of the sum
-    at its peak.
+    at its peak. What an own term would have to more than double for, along them, is theirs.
     """
     choices = reading.inquiry.choices
     key = key_of_effect(choices[number])
@@ -66,11 +69,30 @@ def size_of(reading: AxisReading, number: int) -> IntervalValue:
     ]
     fits = [_fit_of(reading, n) for n in alike or [number]]
     alone = choices[number].shape.alone
-    effect = sum(one for one, *_ in fits) if alone is None else alone()
+    effect = np.sum([one for one, *_ in fits], axis=0) if alone is None else alone()
+    if alone is None and choices[number].candidate.named:
+        effect = effect + _own_along(reading, effect)
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
     return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
+
+
+def _own_along(reading: AxisReading, effect: Array) -> Array:
+    """Return the changes of own terms along an effect that would more than double them, (n,).
+
+    Where both are one curve the rows do not tell which of them changes: a simulation is rather off
+    by some per cent than by its own size.
+    """
+    along = np.zeros_like(effect)
+    for name, had in reading.signals.had.items():
+        change = _retuned(reading, name)
+        both = float(np.linalg.norm(change) * np.linalg.norm(effect))
+        if both == 0.0 or float(change @ effect) < ALIKE * both:
+            continue
+        if abs(reading.fitted.of_own(name)[0]) > DOUBLES * abs(had):
+            along += change
+    return along
 
 
 def _fit_of(reading: AxisReading, number: int) -> tuple[Array, Array, Array]:

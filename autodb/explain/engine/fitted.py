@@ -34,7 +34,7 @@ class FittedEffects:
     ``columns`` (n, p) of each choice, ``covariances`` (p, p) of its coefficients beside the own
     terms that are re-tuned, ``effects`` (n,) its contribution; ``design`` the columns
     (n, q) of the correction and ``values`` (q,) their coefficients; ``retuned`` the numbers of the
-    own terms in it.
+    own terms in it; ``deviates``: whether what laws get wrong in shape is in it.
     """
 
     own: tuple[str, ...]
@@ -47,6 +47,7 @@ class FittedEffects:
     design: Array
     values: Array
     retuned: tuple[int, ...]
+    deviates: bool
 
     def of_own(self, name: str) -> tuple[float, float]:
         """Return an own term's change and its standard deviation."""
@@ -55,14 +56,19 @@ class FittedEffects:
 
 
 def fit_white_rows(
-    bench: WhiteRows, choices: Sequence[Choice], noise: Noise, laws: Sequence[Choice] = ()
+    bench: WhiteRows,
+    choices: Sequence[Choice],
+    noise: Noise,
+    laws: Sequence[Choice] = (),
+    *,
+    exact: bool = False,
 ) -> FittedEffects:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
     Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
     take the re-tuning up: what either would do is no contradiction of the simulation. The
     correction also takes what a law gets wrong in shape, as far as the rows show it; of ``laws``,
-    which are among the own columns, too.
+    which are among the own columns, too. ``exact``: without that.
     """
     own = tuple(bench.own)
     choices = [c if c.candidate.static else across_own(bench, c) for c in choices]
@@ -73,7 +79,8 @@ def fit_white_rows(
     off = np.minimum(np.abs(coefficients / sd), np.abs(free / free_sd))
     retuned = [i for i in range(len(own)) if off[i] > KEPT_SDS]
     _, law_covariance = _beside(bench, choices, noise, retuned)
-    shaped = [*choices, *deviations(bench, choices, noise, laws)]
+    off_shape = [] if exact else deviations(bench, choices, noise, laws)
+    shaped = [*choices, *off_shape]
     values, _ = _beside(bench, shaped, noise, retuned)
     built = [bench.built(choice.shape) for choice in shaped]
     design = columns_side_by_side(bench.own_columns()[:, retuned], *built)
@@ -93,6 +100,7 @@ def fit_white_rows(
         design=design,
         values=values,
         retuned=tuple(retuned),
+        deviates=bool(off_shape),
     )
 
 

@@ -32,6 +32,10 @@ _SIDE: Group = {
 _FEED: Group = {code: {"feed_word": code} for code in ("G93", "G94", "G95")}
 _FEED_A: Group = {"G98": {"feed_word": "G94"}, "G99": {"feed_word": "G95"}}
 _RETURN: Group = {"G98": {"to_start": True}, "G99": {"to_start": False}}
+_TURNED: Group = {"G69": {"turned": None}}
+_POLAR: Group = {
+    "G15": {"polar": False, "polar_place": None}, "G16": {"polar": True, "polar_place": None},
+}  # fmt: skip
 _CENTRE: Group = {"G90.1": {"centre_absolute": True}, "G91.1": {"centre_absolute": False}}
 
 HARMLESS = frozenset(
@@ -94,10 +98,11 @@ MACHINE = frozenset({"G28", "G30", "G53", "SUPA", "G28.1", "G30.1", "G153"})
 LENGTHS = frozenset({"G43", "G44", "G49", "G43.1", "G43.2", "G43.4", "G43.5"})
 """Words of a tool's length: the programmed place of its tip counts."""
 REFUSED: Mapping[str, str] = {
-    "G68": "this turns coordinates; program without it",
+    "G68": "this turns coordinates; it is read on mills of Fanuc and Haas",
+    "G68.2": "this tilts coordinates; program without it",
     "G51": "this scales coordinates; program without it",
     "G51.1": "this mirrors coordinates; program without it",
-    "G16": "this counts polar coordinates; program X and Y",
+    "G16": "this counts polar coordinates; it is read on mills of Fanuc and Haas",
     "G66": "this calls a macro at every move; write its blocks into the program",
     "G12.1": "this moves in polar coordinates of a rotary axis; only X, Y and Z are read",
     "G112": "this moves in polar coordinates of a rotary axis; only X, Y and Z are read",
@@ -139,7 +144,7 @@ def groups_of(control: Control, *, lathe: bool) -> tuple[Group, ...]:
         diameter = {"G7": {"diameter": True}, "G8": {"diameter": False}}
         return (*shared[:5], _COUNT, _FEED, diameter, _CENTRE, _RETURN)
     if not lathe:
-        return (*shared, _COUNT, _FEED, _RETURN, _CENTRE)
+        return (*shared, _COUNT, _FEED, _RETURN, _CENTRE, _TURNED, _POLAR)
     if control.system == "A":
         return (*shared, _FEED_A)
     return (*shared, _COUNT, _FEED)

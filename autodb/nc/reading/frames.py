@@ -1,15 +1,18 @@
 """Words that give places other coordinates, and moves in those of the machine."""
 
 from collections.abc import Mapping
+from math import radians
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import MACHINE
-from autodb.nc.reading.motions import LETTERS, nothing_left, without
-from autodb.nc.reading.state import AXES, ProgramState, word_value
+from autodb.nc.reading.motions import nothing_left
+from autodb.nc.reading.state import AXES, ProgramState, TurnedPlane, word_value
+from autodb.nc.reading.targets import LETTERS, without
 
 Values = Mapping[str, Word]
-_TURNS = frozenset({"ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE"})
-FRAMES = _TURNS | {"TRANS", "ATRANS"}
+_TURNS = frozenset({"MIRROR", "AMIRROR", "SCALE", "ASCALE"})
+_ROTATES = frozenset({"ROT", "AROT"})
+FRAMES = _TURNS | _ROTATES | {"TRANS", "ATRANS"}
 """Words of Sinumerik that shift coordinates, or turn, mirror or scale them."""
 
 
@@ -20,6 +23,8 @@ def names_axis(values: Values) -> bool:
 
 def set_place(state: ProgramState, code: str, values: Values, block: ProgramBlock) -> None:
     """Let the place of the tool have other coordinates (G50, G92), or shift them (G52)."""
+    if state.turned is not None:
+        raise block.refusal(code, "coordinates are turned here; set places before or after that")
     for axis in AXES:
         word = next((values[name] for name in LETTERS[axis] if name in values), None)
         if word is None:
@@ -36,17 +41,68 @@ def set_place(state: ProgramState, code: str, values: Values, block: ProgramBloc
     nothing_left(left, block, state)
 
 
+def unset_place(state: ProgramState) -> None:
+    """Let coordinates that were set be those of the program's zero again."""
+    state.shift = dict.fromkeys(AXES, 0.0)
+    state.forget()
+    state.place["y"] = 0.0 if state.lathe else None
+
+
 def shift_frame(state: ProgramState, names: set[str], values: Values, block: ProgramBlock) -> None:
-    """Shift coordinates by TRANS or ATRANS; turning, mirroring and scaling are refused."""
-    turns = names & _TURNS
+    """Shift coordinates by TRANS or ATRANS, turn them by ROT or AROT.
+
+    Mirroring and scaling are refused, and turning on a lathe or about another axis than Z.
+    """
+    turns, rotates = names & _TURNS, names & _ROTATES
     if turns and any(word.number for word in without(values, "N").values()):
-        raise block.refusal(min(turns), "this turns, mirrors or scales; program without it")
-    if "TRANS" in names or turns:
-        state.shift = dict.fromkeys(AXES, 0.0)
+        raise block.refusal(min(turns), "this mirrors or scales; program without it")
+    if "ATRANS" in names and state.turned is not None:
+        raise block.refusal("ATRANS", "this shifts turned coordinates; shift them before ROT")
+    if names & {"TRANS", "ROT"} or turns:
+        state.shift, state.turned = dict.fromkeys(AXES, 0.0), None
+    if rotates:
+        _rotate(state, min(rotates), values, block)
+        return
     for axis in AXES:
         word = values.get(axis.upper())
         if word is not None and not turns:
             state.shift[axis] += state.factor(axis) * word_value(word)
+
+
+def _rotate(state: ProgramState, name: str, values: Values, block: ProgramBlock) -> None:
+    """Turn coordinates about their zero by RPL, or by Z, in the plane of X and Y."""
+    word = values.get("RPL", values.get("Z"))
+    others = without(values, "RPL", "Z", "N").values()
+    if any(one.number for one in others) or (word is not None and word.number and state.lathe):
+        raise block.refusal(name, "this turns about another axis than a mill's Z; leave it out")
+    if word is None or not word.number:
+        return
+    if state.plane != "G17":
+        raise block.refusal(name, "turned coordinates are read in the plane of X and Y; use G17")
+    before = 0.0 if state.turned is None else state.turned.angle_rad
+    angle = before + radians(word_value(word))
+    state.turned = TurnedPlane(state.shift["x"], state.shift["y"], angle)
+
+
+def turn_plane(state: ProgramState, values: Values, block: ProgramBlock) -> None:
+    """Turn coordinates (G68) about X and Y, or where the tool is, by R degrees to the left."""
+    if state.plane != "G17":
+        raise block.refusal("G68", "turned coordinates are read in the plane of X and Y; use G17")
+    if "R" not in values:
+        raise block.refusal("G68", "this turns by nothing; state the angle R")
+    if state.turned is not None:
+        raise block.refusal("G68", "coordinates are turned already; end that with G69 before")
+    about = {}
+    for axis in ("x", "y"):
+        word = values.get(axis.upper())
+        if word is not None:
+            about[axis] = state.unit_mm * word_value(word) + state.shift[axis]
+        elif state.place[axis] is None:
+            raise block.refusal("G68", f"about where is not known; state {axis.upper()}")
+        else:
+            about[axis] = state.known(axis)
+    nothing_left(without(values, "X", "Y", "R"), block, state)
+    state.turned = TurnedPlane(about["x"], about["y"], radians(word_value(values["R"])))
 
 
 def move_in_machine(

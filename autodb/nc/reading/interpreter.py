@@ -23,6 +23,7 @@ from autodb.nc.reading.codes import (
     SYSTEM_C,
     groups_of,
 )
+from autodb.nc.reading.compensation import RadiusOf
 from autodb.nc.reading.controls import (
     FANUC_A,
     FANUC_B,
@@ -34,11 +35,20 @@ from autodb.nc.reading.controls import (
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
 from autodb.nc.reading.cycles.cycle_moves import BladeOf
-from autodb.nc.reading.frames import FRAMES, move_in_machine, names_axis, set_place, shift_frame
-from autodb.nc.reading.motions import carry_out_motion, nothing_left, without, word_not_read
+from autodb.nc.reading.cycles.pockets import POCKETS, mill_pocket
+from autodb.nc.reading.frames import (
+    FRAMES,
+    move_in_machine,
+    names_axis,
+    set_place,
+    shift_frame,
+    turn_plane,
+)
+from autodb.nc.reading.motions import carry_out_motion, nothing_left, word_not_read
 from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
+from autodb.nc.reading.targets import without
 from autodb.nc.reading.travels import ProgramMove
 
 Values = Mapping[str, Word]
@@ -57,6 +67,7 @@ _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
         "ANG",
         "FRC",
         "SPOS",
+        "RPL",
         "S1",
         "@",
         "^",
@@ -78,11 +89,16 @@ class Interpreter:
     """
 
     def __init__(
-        self, state: ProgramState, runner: Runner, blade_of: BladeOf = lambda _tool: None
+        self,
+        state: ProgramState,
+        runner: Runner,
+        blade_of: BladeOf = lambda _tool: None,
+        radius_of: RadiusOf | None = None,
     ) -> None:
         self.state = state
         self.runner = runner
         self.blade_of = blade_of
+        self.radius_of = radius_of
         self.moves: list[ProgramMove] = []
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []
@@ -195,6 +211,8 @@ class Interpreter:
         if code in self._cycles or code in self._group_of:
             return code
         known = code in HARMLESS or code in OFFSETS or code in MACHINE or code in LENGTHS
+        if code in _OF_MILLS and not self.state.lathe and control is not LINUXCNC:
+            return code
         known = known or (code == "G5" and bool(control.system)) or self._of_builder(word)
         if known or code in _ONCE or (word.number is None and word.name in NAMES):
             return word.name if word.name in NAMES else code
@@ -347,6 +365,13 @@ class Interpreter:
             self.state.forget()
             self.state.place["y"] = 0.0 if self.state.lathe else None
             return True
+        mills = next(iter(codes.keys() & _OF_MILLS), None)
+        if mills is not None:
+            if mills == "G68":
+                turn_plane(self.state, values, block)
+            else:
+                mill_pocket(self, mills, values, block)
+            return True
         setting = next((code for code in ("G50", "G92", "G52") if code in codes), None)
         names = codes.keys() & FRAMES
         if setting is not None and not (setting == "G92" and "G92" in self._cycles):
@@ -358,6 +383,9 @@ class Interpreter:
 
 
 _SIDES = ("G41", "G42", "G41.1", "G42.1")
+_OF_MILLS = frozenset({"G68"}) | POCKETS
+"""Words that mills have, and that mean something else, or nothing, elsewhere."""
+_UNSET = frozenset({"G92.1", "G92.2", "G92.3", "G50.3"})
 _PARTS = ("", ".1", ".2", ".3", ".4")
 
 

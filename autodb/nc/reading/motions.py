@@ -8,10 +8,9 @@ clock, as on a lathe whose tool is behind the work; programs for one in front of
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import atan2, cos, hypot, radians, sin, tan
+from math import radians, tan
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.arcs import CENTRES, RADIUS, arc_centre
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import REFUSED
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
@@ -25,27 +24,29 @@ from autodb.nc.reading.state import (
     speed_in_force,
     word_value,
 )
+from autodb.nc.reading.targets import (
+    CENTRES,
+    DECIMALS,
+    LETTERS,
+    ONLY_X_AND_Z,
+    RADIUS,
+    arc_centre,
+    targets,
+    without,
+)
 from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
-LETTERS = {"x": ("X", "U"), "y": ("Y", "V"), "z": ("Z", "W")}
 ROTARY = ("A", "B", "C")
 _FLAT = 1e-9
-_DECIMALS = 9
-"""Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
 _NUMBERS = ("N", "O")
 _BY_ITSELF = {
     "R": "a radius belongs to G2 or G3; write out a rounded corner as an arc",
     "C": "this is a chamfer or a rotary axis; write out a chamfer as a G1 move",
     "A": "this states a direction by its angle; state the end by X and Z",
     "B": "this turns a rotary axis; only moves of X, Y and Z are read",
-    "Y": "only moves of X and Z are read",
-    "V": "only moves of X and Z are read",
+    "Y": ONLY_X_AND_Z,
+    "V": ONLY_X_AND_Z,
 }
-
-
-def without(values: Mapping[str, Word], *letters: str) -> dict[str, Word]:
-    """Return the values but those of some letters."""
-    return {letter: word for letter, word in values.items() if letter not in letters}
 
 
 def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: ProgramState) -> None:
@@ -74,48 +75,6 @@ def word_not_read(word: Word, block: ProgramBlock, state: ProgramState) -> Unusa
     return block.refusal(
         word.text, why.get(word.name, "this is not read; write out moves as G0, G1, G2 and G3")
     )
-
-
-def targets(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
-    """Return where each axis goes, mm; where it is if the block does not name it."""
-    found: Places = {}
-    for axis in AXES:
-        found[axis] = _target(state, axis, values, block)
-    if "@" in values or "^" in values:
-        found |= _polar(state, values, block)
-    return found
-
-
-def _target(
-    state: ProgramState, axis: str, values: Mapping[str, Word], block: ProgramBlock
-) -> float | None:
-    place, step = (values.get(letter) for letter in LETTERS[axis])
-    before = state.place[axis]
-    if place is None and step is None:
-        return before
-    if axis == "y" and state.lathe:
-        raise block.refusal((place or step).text, _BY_ITSELF["Y"])  # type: ignore[union-attr]
-    if step is not None and not (state.lathe and state.control in (FANUC_A,)):
-        if state.control is not FANUC_A and not state.lathe:
-            raise block.refusal(step.text, "this moves another axis; only X, Y and Z are read")
-        raise block.refusal(
-            step.text,
-            "this is an increment of G-code system A, and other words of this program belong to "
-            "other systems; use U and W with G98 and G99, or G91",
-        )
-    if place is not None and step is not None:
-        raise block.refusal(step.text, f"'{place.text}' moves this axis too; use one of them")
-    word = place or step
-    assert word is not None
-    counts = word.step if word.step is not None else word is step or not state.absolute
-    if not counts:
-        return round(state.factor(axis) * word_value(word) + state.shift[axis], _DECIMALS)
-    if before is None:
-        raise block.refusal(
-            word.text,
-            f"this is an increment from an unknown place; state {axis.upper()} in a G0 before it",
-        )
-    return round(before + state.factor(axis, step=True) * word_value(word), _DECIMALS)
 
 
 def carry_out_motion(
@@ -171,29 +130,11 @@ def _by_angle(
     slope = tan(radians(word_value(word)))
     if stated == ["z"]:
         across = ((to["z"] or 0.0) - (here["z"] or 0.0)) * slope
-        to = {**to, "x": round((here["x"] or 0.0) + across, _DECIMALS)}
+        to = {**to, "x": round((here["x"] or 0.0) + across, DECIMALS)}
     elif stated == ["x"] and abs(slope) > _FLAT:
         along = ((to["x"] or 0.0) - (here["x"] or 0.0)) / slope
-        to = {**to, "z": round((here["z"] or 0.0) + along, _DECIMALS)}
+        to = {**to, "z": round((here["z"] or 0.0) + along, DECIMALS)}
     return to, without(rest, "A", ",A", "ANG")
-
-
-def _polar(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock) -> Places:
-    """Return X and Y of LinuxCNC's polar words: @ the radius, ^ the angle; the other as it is."""
-    if state.place["x"] is None or state.place["y"] is None:
-        raise block.refusal("@", "the start is not known; state X and Y in a G0 before it")
-    x, y = (state.known(axis) - state.shift[axis] for axis in "xy")
-    radius, angle = hypot(x, y), atan2(y, x)
-    if "@" in values:
-        said = word_value(values["@"]) * state.unit_mm
-        radius = said if state.absolute else radius + said
-    if "^" in values:
-        said = radians(word_value(values["^"]))
-        angle = said if state.absolute else angle + said
-    return {
-        "x": round(radius * cos(angle) + state.shift["x"], _DECIMALS),
-        "y": round(radius * sin(angle) + state.shift["y"], _DECIMALS),
-    }
 
 
 def _still_rotary(values: dict[str, Word]) -> dict[str, Word]:
@@ -320,6 +261,21 @@ def _place(places: Places) -> ToolPlace:
     return ToolPlace(x, y, z)
 
 
+def _turned_centre(
+    state: ProgramState, rest: Mapping[str, Word], block: ProgramBlock
+) -> Mapping[str, Word]:
+    """Return an arc's words with the way to its centre as it is in turned coordinates."""
+    if state.turned is None or not rest.keys() & {"I", "J"}:
+        return rest
+    if state.centre_absolute or state.plane != "G17":
+        raise block.refusal(
+            state.plane, "turned coordinates are read in G17 with I and J counted from the start"
+        )
+    way = (word_value(rest[name]) if name in rest else 0.0 for name in ("I", "J"))
+    turned = dict(zip(("I", "J"), state.turned.along(*way), strict=True))
+    return {**rest, **{n: Word(n, f"{mm:.9g}", mm) for n, mm in turned.items()}}
+
+
 def _arc(
     state: ProgramState, to: Places, rest: Mapping[str, Word], block: ProgramBlock, record: Record
 ) -> None:
@@ -334,7 +290,7 @@ def _arc(
     plane = state.plane
     if state.lathe and plane != "G18":
         raise block.refusal(plane, "this selects another plane than that of X and Z; use G18")
-    centre = arc_centre(state, (start, end), rest, block, left=left)
+    centre = arc_centre(state, (start, end), _turned_centre(state, rest, block), block, left=left)
     turns = int(word_value(rest["TURN"])) if "TURN" in rest else 0
     if "P" in rest and not state.lathe:
         turns = max(int(word_value(rest["P"])) - 1, 0)

@@ -23,6 +23,8 @@ from autodb.nc.reading.instructions import (
 MOST_BLOCKS = 2_000_000
 """Blocks that a program may run: more is a loop that does not end. Chosen: 20 times the longest
 program that is to be read."""
+MOST_AGAIN = 50_000
+"""How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
 LOCAL = range(1, 34)
@@ -45,13 +47,18 @@ class Values:
     own: dict[Key, float] = field(default_factory=dict)
     shared: dict[Key, float] = field(default_factory=dict)
     of_control: Callable[[Key], Number] = nothing_known
+    heard: dict[Key, Number] = field(default_factory=dict)
+    """What the control has answered last, of all that it was asked for."""
 
     def value(self, key: Key) -> Number:
         """Return a variable's value, None where nobody has set it."""
         if key in self.own:
             return self.own[key]
         found = self.shared.get(key)
-        return self.of_control(key) if found is None else found
+        if found is not None:
+            return found
+        self.heard[key] = answer = self.of_control(key)
+        return answer
 
     def put(self, key: Key, value: float) -> None:
         """Set a variable: named ones that begin with _ and numbers above the locals are of all."""
@@ -60,7 +67,16 @@ class Values:
 
     def inner(self, own: dict[Key, float]) -> "Values":
         """Return the variables as a unit that is called has them."""
-        return Values(own, self.shared, self.of_control)
+        return Values(own, self.shared, self.of_control, self.heard)
+
+
+@dataclass
+class _Loop:
+    """A jump that went back: how often, and what was known the last time, at which depth."""
+
+    times: int = 0
+    known: tuple[dict[Key, float], dict[Key, float], dict[Key, Number]] | None = None
+    depth: int = 0
 
 
 Library = Callable[[str], Instructions | None]
@@ -82,6 +98,7 @@ class Runner:
         self.ended = False
         self._skip_to: int | None = None
         self._here = -1
+        self._loops: dict[int, _Loop] = {}
         self._unit = instructions.units[instructions.main]
 
     def blocks(self) -> Iterator[ProgramBlock]:
@@ -148,6 +165,7 @@ class Runner:
 
     def _unit_blocks(self, unit: str) -> Iterator[ProgramBlock]:
         before, self._unit = self._unit, self.instructions.units[unit]
+        self._forget_loops(*self._unit)
         yield from self._run(self._unit)
         self._unit = before
 
@@ -175,7 +193,38 @@ class Runner:
                 yield from self._call(step)
                 at += 1
             else:
-                at = self._next(step, at)
+                to = self._next(step, at)
+                if to <= at:
+                    self._goes_back(step, at, to)
+                at = to
+
+    def _goes_back(self, step: Instruction, at: int, to: int) -> None:
+        """Raise UnusableInput for a loop that never ends: nothing that it asks for changes.
+
+        One that has gone back more often than any that is to be read is taken for one.
+        """
+        values = self.values
+        known = dict(values.own), dict(values.shared), dict(values.heard)
+        loop = self._loops.setdefault(at, _Loop())
+        loop.times += 1
+        if loop.known == known and loop.depth == self.depth:
+            raise step.line.refusal(
+                step.line.text[:40],
+                "this loop never ends: no variable changes from one time to the next; change what "
+                "its condition asks for, or leave the loop out",
+            )
+        if loop.times > MOST_AGAIN:
+            raise step.line.refusal(
+                step.line.text[:40],
+                f"this loop has gone back {MOST_AGAIN} times; use one that ends",
+            )
+        loop.known, loop.depth = known, self.depth
+        self._forget_loops(to, at)
+
+    def _forget_loops(self, begin: int, end: int) -> None:
+        """Let loops within a span begin anew: what is around them goes through it once more."""
+        for place in [one for one in self._loops if begin <= one < end]:
+            del self._loops[place]
 
     def _next(self, step: Instruction, at: int) -> int:
         """Return where to go on after a jump or a counter."""

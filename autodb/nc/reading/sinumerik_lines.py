@@ -15,7 +15,22 @@ from autodb.nc.reading.blocks import (
 from autodb.nc.reading.expressions import Expression, Key, expression, expression_at
 
 ADDRESSES = frozenset(
-    {"CR", "LIMS", "RND", "RNDM", "CHF", "CHR", "ANG", "AR", "TURN", "SF", "SPOS", "FRC", "FRCM"}
+    {
+        "CR",
+        "LIMS",
+        "RND",
+        "RNDM",
+        "CHF",
+        "CHR",
+        "ANG",
+        "AR",
+        "TURN",
+        "SF",
+        "SPOS",
+        "FRC",
+        "FRCM",
+        "RPL",
+    }
     | {"AP", "RP", "DL", "OFFN", "DISR", "DISRP", "FAD", "FP", "PT", "ADIS", "ADISPOS", "IPTRLOCK"}
     | {f"{letter}{n}" for letter in "SMIJKFGHDTCAYZX" for n in range(1, 10)}
 )

@@ -1,6 +1,7 @@
 """What is in force while a program runs: how numbers count, motion, feed, spindle, tool, place."""
 
 from dataclasses import dataclass, field
+from math import cos, sin
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
@@ -11,6 +12,34 @@ from autodb.nc.reading.travels import Beside
 _FOOT_M = 12 * INCH_MM / 1000
 AXES = ("x", "y", "z")
 Places = dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class TurnedPlane:
+    """Coordinates turned in the plane of X and Y: about a place, mm, to the left by an angle."""
+
+    x_mm: float
+    y_mm: float
+    angle_rad: float
+
+    def placed(self, x_mm: float, y_mm: float, *, back: bool = False) -> tuple[float, float]:
+        """Return where a programmed place lies, mm; ``back``: what is programmed for a place."""
+        x, y = self.along(x_mm - self.x_mm, y_mm - self.y_mm, back=back)
+        return self.x_mm + x, self.y_mm + y
+
+    def along(self, x_mm: float, y_mm: float, *, back: bool = False) -> tuple[float, float]:
+        """Return a programmed way as it is gone, mm; ``back``: the reverse."""
+        c, s = cos(self.angle_rad), sin(self.angle_rad) * (-1.0 if back else 1.0)
+        return c * x_mm - s * y_mm, s * x_mm + c * y_mm
+
+
+@dataclass(frozen=True)
+class PolarPlace:
+    """The pole that G16 counts from, mm, and the radius, mm, and angle, degrees, said last."""
+
+    pole: tuple[float, float]
+    radius_mm: float | None = None
+    angle_deg: float | None = None
 
 
 @dataclass
@@ -24,7 +53,8 @@ class ProgramState:
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
     the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
     None as places do; ``cycle``: that in force, with what it has ``taken``;
-    ``side``: that of compensation, ``side_mm``: how far, where the program says it.
+    ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
+    coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said.
     """
 
     lathe: bool
@@ -55,6 +85,9 @@ class ProgramState:
     offset: str | None = None
     edge: str | None = None
     place: Places = field(default_factory=lambda: dict.fromkeys(AXES))
+    turned: TurnedPlane | None = None
+    polar: bool = False
+    polar_place: PolarPlace | None = None
     shift: dict[str, float] = field(default_factory=lambda: dict.fromkeys(AXES, 0.0))
     cycle: str | None = None
     taken: dict[str, float] = field(default_factory=dict)
@@ -67,8 +100,8 @@ class ProgramState:
 
     @property
     def beside(self) -> Beside | None:
-        """On which side of the contour a mill goes, and how far; None where it does not."""
-        return None if self.lathe or self.side is None else (self.side, self.side_mm)
+        """On which side of the contour a tool goes, and how far; None where it does not."""
+        return None if self.side is None else (self.side, self.side_mm)
 
     def known(self, axis: str) -> float:
         """Return where an axis is, mm; it is known."""

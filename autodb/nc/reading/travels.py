@@ -43,8 +43,8 @@ class ProgramMove:
     """A move from place to place; a rapid has no feed; ``thread``: it follows the spindle's angle.
 
     ``tool``: as the program calls it; ``corner``: kind, size in mm and plane of what stands
-    between it and the next move, until that is known; ``beside``: on which side of it a mill goes,
-    and how far if the program says so, until its own path is known.
+    between it and the next move, until that is known; ``beside``: on which side of it a tool goes,
+    and how far if the program says so; of a mill until its own path is known.
     """
 
     start: ToolPlace

@@ -60,13 +60,15 @@ class ReadProgram:
 class TurningProgram:
     """The moves of a program in order, and the lines at which it stops for the operator (M0).
 
-    ``notes``: what was taken of it that it does not say.
+    ``notes``: what was taken of it that it does not say; ``beside``: lines that are between G41 or
+    G42 and G40, so that the nose leaves what they say.
     """
 
     source: str
     moves: tuple[Move, ...]
     stops: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    beside: frozenset[int] = frozenset()
 
 
 def read_program(
@@ -124,7 +126,8 @@ def turning_program(
         control=control, highest_rpm=highest_rpm, blade_of=blade_of,
     )  # fmt: skip
     moves = tuple(_turned(travel) for travel in done.travels)
-    return TurningProgram(source, moves, done.stops, done.notes)
+    beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
+    return TurningProgram(source, moves, done.stops, done.notes, beside)
 
 
 def carried_out(
@@ -154,7 +157,7 @@ def carried_out(
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner, blade_of)
+    interpreter = Interpreter(state, runner, blade_of, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
     if radius_of is not None and not (instructions.problems or problems):

@@ -4,9 +4,11 @@ from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Request, Response
+from pydantic import StringConstraints
 from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.answer.bounds.largest import Largest, Wanted, largest_value
+from autodb.agent.answer.bounds.lasting import ToolLife, limit_stated, tool_life
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting
@@ -102,6 +104,8 @@ async def largest_route(
     return json_answer(Largest, answer, found.mark)
 
 
+LIMITED = r"^(force\.[xyz]|torque\.spindle|spindle\.power)=[0-9]{1,9}(\.[0-9]{1,6})?$"
+LimitAsked = Annotated[str, StringConstraints(pattern=LIMITED)]
 AJob = Annotated[Job, Body(openapi_examples=JOB)]
 
 
@@ -141,6 +145,39 @@ def keep_prediction(
     made.status_code = 201
     made.headers["Location"] = f"/api/v1/trace/prediction/{kept.prediction_id}"
     return made
+
+
+@router.post(
+    "/machines/{machine:path}/life",
+    summary="Life of an edge in a job",
+    response_model=ToolLife,
+    responses=problems(401, 404, 413, 422, 429, 503),
+)
+async def life_route(
+    request: Request,
+    _access: Reads,
+    machine: MachineName,
+    job: AJob,
+    limit: Annotated[
+        list[LimitAsked] | None,
+        Query(
+            description="Limits in place of the machine's, each as CHANNEL=VALUE.",
+            examples=[["torque.spindle=40"]],
+        ),
+    ] = None,
+    sure: Surely = 95.0,
+) -> Response:
+    """Say how many parts an edge lasts until forces, torque or power pass a limit.
+
+    It needs a pair whose wear was learnt; else ``why`` says so. Nothing is kept.
+    """
+    _refuse_a_program(job)
+    found = service_of(request).lookup_cache.basis(machine, job.material, job.tool)
+    limits = dict(limit_stated(text, where="limit") for text in limit or ())
+    answer = await run_in_threadpool(
+        partial(tool_life, found.basis, job, limits=limits, sure=sure / 100.0)
+    )
+    return json_answer(ToolLife, answer, found.mark)
 
 
 def _refuse_a_program(job: Job) -> None:

@@ -1,11 +1,15 @@
 """`autodb stability`: lobes of a job's cuts beside the machine's limits, as text, JSON, picture."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
+import autodb
 from tests.conftest import Cli
 
 MODES = """[[mode]]
@@ -65,6 +69,35 @@ def test_depths_are_said_beside_limits(asked: Cli) -> None:
     assert one["loads"]["value"] > 0.0
     page = Path("lobes.html").read_text("utf-8")
     assert "stability lobes of cut 1" in page
+
+
+def test_a_wide_interval_does_not_press_the_lobes_flat(asked: Cli) -> None:
+    """With a compliance hardly known the upper end is far above the lobes: a line says where."""
+    wide = "".join(MODES.format(axis=axis) + "share = 0.9\n" for axis in "xy")
+    Path("tool-point.toml").write_text(wide, "utf-8")
+    (one,) = json.loads(asked(*ASKED, "--plot", "lobes.html", "--json").out)
+    stable = one["stable"]
+    middle = float(np.median([mm for mm in stable["limit_mm"] if mm is not None]))
+    page = Path("lobes.html").read_text("utf-8")
+    tops = re.findall(r'"yaxis":\{[^}]*"range":\[0\.0,([\d.]+)\]', page)
+    assert_allclose([float(one) for one in tops], max(3.0 * middle, 1.2 * 2.0), rtol=1e-6)
+    assert max(mm for mm in stable["high_mm"] if mm is not None) > 3.0 * middle
+    assert "the upper end of the interval lies above it" in page
+
+
+def test_the_library_says_what_the_command_says(asked: Cli) -> None:
+    theirs = json.loads(asked(*ASKED[:4], "--json", *ASKED[4:]).out)
+    assert theirs[0]["stable"]["depth_mm"]
+    machine = autodb.open("autodb.sqlite3").machine("m")
+    with pytest.raises(autodb.UnusableInput, match="nowhere"):
+        machine.stability("job.toml", "nowhere.toml")
+    asked("predict", "job.toml", "--tool-file", "tool.toml")  # keeps the tool's geometry
+    found = machine.stability("job.toml", "tool-point.toml")
+    assert found.to_dict()["cuts"] == theirs
+    (row,) = found.to_pandas().to_dict("records")
+    assert row["depth_mm_low"] < row["depth_mm"] < row["depth_mm_high"]
+    assert row["loads_mm"] == theirs[0]["loads"]["value"]
+    assert "stability lobes of cut 1" in found.plot().page
 
 
 def test_a_plan_of_another_material_is_compared_with_the_same_tool_file(asked: Cli) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 from sqlalchemy import select
 
+import autodb
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BY_NAME
@@ -161,6 +162,14 @@ speed_m_min = 220.0
 cutting_time_s = 1200.0
 """
 
+PART = """[[cut]]
+diameter_mm = 50.0
+depth_mm = 1.5
+feed_mm_rev = 0.2
+speed_m_min = 220.0
+length_mm = 60.0
+"""
+
 
 def _kept(recording: str, channel: str = "force.y", term: str = "tool_wear") -> int:
     """Keep a cause as explain would have, and return the mismatch' number."""
@@ -221,6 +230,9 @@ def test_confirmed_wear_is_in_the_next_prediction(
     bias, inside = _of_unseen_edges()
     assert_allclose(bias, 0.0, atol=0.05)
     assert inside.min() >= 0.9
+
+    # And edges that nobody has seen last as long as is said
+    _last_as_long_as_is_said(worn)
 
     # It is said, and where it came from
     assert [note for note in notes if "cut 2 'late': its edge has cut 1200 s before; tool_" in note]
@@ -286,6 +298,40 @@ def _of_unseen_edges() -> tuple[Array, Array]:
     off = found.mean[:, 1:3] - np.array(true)
     bias = (off / np.array(true)).mean(axis=0)
     return bias, (np.abs(off) < NORMAL_95 * found.sd[:, 1:3]).mean(axis=0)
+
+
+def _last_as_long_as_is_said(cli: Cli) -> None:
+    """Hold the life until a limit between a fresh edge's force and an old one's to the truth."""
+    Path("part.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + PART)
+    limit_N = 0.5 * (_true_N(0.0)["y"] + _true_N(1200.0)["y"])
+    ages = np.linspace(0.0, 2400.0, 481)
+    passed = [_true_N(age)["y"] > limit_N for age in ages.tolist()]
+    true_min = ages[passed.index(True)] / 60.0
+    asked = ("life", "part.toml", "--machine", "lathe-1", "--limit", f"force.y={limit_N}")
+    (one,) = json.loads(cli(*asked, "--json").out)["lives"]
+    assert one["minutes"]["low"] < true_min < (one["minutes"]["high"] or np.inf)
+    assert_allclose(one["minutes"]["value"], true_min, rtol=0.4)
+    assert 0.0 < one["sure_min"] < one["minutes"]["value"]
+    said = cli(*asked).out
+    assert "change the edge after" in said
+    found = autodb.open("autodb.sqlite3").machine("lathe-1").tool_life(
+        "part.toml", limits={"force.y": limit_N}
+    )  # fmt: skip
+    assert "\n".join(found.lines).split() == said.split()
+    (row,) = found.to_pandas().to_dict("records")
+    assert row["parts_low"] < row["parts"] < row["parts_high"]
+    assert found.to_dict()["lives"] == [one]
+    # So does a program that makes that cut
+    Path("part.nc").write_text("G21 G99 G97 S1400.563 M3\nG0 X50 Z0\nG1 Z-60 F0.2\nG0 X60\nM30\n")
+    program = "[program]\nfile = 'part.nc'\nstock_diameter_mm = 53.0\ndiameter = true\n"
+    Path("nc.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + program)
+    (of_line,) = json.loads(cli("life", "nc.toml", *asked[2:], "--json").out)["lives"]
+    assert_allclose(of_line["minutes"]["value"], one["minutes"]["value"], rtol=0.02)
+    # With a machine's limit it stands in the prediction, too
+    file = (ROOT / "sample_jobs" / "stepped_shaft" / "machine.toml").read_text()
+    Path("limit.toml").write_text(file.replace("torque_N_m = 105", "torque_N_m = 17"))
+    assert cli("machine", "update", "lathe-1", "--file", "limit.toml").err == ""
+    assert "an edge lasts" in cli("predict", "part.toml", "--machine", "lathe-1").out
 
 
 def _without_time(name: Path, to: Path) -> None:

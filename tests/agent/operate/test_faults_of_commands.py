@@ -23,7 +23,19 @@ from tests.helpers.campaigns import first
 pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
 PAUSE_S = 0.1
 ONLY_READ = {
-    *("look", "lookup", "plan", "stability", "trace", "doctor", "sensors", "prove", "list", "show"),
+    *(
+        "look",
+        "lookup",
+        "plan",
+        "life",
+        "stability",
+        "trace",
+        "doctor",
+        "sensors",
+        "prove",
+        "list",
+        "show",
+    ),
     *("agent", "serve"),  # go on until they are stopped, and are tested by themselves
 }
 

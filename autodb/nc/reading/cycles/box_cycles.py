@@ -9,9 +9,10 @@ from collections.abc import Mapping
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import Carrying, feed_to, known_start, rapid_to
-from autodb.nc.reading.motions import LETTERS, nothing_left, targets, without
+from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value
+from autodb.nc.reading.targets import LETTERS, targets, without
 
 _TAKEN = ("F", "R", "I", "K", "S", "T", "N", "Q", "E", "M", "O")
 

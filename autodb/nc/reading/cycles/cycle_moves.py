@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
+from autodb.nc.reading.compensation import RadiusOf
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.motions import feed_straight, go_rapid
 from autodb.nc.reading.paths import Feed
@@ -33,6 +34,7 @@ class Carrying(Protocol):
     modal_call: tuple[str, Word] | None
     in_contour: bool
     blade_of: BladeOf
+    radius_of: RadiusOf | None
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block."""

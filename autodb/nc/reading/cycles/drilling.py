@@ -17,9 +17,10 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
-from autodb.nc.reading.motions import nothing_left, targets, without
+from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value
+from autodb.nc.reading.targets import targets, without
 from autodb.nc.reading.travels import PLANES
 
 PECK_BACK_MM = 0.01 * INCH_MM

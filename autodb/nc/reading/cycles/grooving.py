@@ -16,8 +16,8 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
-from autodb.nc.reading.motions import targets
 from autodb.nc.reading.state import word_value
+from autodb.nc.reading.targets import targets
 
 MOST_PECKS = 20_000
 

@@ -18,9 +18,10 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
-from autodb.nc.reading.motions import carry_out_motion, targets, without
+from autodb.nc.reading.motions import carry_out_motion
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value
+from autodb.nc.reading.targets import targets, without
 
 MOST_PASSES = 500
 METRIC_PITCH_MM = {
