@@ -13,6 +13,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.explain.answer import Considered, Regime, Where
+from autodb.files.units import shop_units
+from autodb.forward.cut_figures import CutFigures
+from autodb.forward.prediction import Interval
 from autodb.reports import amounts, figures
 from autodb.reports.explanation import (
     explanation_fragment,
@@ -29,7 +32,9 @@ from autodb.reports.page import (
     render_page,
     tightening_range,
 )
+from autodb.reports.planned.predicted import figure_rows
 from autodb.reports.written import library_tag
+from autodb.wording import Presentation, presented
 from tests.helpers.explanations import (
     STATEMENT,
     N,
@@ -375,3 +380,11 @@ def test_a_learning_plot_holds_the_last_band() -> None:
     assert low < curve.mean[-1] - 2.0 * curve.sd[-1]
     assert high > curve.mean[-1] + 2.0 * curve.sd[-1]
     assert high < curve.mean[0] + 2.0 * curve.sd[0]
+
+
+def test_a_value_and_its_interval_share_one_unit_behind_them() -> None:
+    figures = CutFigures(None, 172.0, Interval(1710.0, 1600.0, 2024.0), None, {})
+    said = dict(figure_rows(figures))
+    assert said["Specific force"] == "1710 (1600 to 2024)\u00a0N/mm²"
+    with presented(Presentation("en", shop_units("inch"))):
+        assert "N" not in dict(figure_rows(figures))["Specific force"]
