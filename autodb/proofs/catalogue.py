@@ -310,7 +310,7 @@ PROOFS: tuple[Proof[Any], ...] = (
     Proof(
         name="pair-laws",
         what="pairs of three other laws: intervals by tool and law, beside plain least squares",
-        runs=40,
+        runs=400,
         run=laws_run.run_laws,
         kept=TypeAdapter(Finished[laws_run.DrawnLaw | laws_run.ForeseenForce]),
         score=laws_summary.laws_summary_of,
