@@ -127,9 +127,14 @@ def _lower(q: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _root(values: Array, q: int) -> Array:
+    """Return the symmetric root of B from its lower triangle.
+
+    One with a zero above its diagonal is not single where B has a direction without variance: its
+    last numbers then turn on a circle along which the likelihood is one.
+    """
     root = np.zeros((q, q))
     root[_lower(q)] = values
-    return root
+    return root + np.tril(root, -1).T
 
 
 @dataclass(frozen=True)
@@ -157,7 +162,7 @@ class _Rows:
     known: Array
 
     def at(self, at: Array) -> _Point:
-        """Return the point at s, σ² = LEAST + s², and the triangle of B's root.
+        """Return the point at s, σ² = LEAST + s², and the lower triangle of B's root.
 
         With P = V⁻¹ − V⁻¹ X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹, of a change V̇ of V the misfit changes by
         tr(P V̇) − eᵀ P V̇ P e.
@@ -188,7 +193,8 @@ class _Rows:
         trace = np.sum(1.0 / variance) - np.trace(lost, axis1=1, axis2=2).sum()
         trace -= np.trace(np.linalg.solve(fixed, solved[:, :p].T @ solved[:, :p]))
         by_own = 2.0 * at[0] * (trace - left @ left)
-        gradient = np.concatenate([[by_own], by_root[_lower(q)]])
+        by_both = by_root + np.tril(by_root.T, -1)
+        gradient = np.concatenate([[by_own], by_both[_lower(q)]])
         return _Point(misfit, gradient, float(own), root, sensed @ root @ root.T)
 
     def _by_group(self, values: Array) -> Array:

@@ -12,7 +12,7 @@ from typing import get_args
 import numpy as np
 
 from autodb.errors import together
-from autodb.files.channels import LINEAR_AXES, largest_of, unit_of
+from autodb.files.channels import DURATION, LINEAR_AXES, largest_of, unit_of
 from autodb.files.operation_words import suggested_operation
 from autodb.files.side import Operation, SideFile
 from autodb.files.units import RAW
@@ -65,6 +65,7 @@ def doubts(base: BaseSummary, side: SideFile) -> Iterator[str]:
     for channel in base.channels.values():
         yield from _too_large(channel, side)
         yield from _too_cold(channel, side)
+        yield from _below_none(channel, side)
     yield from _speeds_apart(base)
     if base.holds_cuts:
         yield from _operations(base, side)
@@ -98,6 +99,14 @@ def _too_cold(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
         yield (
             f"column '{_column(channel.name, side)}': {channel.minimum:g} °C as {channel.name} "
             "is below absolute zero; state its unit in the side file"
+        )
+
+
+def _below_none(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
+    if channel.name in ("tool.cutting_time", DURATION) and channel.finite and channel.minimum < 0.0:
+        yield (
+            f"column '{_column(channel.name, side)}': {channel.minimum:g} s as {channel.name} is "
+            "less than none; correct it, or leave the cell empty"
         )
 
 

@@ -207,3 +207,10 @@ def test_the_top_of_a_signal_in_few_digits_is_no_limit(tmp_path: Path, step: flo
     assert _clipped(tmp_path / "a.csv", coarse) == []
     limited = np.clip(0.02 * np.round(smooth / 0.02), -9.0, 9.0)
     assert len(_clipped(tmp_path / "b.csv", limited)) == 1
+
+
+@pytest.mark.parametrize("name", ["cut.duration", "tool.cutting_time"])
+def test_no_time_is_less_than_none(tmp_path: Path, name: str) -> None:
+    cuts = {"cut": [1.0, 2.0], "t": [0.0, 60.0], "force.y": [900.0, 950.0], name: [3.0, -3.0]}
+    (line,) = _doubts(write(tmp_path / "a.csv", {k: np.array(v) for k, v in cuts.items()}))
+    assert f"column '{name}': -3 s as {name} is less than none" in line

@@ -40,6 +40,10 @@ _CUTS: dict[str, tuple[str, ...]] = {
         *("width", "widthofcut", "ae", "breite", "eingriffsbreite", "largeur", "larghezza"),
         *("radialdepth", "radialdepthofcut", "ancho", "cuttingwidth", "stepover"),
     ),
+    "cut.duration": (
+        *("duration", "cutduration", "dauer", "schnittdauer", "durée", "durata", "duración"),
+        *("machiningtime", "bearbeitungszeit"),
+    ),
     "tool.flank_wear": (
         *("vb", "wear", "verschleiß", "usure", "usura", "desgaste", "flankwear"),
         *("freiflächenverschleiß", "verschleißmarkenbreite"),

@@ -204,3 +204,19 @@ def test_sound_cuts_are_rarely_named_for_their_residual() -> None:
     """n = 200 tables, 5 % each: 15 expected, and 31 has a chance below 0.01 %."""
     wrong = sum(any(one.off for one in _named(seed, off_N=0.0, lone_A=None)) for seed in range(300))
     assert wrong <= 30
+
+
+def test_what_groups_do_not_share_leaves_the_rest_single() -> None:
+    """Groups differ in slope alone: with a triangular root the climb went along a circle on which
+    the likelihood is one, and had not ended after 100 steps."""
+    rng = np.random.default_rng(145)
+    groups = np.repeat(np.arange(22), 11)
+    x = rng.uniform(0.0, 1.0, groups.size)
+    slopes = 0.95 * rng.normal(size=22)
+    columns = np.column_stack([np.ones_like(x), x])
+    force_N = columns @ [1.0, 2.0] + slopes[groups] * (x - x.mean()) + rng.normal(size=x.size)
+    found = components(columns, columns, force_N, groups, known=np.zeros(groups.size))
+    at_mean = np.array([1.0, x.mean()])
+    assert found.own == pytest.approx(1.0, rel=0.3)
+    assert at_mean @ found.between @ at_mean < 0.02 * found.own
+    assert found.between[1, 1] < 3.0 * 0.95**2
