@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy.stats import binom
 
+from autodb.fitting import optimum
 from autodb.fitting.groups import components, small_sample
 from autodb.fitting.linear import least_squares
 from autodb.sensing.ranges.error_kinds import ErrorKinds, FittedCuts, error_kinds_of, slow
@@ -206,10 +207,14 @@ def test_sound_cuts_are_rarely_named_for_their_residual() -> None:
     assert wrong <= 30
 
 
-def test_what_groups_do_not_share_leaves_the_rest_single() -> None:
-    """Groups differ in slope alone: with a triangular root the climb went along a circle on which
-    the likelihood is one, and had not ended after 100 steps."""
-    rng = np.random.default_rng(145)
+@pytest.mark.parametrize("seed", [7, 24, 25, 28, 41])
+def test_what_groups_do_not_share_leaves_the_rest_single(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    """Groups differ in slope alone: with a triangular root climbs went along a circle on which the
+    likelihood is one, and these five of sixty took from 21 to over 50 steps to end."""
+    monkeypatch.setattr(optimum, "MOST_STEPS", 8)
+    rng = np.random.default_rng(seed)
     groups = np.repeat(np.arange(22), 11)
     x = rng.uniform(0.0, 1.0, groups.size)
     slopes = 0.95 * rng.normal(size=22)
