@@ -57,7 +57,8 @@ def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
         every = sorted(one.name for one in islice(folder.iterdir(), MOST_LOOKED_AT))
     except OSError:
         if str(folder) != "." and not folder.exists():
-            return UnusableInput(f"{path}: no such file; there is no folder {folder}")
+            what = f"there is no folder {folder}"
+            return UnusableInput(f"{path}: no such file; {'; '.join(filter(None, (what, remedy)))}")
         every = []
     names = [name for name in every if not name.startswith(".")]
     kind = {Path(name).stem: name for name in names if Path(name).suffix == path.suffix != ""}

@@ -14,7 +14,8 @@ HERE: list[tuple[str, tuple[str, ...], str, str]] = [
     ("nix.toml", ("m.toml", ".nix.toml"), "'autodb demo'", "; 'autodb demo'"),
     ("nix.toml", ("m.toml", "a.csv"), "", " (there are: m.toml)"),
     ("nix.toml", ("a.csv",), "", "; its folder has no .toml file"),
-    ("gone/nix.toml", ("nix.toml",), "'autodb demo'", "; there is no folder {folder}/gone"),
+    ("gone/nix.toml", ("nix.toml",), "", "; there is no folder {folder}/gone"),
+    ("gone/nix.json", (), "start it", "; there is no folder {folder}/gone; start it"),
 ]
 
 
