@@ -39,9 +39,9 @@ MOST = 500
 class CutOfJob:
     """A cut of a job that was predicted: what is known of it by channel.
 
-    ``block``: the program's line that it is, of which speed and feed alone are known; ``end_mm``:
-    the diameter where it ends, if that is another; ``time_s``: how long it takes as asked for,
-    None where nobody says how far it goes.
+    ``of_program``: one line of a program or several, of which speed and feed alone are known, and
+    ``block`` which line it is; ``end_mm``: the diameter where it ends, if that is another;
+    ``time_s``: how long it takes as asked for, None where nobody says how far it goes.
     """
 
     name: str
@@ -50,6 +50,7 @@ class CutOfJob:
     block: int | None = None
     end_mm: float | None = None
     time_s: float | None = None
+    of_program: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def fits(asked: CutOfJob, made: MadeCut) -> bool:
     """Say whether a made cut may be the one asked for: operation, conditions, how long it took."""
     if asked.operation != made.operation:
         return False
-    if asked.block is not None:
+    if asked.of_program:
         return _fits_line(asked, made)
     same = [name for name in SAME if name in asked.conditions and name in made.conditions]
     alike = all(_same(name, made.conditions[name], asked) for name in same)

@@ -139,8 +139,10 @@ def test_grooves_that_nothing_else_tells_apart_are_told_by_how_long_they_took() 
 def test_lines_of_a_program_are_told_by_their_number_or_by_speed_and_time() -> None:
     lines = {7: 5.0, 9: 8.0}
     asked = [
-        CutOfJob(f"line {n}: G1", "turn", {"spindle.speed": 1200}, block=n, time_s=time_s)
-        for n, time_s in lines.items()
+        CutOfJob(
+            f"line {n}: G1", "turn", {"spindle.speed": 1200}, block=n, time_s=t, of_program=True
+        )
+        for n, t in lines.items()
     ]
     shaft = SHAFT["rough 56"]
     made = [
@@ -151,3 +153,10 @@ def test_lines_of_a_program_are_told_by_their_number_or_by_speed_and_time() -> N
         MadeCut("turn", shaft | {"cut.duration": 8.3, "spindle.speed": 1100}),
     ]
     assert [matched(asked, [one])[0].places for one in made] == [(1,), (), (1,), (), ()]
+
+
+def test_several_lines_at_once_are_no_cut_of_known_conditions() -> None:
+    rpm = {"spindle.speed": 1200}
+    asked = CutOfJob("lines 4 to 9", "turn", rpm, time_s=8.0, of_program=True)
+    made = [MadeCut("turn", SHAFT["rough 56"]), MadeCut("turn", {}, "lines 4 to 9")]
+    assert [matched([asked], [one])[0].places for one in made] == [(), (0,)]

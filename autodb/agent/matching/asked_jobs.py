@@ -155,7 +155,7 @@ class AskedCuts:
         stored, asked = self.row.cuts[place], self.cuts[place]
         found = {one.channel: stored[one.field] for one in QUANTITIES if stored[one.field]}
         values = {name: [one["value"], one["low"], one["high"]] for name, one in found.items()}
-        if asked.block is not None:
+        if asked.of_program:
             return values if _fed_alike(asked, made) else {}
         happened = _happened(asked.conditions, made.conditions)
         if happened is None or not overridden_alike(asked, made):
@@ -184,14 +184,20 @@ class AskedCuts:
 
 
 def _of_line(answer: Mapping[str, Any]) -> CutOfJob:
-    """Return a line of a program, of which the answer alone says how it cuts."""
+    """Return a line of a program, or several, of which the answer alone says how they cut."""
     conditions = {RPM: answer["speed_rpm"]}
     ends_mm = [(answer.get(end) or {}).get("diameter_mm") for end in ("start", "end")]
     feed_mm_min = answer.get("feed_mm_min")
     if answer["operation"] not in BANDS and feed_mm_min and ends_mm[0] == ends_mm[1]:
         conditions[FEED] = feed_mm_min / answer["speed_rpm"]
-    name, time_s = answer["name"], answer.get("time_s")
-    return CutOfJob(name, answer["operation"], conditions, block=_block(name), time_s=time_s)
+    return CutOfJob(
+        answer["name"],
+        answer["operation"],
+        conditions,
+        block=_block(answer["name"]),
+        time_s=answer.get("time_s"),
+        of_program=True,
+    )
 
 
 def _fed_alike(asked: CutOfJob, made: MadeCut) -> bool:
