@@ -36,14 +36,7 @@ from autodb.forward.scored import AS_STATED, Width, wider
 from autodb.forward.undecided import UndecidedCuts
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
-from autodb.wording import (
-    amount_words,
-    listed,
-    localized,
-    msgid,
-    phrase,
-    shop_amount,
-)
+from autodb.wording import amount_words, listed, localized, msgid, phrase, shop_amount
 
 PROFILED = ("face", "taper", "contour")
 """Operations that change the diameter."""

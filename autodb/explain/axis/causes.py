@@ -116,8 +116,7 @@ def standing_of(reading: AxisReading, number: int, *, but: Collection[str] = ())
 
 
 def _size_words(size: IntervalValue, kind: str) -> str:
-    lacks = SIZE_LEFT_OUT if kind == "missing" else HAS_OTHERWISE
-    return lacks.format(**size_words(size))
+    return (SIZE_LEFT_OUT if kind == "missing" else HAS_OTHERWISE).format(**size_words(size))
 
 
 def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[str, IntervalValue]:
