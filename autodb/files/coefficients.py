@@ -101,6 +101,8 @@ def read_coefficients(path: Path) -> Coefficients:
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise UnusableInput(f"{path}: is no JSON ({error})") from None
     except ValidationError as error:
+        from autodb.wording.mistakes import mistake_words
+
         first = error.errors()[0]
         where = ".".join(str(one) for one in first["loc"])
-        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None
+        raise UnusableInput(f"{path}: {where}: {mistake_words(first)}") from None

@@ -107,10 +107,12 @@ def _place(mistake: ErrorDetails) -> str:
 
 
 def _mistake(mistake: ErrorDetails, keys: list[str]) -> str:
+    from autodb.wording.mistakes import mistake_words  # most files have none
+
     where = _place(mistake)
     if mistake["type"] == "extra_forbidden":
         return f"{where}: unknown key{near(str(mistake['loc'][-1]), keys)}"
-    message = mistake["msg"].removeprefix("Value error, ")
+    message = mistake_words(mistake)
     return f"{where}: {message}" if where else message
 
 

@@ -81,7 +81,10 @@ class ToolFile(Section):
             try:
                 Geometry.model_validate({ours: int(value) if ours == "teeth" else value})
             except ValidationError as error:
-                raise ValueError(f"iso13399.{symbol}: {error.errors()[0]['msg']}") from None
+                from autodb.wording.mistakes import mistake_words
+
+                said = mistake_words(error.errors()[0])
+                raise ValueError(f"iso13399.{symbol}: {said}") from None
             own = getattr(self.geometry, ours)
             if own is not None and own != value:
                 raise ValueError(f"iso13399.{symbol} = {value:g} but geometry.{ours} = {own:g}")
@@ -98,9 +101,11 @@ def read_tool(path: Path) -> ToolFile:
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; name a file that is there") from None
     except ValidationError as error:
+        from autodb.wording.mistakes import mistake_words
+
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise UnusableInput(f"{path}: {where}: {first['msg']}") from None
+        raise UnusableInput(f"{path}: {where}: {mistake_words(first)}") from None
 
 
 def geometry_of(tool: ToolFile) -> Geometry:

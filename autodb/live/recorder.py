@@ -18,6 +18,7 @@ from autodb.files.tool import geometry_of, read_tool
 from autodb.live.agentfile import AgentFile, StatedItem
 from autodb.live.batch import Value
 from autodb.live.segmenter import LiveCut
+from autodb.wording.mistakes import mistake_words
 
 PER_TURN = ("turn", "face", "taper", "contour", "drill")
 """Operations whose feed is per revolution; of the others it is per tooth."""
@@ -157,7 +158,7 @@ def _checked(section: Any, values: dict[str, Value], name: str, notes: list[str]
             return section.model_validate(left)
         except ValidationError as error:
             key = str(error.errors()[0]["loc"][0])
-            notes.append(f"[{name}] {key} = {left.pop(key)!r}: {error.errors()[0]['msg']}")
+            notes.append(f"[{name}] {key} = {left.pop(key)!r}: {mistake_words(error.errors()[0])}")
 
 
 def _plain(value: Any) -> Any:

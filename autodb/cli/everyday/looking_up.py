@@ -202,9 +202,11 @@ def _cut(stated: dict[str, Any]) -> "JobCut":
     try:
         return JobCut.model_validate({keys[option]: value for option, value in stated.items()})
     except ValidationError as error:
+        from autodb.wording.mistakes import mistake_words
+
         first = error.errors()[0]
         where = "".join(f"{OPTIONS[str(part)]}: " for part in first["loc"])
-        message = first["msg"].removeprefix("Value error, ")
+        message = mistake_words(first)
         said = re.sub(r"\w+", lambda word: OPTIONS.get(word[0], word[0]), message)
         said = said.replace("--operation '", "operation '")
         raise UnusableInput(f"{where}{said}") from None

@@ -6,7 +6,8 @@ from typing import Any
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 
-from autodb.wording import Worded, language_of, phrase
+from autodb.wording import language_of, phrase
+from autodb.wording.mistakes import mistake_words
 
 
 class HttpProblem(BaseModel):
@@ -47,7 +48,5 @@ def first_of(errors: Sequence[Any]) -> str:
     """Return the first error of a model in one line: where, and why."""
     first = errors[0]
     where = ".".join(str(part) for part in first["loc"] if part != "body")
-    raised = first.get("ctx", {}).get("error")  # what a model of ours says, in its language
-    own = isinstance(raised, ValueError) and bool(raised.args)
-    message = raised.args[0] if own else Worded(first["msg"], "en")
+    message = mistake_words(first)
     return phrase("{where}: {problem}", where=where, problem=message) if where else message

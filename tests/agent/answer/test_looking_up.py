@@ -178,7 +178,7 @@ MILLED = ("--operation", "slot", "--depth", 2, "--rpm", 3000)
         (MILLED, "operation 'slot' needs --feed"),
         ((*MILLED, "--feed", 0.05, "--width", 2), "operation 'slot' has no --width; it takes "),
         (("--operation", "trun"), "--operation 'trun': there is none (did you mean turn"),
-        (("--diameter", 5, "--depth", -1, "--feed", 1), "--depth: Input should be greater than 0"),
+        (("--diameter", 5, "--depth", -1, "--feed", 1), "--depth: must be greater than 0, not -1"),
         (("--diameter", 5, "--depth", 1, "--feed", 1), "give either --rpm or --speed"),
         (
             ("--tool", "insrt"),

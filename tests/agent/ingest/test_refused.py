@@ -26,7 +26,7 @@ def test_refusals(
 
 
 BAD_JOBS = [
-    ("", "name: Field required"),
+    ("", "name: is missing"),
     ('name = "a"\nmaterial = "b"\ntool = "c"\n', "give either [[cut]] or [program]"),
     (
         'name = "a"\nmaterial = "b"\ntool = "c"\n[[cut]]\ndiameter_mm = 50\ndepth_mm = -1\n'
