@@ -21,6 +21,7 @@ from docs.make import (
     peers,
     proofs,
     real_axes,
+    standing,
     terms,
     turning,
     weeks,
@@ -59,6 +60,7 @@ def main() -> None:
         (peers.PAGE, peers.filled),
         (pair_peers.PAGE, pair_peers.filled),
         (proofs.INDEX, proofs.index_filled),
+        (standing.PAGE, standing.filled),
     ):
         page.write_text(filled(page.read_text("utf-8")), "utf-8")
     frames.draw()

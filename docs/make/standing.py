@@ -1,0 +1,83 @@
+"""The page *Where it stands*: a table a job, and above them what works and what does not."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+from autodb.proofs.runs.found import TextTable, piped
+from docs.make.cells import kept
+from docs.make.standing_rows import JOBS, Figure
+
+PAGE = Path(__file__).parent.parent / "where-it-stands.md"
+ANSWER = ("<!-- what works -->\n", "<!-- end of what works -->\n")
+TABLES = ("<!-- figures -->\n", "<!-- end of figures -->\n")
+UNBROKEN = "\N{NO-BREAK SPACE}%"
+NOT_RUN, NO_ORACLE = "none run", "none"
+HEADS = ("what", ">figure", ">limit", "", "best rival, same data", ">oracle", "printed by; product")
+
+
+def figures() -> list[Figure]:
+    """Return all figures of the page, job by job."""
+    return [figure for job in JOBS for figure in job()]
+
+
+def filled(page: str) -> str:
+    """Return the page with its first paragraph and its tables between their comments."""
+    found = figures()
+    return between(between(page, ANSWER, answer(found)), TABLES, tables(found))
+
+
+def between(page: str, comments: tuple[str, str], text: str) -> str:
+    """Return a page with a text between two comments."""
+    begin, end = comments
+    before, rest = page.split(begin)
+    _, after = rest.split(end)
+    return f"{before}{begin}\n{text}\n{end}{after}"
+
+
+def tables(found: Sequence[Figure]) -> str:
+    """Return a heading and a table a job."""
+    return "\n".join(
+        f"## {job}\n\n{piped(TextTable('', HEADS, tuple(cells(one) for one in rows)))}"
+        for job, rows in groupby(found, lambda one: one.job)
+    )
+
+
+def cells(one: Figure) -> tuple[str, ...]:
+    """Return the row of a figure."""
+    source = kept(one.value.of)
+    behind = [] if one.interval is None else [one.interval.text]
+    found = (
+        one.what,
+        f"{one.said}<br>{', '.join([*behind, f'n = {one.cases_or_runs}'])}",
+        one.must_be,
+        one.verdict,
+        NOT_RUN if one.rival is None else f"{one.rival[0]}: {one.rival[1].text}",
+        NO_ORACLE if one.oracle is None else one.oracle.text,
+        f"`{source.command}`<br>{source.product}",
+    )
+    return tuple(text.replace(" %", UNBROKEN) for text in found)
+
+
+def answer(found: Sequence[Figure]) -> str:
+    """Return what works and what does not, counted."""
+    products = {kept(one.value.of).product for one in found}
+    met = sum(not one.missed for one in found)
+    lines = [
+        f"**What works**: {met} of {len(found)} limits are met. {_counts(found)}",
+        "",
+        f"**What does not**: {len(found) - met} limits are missed.",
+        "",
+        *(f"- {one.what}: {one.said}; asked: {one.must_be}." for one in found if one.missed),
+        "",
+        f"The figures come from {len(products)} states of the product, named by their hashes.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _counts(found: Sequence[Figure]) -> str:
+    parts = []
+    for job, group in groupby(found, lambda one: one.job):
+        rows = list(group)
+        parts.append(f"{job.split(':')[0]}: {sum(not one.missed for one in rows)} of {len(rows)}.")
+    return " ".join(parts)
