@@ -1,6 +1,7 @@
 """`python -m benchmarks.anfis`: Sugeno systems on published examples, other libraries beside them.
 
     python -m benchmarks.anfis --series FOLDER [--python PEERS/bin/python] [--cars auto-mpg.data]
+                               [--out anfis-peers.json]
 
 FOLDER holds jang-example4-data.trn and .chk (Jang 1993, example 4). With ``--python``, an
 environment of ``benchmarks/anfis_peers/requirements.txt``, three other libraries learn the same
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from autodb.fitting import anfis
 
@@ -25,6 +27,8 @@ Array = NDArray[np.float64]
 
 ANSWER = Path(__file__).parent / "anfis_peers" / "answer.py"
 PEERS = ("anfis-toolbox", "torchanfis", "anfispy")
+TRAINED = 500
+"""Rows of the series that are learnt; as many others check."""
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -35,6 +39,19 @@ class Learned:
     name: str
     answer: Array
     seconds: float
+
+
+@dataclass(frozen=True)
+class SeriesError:
+    """Errors (RMSE) of a library on Jang's series, rows that it learnt and others; seconds."""
+
+    name: str
+    train: float
+    check: float
+    seconds: float
+
+
+SERIES: TypeAdapter[tuple[SeriesError, ...]] = TypeAdapter(tuple[SeriesError, ...])
 
 
 def rms(values: Array) -> float:
@@ -72,7 +89,7 @@ def peer(python: str, name: str, train: Array, check: Array) -> Learned:
     return Learned(name, answer, float(done.stdout.split()[-1]))
 
 
-def series(folder: Path, python: str | None) -> None:
+def series(folder: Path, python: str | None) -> tuple[SeriesError, ...]:
     """Print errors on Jang's Mackey-Glass series: published 0.0016 train, 0.0015 check."""
     train, check = (np.loadtxt(folder / f"jang-example4-data.{part}") for part in ("trn", "chk"))
     done = ours(train, check)
@@ -80,14 +97,17 @@ def series(folder: Path, python: str | None) -> None:
         done += [peer(python, name, train, check) for name in PEERS]
     wanted = np.concatenate([train[:, -1], check[:, -1]])
     print("Mackey-Glass, 16 rules: RMSE train, check (ratio to the first), seconds (ratio)")
-    first = rms(done[0].answer[500:] - wanted[500:])
-    for one in done:
-        off = one.answer - wanted
-        error, ratio = rms(off[500:]), one.seconds / done[0].seconds
+    rows = tuple(_error(one, one.answer - wanted) for one in done)
+    for row in rows:
         print(
-            f"  {one.name}: {rms(off[:500]):.6f}, {error:.6f} ({error / first:.2f}), "
-            f"{one.seconds:.1f} s ({ratio:.2f})"
+            f"  {row.name}: {row.train:.6f}, {row.check:.6f} ({row.check / rows[0].check:.2f}), "
+            f"{row.seconds:.1f} s ({row.seconds / rows[0].seconds:.2f})"
         )
+    return rows
+
+
+def _error(one: Learned, off: Array) -> SeriesError:
+    return SeriesError(one.name, rms(off[:TRAINED]), rms(off[TRAINED:]), one.seconds)
 
 
 def three_inputs(x: Array) -> Array:
@@ -132,8 +152,11 @@ def main() -> None:
     parser.add_argument("--series", type=Path, required=True)
     parser.add_argument("--python")
     parser.add_argument("--cars", type=Path)
+    parser.add_argument("--out", type=Path, help="write the errors on the series as JSON")
     asked = parser.parse_args()
-    series(asked.series, asked.python)
+    rows = series(asked.series, asked.python)
+    if asked.out is not None:
+        asked.out.write_bytes(SERIES.dump_json(rows, indent=1) + b"\n")
     three()
     if asked.cars is not None:
         cars(asked.cars)
