@@ -65,13 +65,13 @@ def stribeck(x: Array, v: Array, a: Array, current: Array) -> Predicted:  # noqa
         return np.asarray(np.sign(v) * (p[0] + dip) + p[3] * v + p[4] * a + p[5])
 
     size = float(np.std(current))
-    tried = [
-        least_squares(
-            lambda p: effort(p, v, a) - current, [size, 0.1 * size, speed, 0.0, 0.0, 0.0],
-            x_scale=[size, size, speed, size / 100.0, size / 1000.0, size],
-        )
-        for speed in DIPS_MM_S
-    ]  # fmt: skip
+
+    def left(p: Array) -> Array:
+        return effort(p, v, a) - current
+
+    scale = [size, size, 1.0, size / 100.0, size / 1000.0, size]
+    begins = [np.array([size, 0.1 * size, speed, 0.0, 0.0, 0.0]) for speed in DIPS_MM_S]
+    tried = [least_squares(left, p, x_scale=[*scale[:2], p[2], *scale[3:]]) for p in begins]
     best = min(tried, key=lambda one: one.cost).x
     return lambda x, v, a: effort(best, v, a)  # noqa: ARG005
 

@@ -32,7 +32,7 @@ def _ordered(columns: Array, target: Array) -> Array:
     """Return the columns in the order in which SysIdentPy takes them."""
     chooser = FROLS(order_selection=False, n_terms=MOST_TERMS, xlag=1, ylag=1)
     rows = np.concatenate([np.zeros(chooser.max_lag), target])[:, None]  # it drops as many
-    most = min(MOST_TERMS, columns.shape[1])
+    most = min(MOST_TERMS, columns.shape[0] - 1, columns.shape[1])
     _, order, *_ = chooser.run_mss_algorithm(columns, rows, most)
     return np.asarray(order, dtype=np.intp)
 

@@ -14,6 +14,7 @@ from docs.make import (
     commands,
     day,
     emps,
+    field,
     frames,
     homes,
     house,
@@ -58,6 +59,7 @@ def main() -> None:
         page.write_text(proofs.filled(page.read_text("utf-8")), "utf-8")
     for page, filled in (
         (peers.PAGE, peers.filled),
+        (field.PAGE, field.filled),
         (pair_peers.PAGE, pair_peers.filled),
         (proofs.INDEX, proofs.index_filled),
         (standing.PAGE, standing.filled),

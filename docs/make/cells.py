@@ -6,15 +6,10 @@ met is what the table says.
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
-from autodb.proofs.catalogue import PROOFS
 from autodb.proofs.runs.found import TextTable
-from benchmarks.peers.run import kept as kept_scores
-from benchmarks.peers.table import tables as peer_tables
-from docs.make import pair_peers, peers, proofs
+from docs.make.kept import kept
 
 MUST_BE = "must be"
 VERDICTS = {"passed": "met", "FAILED": "**missed**"}
@@ -26,44 +21,17 @@ class NoSuchCell(Exception):  # noqa: N818 - says what happened
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What a command printed and is kept: its tables, the command, product and number of runs."""
-
-    tables: Sequence[TextTable]
-    command: str
-    product: str
-    runs: int
-
-
-@cache
-def kept(name: str) -> Kept:
-    """Return the tables kept of a proof, or of a comparison, by name; raises NoSuchCell."""
-    if name in {one.name for one in PROOFS}:
-        found = proofs.kept(name)
-        first, last = found.seeds
-        command = f"autodb prove {name}"
-        return Kept(found.tables(), command, found.origin.product, last - first + 1)
-    if name == "peers":
-        scores = kept_scores(peers.KEPT)
-        command = "python -m benchmarks.peers.run --python PEERS/bin/python --out peers.jsonl"
-        return Kept(
-            peer_tables(scores), command, scores[0].origin.product, len({s.seed for s in scores})
-        )
-    if name == "pair-peers":
-        product, runs = kept("pair-curve").product, kept("pair-curve").runs
-        command = "python -m benchmarks.pair_peers prove-out/pair-curve.jsonl pair-peers.json"
-        return Kept([pair_peers.table()], command, product, runs)
-    raise NoSuchCell(f"nothing is kept of '{name}'")
-
-
-@dataclass(frozen=True)
 class Cell:
-    """A cell: the table and the column by how title and head begin, the row by its first cells."""
+    """A cell: the table and the column by how title and head begin, the row by its first cells.
+
+    Where a head stands twice, the column is the first ``after`` another.
+    """
 
     of: str
     table: str
     row: tuple[str, ...]
     column: str
+    after: str = ""
 
     @property
     def text(self) -> str:
@@ -107,8 +75,12 @@ class Cell:
         raise NoSuchCell(f"{self._place()}: no such row")
 
     def _index(self) -> int:
-        for at, head in enumerate(self._found().heads):
-            if head.removeprefix(">").startswith(self.column):
+        heads = [head.removeprefix(">") for head in self._found().heads]
+        begin = 0
+        while self.after and begin < len(heads) and not heads[begin].startswith(self.after):
+            begin += 1
+        for at in range(begin, len(heads)):
+            if heads[at].startswith(self.column):
                 return at
         raise NoSuchCell(f"{self._place()}: no such column")
 

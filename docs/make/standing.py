@@ -1,17 +1,19 @@
 """The page *Where it stands*: a table a job, and above them what works and what does not."""
 
+import re
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
 from autodb.proofs.runs.found import TextTable, piped
-from docs.make.cells import kept
+from docs.make.kept import kept
 from docs.make.standing_rows import JOBS, Figure
 
 PAGE = Path(__file__).parent.parent / "where-it-stands.md"
 ANSWER = ("<!-- what works -->\n", "<!-- end of what works -->\n")
 TABLES = ("<!-- figures -->\n", "<!-- end of figures -->\n")
-UNBROKEN = "\N{NO-BREAK SPACE}%"
+UNIT = re.compile(r"(?<=\d) (?=%|N\b)")
+"""A space before a unit, which no line is broken at."""
 NOT_RUN, NO_ORACLE = "none run", "none"
 HEADS = ("what", ">figure", ">limit", "", "best rival, same data", ">oracle", "printed by; product")
 
@@ -56,7 +58,7 @@ def cells(one: Figure) -> tuple[str, ...]:
         NO_ORACLE if one.oracle is None else one.oracle.text,
         f"`{source.command}`<br>{source.product}",
     )
-    return tuple(text.replace(" %", UNBROKEN) for text in found)
+    return tuple(UNIT.sub("\N{NO-BREAK SPACE}", text) for text in found)
 
 
 def answer(found: Sequence[Figure]) -> str:

@@ -7,7 +7,8 @@ that one is ``judged``.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from docs.make.cells import VERDICTS, Cell, kept
+from docs.make.cells import VERDICTS, Cell
+from docs.make.kept import kept
 
 GREEDY = "greedy search with the generator's own columns"
 LEVEL = "95 % limit"
@@ -139,7 +140,15 @@ def driven() -> list[Figure]:
     def way(axis: str, name: str, column: str) -> Cell:
         return Cell("axis-field", "All ways", (axis, name), column)
 
+    currents = Cell("axis-peers", "", ("autodb",), "median")
     return [
+        Figure(
+            job,
+            "Current of steady motion, median error over Coulomb friction",
+            currents,
+            rival=("best of five packages", currents.beside("must be")),
+            oracle=Cell("axis-peers", "", ("oracle",), "median"),
+        ),
         *(
             Figure(
                 job,

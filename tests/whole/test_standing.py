@@ -5,7 +5,8 @@ import pytest
 from autodb.proofs.catalogue import PROOFS
 from autodb.proofs.runs.found import TextTable
 from docs.make import cells, proofs, standing
-from docs.make.cells import Cell, Kept, NoSuchCell
+from docs.make.cells import Cell, NoSuchCell
+from docs.make.kept import Kept
 from docs.make.standing_rows import Figure
 
 GATES = {"published-axis", "published-mill"}
@@ -75,8 +76,8 @@ def test_a_row_says_its_figure_limit_rival_oracle_and_command() -> None:
         rival=("published", Cell("it", "Errors", ("z",), "autodb")), oracle=x.beside("held"),
     )  # fmt: skip
     assert standing.cells(figure) == (
-        "Force", "25.5 N, 1.14 × the oracle's<br>n = 7", "≤ 1.2", "**missed**",
-        "published: 17.2 N", "96.0\N{NO-BREAK SPACE}%", "`autodb prove it`<br>abc",
+        "Force", "25.5\N{NO-BREAK SPACE}N, 1.14 × the oracle's<br>n = 7", "≤ 1.2", "**missed**",
+        "published: 17.2\N{NO-BREAK SPACE}N", "96.0\N{NO-BREAK SPACE}%", "`autodb prove it`<br>abc",
     )  # fmt: skip
     alone = Figure("Job: it", "Force", Cell("it", "Errors", ("z",), "autodb"), limit="all")
     assert standing.cells(alone)[3:6] == ("met", "none run", "none")
