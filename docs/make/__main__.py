@@ -23,6 +23,7 @@ from docs.make import (
     proofs,
     real_axes,
     standing,
+    sugeno,
     terms,
     turning,
     weeks,
@@ -63,6 +64,7 @@ def main() -> None:
         (pair_peers.PAGE, pair_peers.filled),
         (proofs.INDEX, proofs.index_filled),
         (standing.PAGE, standing.filled),
+        (sugeno.PAGE, sugeno.filled),
     ):
         page.write_text(filled(page.read_text("utf-8")), "utf-8")
     frames.draw()

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from autodb.proofs.runs.found import TextTable
 from benchmarks.axis_peers.answer import Array, stribeck
 from benchmarks.axis_peers.run import ORACLE, OURS, AxisErrors
-from docs.make import field
+from docs.make import field, sugeno
 from docs.make.cells import Cell
 from docs.make.field_rows import Contest, Rival
 from docs.make.kept import COMPARISONS, Kept, NothingKept, axis_table, kept
@@ -48,6 +48,11 @@ def _judged(rival: Rival, column: str, *, more: bool) -> tuple[str, str]:
 def test_the_page_is_what_commands_printed() -> None:
     text = field.PAGE.read_text("utf-8")
     assert field.filled(text) == text
+
+
+def test_the_page_of_sugeno_systems_has_what_was_printed() -> None:
+    text = sugeno.PAGE.read_text("utf-8")
+    assert sugeno.filled(text) == text
 
 
 def test_every_comparison_that_is_kept_is_on_the_page() -> None:
