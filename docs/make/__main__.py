@@ -24,6 +24,7 @@ from docs.make import (
     real_axes,
     standing,
     sugeno,
+    summary,
     terms,
     turning,
     weeks,
@@ -65,6 +66,7 @@ def main() -> None:
         (proofs.INDEX, proofs.index_filled),
         (standing.PAGE, standing.filled),
         (sugeno.PAGE, sugeno.filled),
+        (summary.PAGE, summary.filled),
     ):
         page.write_text(filled(page.read_text("utf-8")), "utf-8")
     frames.draw()

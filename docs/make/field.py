@@ -7,7 +7,7 @@ from pathlib import Path
 from autodb.proofs.runs.found import TextTable, piped
 from docs.make.field_rows import CONTESTS, Contest, Rival
 from docs.make.kept import kept
-from docs.make.standing import UNIT, between
+from docs.make.standing import between, unbroken
 
 PAGE = Path(__file__).parent.parent / "peers.md"
 ANSWER = ("<!-- who wins -->\n", "<!-- end of who wins -->\n")
@@ -52,7 +52,7 @@ def cells(one: Rival) -> tuple[str, ...]:
         one.ours.text,
         f"{OURS}, {by}" if winner == OURS else f"**{winner}**, {by}" if by else EVEN,
     )
-    return tuple(UNIT.sub("\N{NO-BREAK SPACE}", text) for text in row)
+    return tuple(map(unbroken, row))
 
 
 def won(one: Rival) -> tuple[str, str]:

@@ -34,6 +34,11 @@ class Kept:
     product: str
     runs: int
 
+    @property
+    def short(self) -> str:
+        """The command without its options: what is to be proven, or the module."""
+        return " ".join(self.command.split()[:3])
+
 
 @cache
 def kept(name: str) -> Kept:

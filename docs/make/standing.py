@@ -14,7 +14,8 @@ ANSWER = ("<!-- what works -->\n", "<!-- end of what works -->\n")
 TABLES = ("<!-- figures -->\n", "<!-- end of figures -->\n")
 UNIT = re.compile(r"(?<=\d) (?=%|N\b)")
 """A space before a unit, which no line is broken at."""
-NOT_RUN, NO_ORACLE = "none run", "none"
+MISSING = "none run", "none"
+"""What stands in place of a rival and of an oracle."""
 HEADS = ("what", ">figure", ">limit", "", "best rival, same data", ">oracle", "printed by; product")
 
 
@@ -54,11 +55,16 @@ def cells(one: Figure) -> tuple[str, ...]:
         f"{one.said}<br>{', '.join([*behind, f'n = {one.cases_or_runs}'])}",
         one.must_be,
         one.verdict,
-        NOT_RUN if one.rival is None else f"{one.rival[0]}: {one.rival[1].text}",
-        NO_ORACLE if one.oracle is None else one.oracle.text,
-        f"`{source.command}`<br>{source.product}",
+        MISSING[0] if one.rival is None else f"{one.rival[0]}: {one.rival[1].text}",
+        MISSING[1] if one.oracle is None else one.oracle.text,
+        f"`{source.short}`<br>{source.product}",
     )
-    return tuple(UNIT.sub("\N{NO-BREAK SPACE}", text) for text in found)
+    return tuple(map(unbroken, found))
+
+
+def unbroken(text: str) -> str:
+    """Return a text whose numbers keep their units in one line."""
+    return UNIT.sub("\N{NO-BREAK SPACE}", text)
 
 
 def answer(found: Sequence[Figure]) -> str:

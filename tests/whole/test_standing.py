@@ -27,7 +27,7 @@ LIMITS = TextTable(
 @pytest.fixture
 def one_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep one proof of two tables, made here."""
-    known = Kept((TABLE, LIMITS), "autodb prove it", "abc", 7)
+    known = Kept((TABLE, LIMITS), "autodb prove it --out runs", "abc", 7)
     monkeypatch.setattr(cells, "kept", lambda name: {"it": known}[name])
     monkeypatch.setattr("docs.make.standing.kept", lambda name: {"it": known}[name])
     monkeypatch.setattr("docs.make.standing_rows.kept", lambda name: {"it": known}[name])
