@@ -6,7 +6,7 @@ from pathlib import Path
 
 from autodb.proofs.runs.found import TextTable, piped
 from docs.make.field_rows import CONTESTS, Contest, Rival
-from docs.make.kept import kept
+from docs.make.kept import Kept, kept
 from docs.make.standing import between, unbroken
 
 PAGE = Path(__file__).parent.parent / "peers.md"
@@ -35,9 +35,14 @@ def tables(found: Sequence[Contest]) -> str:
 
 
 def _section(one: Contest) -> str:
-    commands = {f"    {kept(rival.theirs.of).command}\n": None for rival in one.rivals}
+    commands = {f"    {_command(kept(rival.theirs.of))}\n": None for rival in one.rivals}
     table = piped(TextTable("", HEADS, tuple(map(cells, one.rivals))))
     return f"## {one.job}\n\n{one.data}\n\n{table}\n{''.join(commands)}"
+
+
+def _command(source: Kept) -> str:
+    """Return a command and the product that it judged, where that is kept."""
+    return f"{source.command}    # product {source.product}" if source.product else source.command
 
 
 def cells(one: Rival) -> tuple[str, ...]:

@@ -107,7 +107,7 @@ def test_a_section_has_its_data_rows_and_commands(rival: Rival) -> None:
     found = "6.2\N{NO-BREAK SPACE}N | 2.0\N{NO-BREAK SPACE}N"
     row = f"| rival | 1.0 | as it comes | force | {found} | {won} |\n"
     assert text.startswith("## Forces\n\nTen cuts.\n\n| rival | version |")
-    assert text.endswith(f"{row}{row}\n    do\n")
+    assert text.endswith(f"{row}{row}\n    do    # product abc\n")
 
 
 def test_what_nothing_is_kept_of_is_named() -> None:
