@@ -12,7 +12,8 @@ from autodb.proofs.runs.score import exact_interval
 
 GROUP_HEADS = (
     "", ">cases", ">named", ">exact 95 %", ">size within 25 %", ">wrong", ">exact 95 %", ">harmed",
-    ">held-out / full", ">size off", ">false", ">errors", ">s",
+    ">held-out / full", ">size off", ">false", ">of which idle", ">errors",
+    ">s",
 )  # fmt: skip
 NULL_HEADS = (
     "nulls", ">cases", ">no harm, own terms within 30 %", ">own terms within 30 %", ">idle names",
@@ -29,7 +30,7 @@ class RealGroup:
     """Cases with an effect: counts of ``cases``, medians of the held-out ratio and of the size.
 
     ``size_off``: median of |size/true − 1| where the concealed name is named; ``false`` counts of
-    ``twins`` that were answered.
+    ``twins`` that were answered, ``false_idle`` of those that do no work there.
     """
 
     name: str
@@ -41,6 +42,7 @@ class RealGroup:
     fit: float | None
     size_off: float | None
     false: int
+    false_idle: int
     twins: int
     errors: int
     seconds: float
@@ -52,7 +54,8 @@ class RealGroup:
             interval_of(self.named, self.cases), share_of(self.hit, self.cases),
             share_of(self.wrong, self.cases), interval_of(self.wrong, self.cases),
             str(self.harmed), ratio(self.fit), percent(self.size_off),
-            share_of(self.false, self.twins), str(self.errors), f"{self.seconds:.1f}",
+            share_of(self.false, self.twins), str(self.false_idle), str(self.errors),
+            f"{self.seconds:.1f}",
         )  # fmt: skip
 
 
@@ -131,7 +134,8 @@ def real_group(name: str, cases: Sequence[JudgedReal]) -> RealGroup:
         name, len(cases), sum(one.named for one in cases), sum(one.hit for one in cases),
         sum(one.wrong for one in cases), sum(one.harm for one in cases),
         median_of([one.fit for one in cases]), median_of([size_off(one) for one in cases]),
-        sum(bool(one.false_name) for one in twins), len(twins),
+        sum(bool(one.false_name) for one in twins), sum(one.false_idle for one in twins),
+        len(twins),
         sum(bool(one.error) for one in cases), median_of([one.seconds for one in cases]) or 0.0,
     )  # fmt: skip
 
