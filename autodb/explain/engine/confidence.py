@@ -56,6 +56,7 @@ class Standing:
     ``near``: these names, the nearest first;
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
+    ``outdone``: something in its place, with a name or without one, is likelier in white rows.
     """
 
     confidence: float
@@ -63,6 +64,7 @@ class Standing:
     by_name: Mapping[str, float]
     nothing: float
     instead: Mapping[str, Choice] = field(default_factory=dict)
+    outdone: bool = False
 
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
@@ -197,6 +199,7 @@ def of_both(plain: Standing, white: Standing) -> Standing:
         confidence=max(plain.confidence, found.confidence),
         near=tuple(name for name in plain.near if falls[name] < NEAR),
         by_name=falls,
+        outdone=any(fall < 0.0 for fall in white.by_name.values()),
     )
 
 
