@@ -2,10 +2,10 @@
 
     python -m benchmarks.vicomtech_peers Dataset_Machine_tool_wear.csv OUT.json
 
-Every tool is sensed by a calibration on the others, as in `benchmarks.vicomtech_force`. scikit-learn
-gets the one current that `calibrate` gets, and then all that drives and control tell (columns I
-and CV3 without empty cells: no accelerometer, no sound, no force); settings are its own. Needs
-scikit-learn 1.9.1 beside autodb.
+Every tool is sensed by a calibration on the others, as in `benchmarks.vicomtech_force`.
+scikit-learn gets the one current that `calibrate` gets, and then all that drives and control tell
+(columns I and CV3 without empty cells: no accelerometer, no sound, no force); settings are its own.
+Needs scikit-learn 1.9.1 beside autodb.
 """
 
 import csv

@@ -16,6 +16,8 @@ HEADS = ("rival", "version", "set up", "figure", ">its", ">ours", "who wins")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 SHARE = re.compile(r"of (\d+)$")
 OURS, EVEN = "autodb", "even"
+ALIKE = 1.005
+"""Errors that differ by less than this factor are even: the page prints no more digits."""
 
 
 def contests() -> list[Contest]:
@@ -64,7 +66,7 @@ def won(one: Rival) -> tuple[str, str]:
     """Return who wins, `autodb` or the rival's name, and by how much; no words where it is even."""
     theirs, ours = one.theirs.text, one.ours.text
     other, own = (float(NUMBER.findall(text)[0]) for text in (theirs, ours))
-    if other == own:
+    if other == own or (not one.more and max(other, own) < ALIKE * min(other, own)):
         return EVEN, ""
     winner = OURS if (own > other) == one.more else one.name
     if not one.more:

@@ -54,6 +54,29 @@ def lathes() -> Contest:
     )
 
 
+def real_lathe() -> Contest:
+    """Return calibrations of a real lathe's feed force."""
+    whole = kept("vicomtech-peers").tables[0].rows
+    ours = Cell("vicomtech-peers", "", whole[0][:2], "RMSE")
+    return Contest(
+        "Force from currents: a real lathe",
+        "Vicomtech's turning table: feed force from drives, each tool sensed by the others. "
+        "autodb's `calibrate` has one current. In parentheses: less autodb's error, 95 % over tools; "
+        "where 0 lies between, who wins is chance.",
+        tuple(
+            Rival(
+                row[0],
+                row[2],
+                f"its own settings; {row[1]}",
+                f"RMSE ({row[4]})",
+                replace(ours, row=row[:2]),
+                ours,
+            )
+            for row in whole[1:]
+        ),
+    )
+
+
 def mills() -> Contest:
     """Return forces in the cuts of mills: published steps, network and table."""
     means, networks = "Mean over cuts and axes", "RMSE over"
@@ -338,4 +361,4 @@ def sugeno() -> Contest:
 
 
 WORDLESS = "names nothing"
-CONTESTS = (lathes, mills, observers, frictions, physics, laws, weeks, sugeno)
+CONTESTS = (lathes, real_lathe, mills, observers, frictions, physics, laws, weeks, sugeno)

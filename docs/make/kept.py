@@ -14,6 +14,7 @@ from benchmarks.emps_peers import ROWS as LOAD_ROWS
 from benchmarks.peers.run import FORWARD, METHODS
 from benchmarks.peers.run import kept as kept_scores
 from benchmarks.peers.table import tables as peer_tables
+from benchmarks.vicomtech_peers import ROWS as FORCE_ROWS
 from docs.make import pair_peers, peers, proofs
 
 HERE = Path(__file__).parent
@@ -137,6 +138,28 @@ def _loads() -> Kept:
     return Kept([table], command, "", 1)
 
 
+def _feed_forces() -> Kept:
+    rows = FORCE_ROWS.validate_json((HERE / "vicomtech-peers.json").read_bytes())
+    command = (
+        "python -m benchmarks.vicomtech_peers Dataset_Machine_tool_wear.csv vicomtech-peers.json"
+    )
+    table = TextTable(
+        "Feed force on tools left out",
+        ("way", "inputs", "version", ">RMSE", ">less autodb's, 95 %"),
+        tuple(
+            (
+                row.method,
+                row.inputs,
+                row.version,
+                f"{row.rmse_N:.1f} N",
+                f"{row.less_low_N:+.1f} to {row.less_high_N:+.1f} N",
+            )
+            for row in rows
+        ),
+    )
+    return Kept([table], command, "", rows[0].tools)
+
+
 COMPARISONS: dict[str, Callable[[], Kept]] = {
     "peers": _concealed,
     "frols": _forward,
@@ -144,4 +167,5 @@ COMPARISONS: dict[str, Callable[[], Kept]] = {
     "axis-peers": _axes,
     "anfis-peers": _sugeno,
     "emps-peers": _loads,
+    "vicomtech-peers": _feed_forces,
 }

@@ -18,10 +18,10 @@ from tests.conftest import ROOT
 
 TABLE = TextTable(
     "Errors",
-    ("way", ">force", ">exact set", ">score", ">other", ">error", ">other"),
+    ("way", ">force", ">exact set", ">score", ">other", ">error", ">other", ">size"),
     (
-        ("autodb", "2.0 N", "13 of 18", "0.21", "0.15", "88.0 %", "90.5 %"),
-        ("rival", "6.2 N", "4 of 18", "0.21", "0.30", "90.5 %", "88.0 %"),
+        ("autodb", "2.0 N", "13 of 18", "0.21", "0.15", "88.0 %", "90.5 %", "71.5 N"),
+        ("rival", "6.2 N", "4 of 18", "0.21", "0.30", "90.5 %", "88.0 %", "71.6 N"),
     ),
 )
 
@@ -93,6 +93,7 @@ def test_who_wins_is_who_is_nearer_or_has_more(rival: Rival) -> None:
     assert _judged(rival, "error", more=True) == ("rival", "by 2.5 points")
     assert _judged(rival, "error", more=False) == ("autodb", "by a factor of 1.03")
     assert _judged(rival, "score", more=False) == ("even", "")
+    assert _judged(rival, "size", more=False) == ("even", "")
 
 
 def test_a_head_that_stands_twice_is_the_one_after_another(rival: Rival) -> None:
