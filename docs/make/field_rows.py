@@ -61,8 +61,8 @@ def real_lathe() -> Contest:
     return Contest(
         "Force from currents: a real lathe",
         "Vicomtech's turning table: feed force from drives, each tool sensed by the others. "
-        "autodb's `calibrate` has one current. In parentheses: less autodb's error, 95 % over tools; "
-        "where 0 lies between, who wins is chance.",
+        "autodb's `calibrate` has one current. In parentheses: less autodb's error, 95 % over "
+        "tools; where 0 lies between, who wins is chance.",
         tuple(
             Rival(
                 row[0],
