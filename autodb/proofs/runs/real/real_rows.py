@@ -30,7 +30,7 @@ class RealGroup:
     """Cases with an effect: counts of ``cases``, medians of the held-out ratio and of the size.
 
     ``size_off``: median of |size/true − 1| where the concealed name is named; ``false`` counts of
-    ``twins`` that were answered, ``false_idle`` of those that do no work there.
+    ``twins`` that were answered, ``false_idle`` of those that do no work there (None: not asked).
     """
 
     name: str
@@ -42,10 +42,10 @@ class RealGroup:
     fit: float | None
     size_off: float | None
     false: int
-    false_idle: int
     twins: int
     errors: int
     seconds: float
+    false_idle: int | None = None
 
     def cells(self) -> tuple[str, ...]:
         """Return the row of a table under GROUP_HEADS."""
@@ -54,7 +54,8 @@ class RealGroup:
             interval_of(self.named, self.cases), share_of(self.hit, self.cases),
             share_of(self.wrong, self.cases), interval_of(self.wrong, self.cases),
             str(self.harmed), ratio(self.fit), percent(self.size_off),
-            share_of(self.false, self.twins), str(self.false_idle), str(self.errors),
+            share_of(self.false, self.twins),
+            "" if self.false_idle is None else str(self.false_idle), str(self.errors),
             f"{self.seconds:.1f}",
         )  # fmt: skip
 
@@ -134,10 +135,17 @@ def real_group(name: str, cases: Sequence[JudgedReal]) -> RealGroup:
         name, len(cases), sum(one.named for one in cases), sum(one.hit for one in cases),
         sum(one.wrong for one in cases), sum(one.harm for one in cases),
         median_of([one.fit for one in cases]), median_of([size_off(one) for one in cases]),
-        sum(bool(one.false_name) for one in twins), sum(one.false_idle for one in twins),
-        len(twins),
+        sum(bool(one.false_name) for one in twins), len(twins),
         sum(bool(one.error) for one in cases), median_of([one.seconds for one in cases]) or 0.0,
+        _idle_of([one for one in twins if one.false_name]),
     )  # fmt: skip
+
+
+def _idle_of(false: Sequence[JudgedReal]) -> int | None:
+    """Return how many false names do no work; None where that was not asked."""
+    if any(one.false_idle is None for one in false):
+        return None
+    return sum(bool(one.false_idle) for one in false)
 
 
 def null_group(name: str, cases: Sequence[JudgedReal]) -> NullGroup:
