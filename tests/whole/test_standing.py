@@ -69,6 +69,24 @@ def test_a_limit_is_that_of_its_column_and_a_verdict_the_next_one() -> None:
 
 
 @pytest.mark.usefixtures("one_proof")
+def test_a_figure_of_two_limits_is_missed_where_either_is() -> None:
+    both = {
+        (value.text, judged.text): Figure("Job", "it", value, judged=judged).missed
+        for axis in "xz"
+        for value, judged in [
+            (Cell("it", "Errors", (axis,), "autodb"), Cell("it", "Errors", (axis,), "held")),
+            (Cell("it", "Errors", (axis,), "held"), Cell("it", "Limits", ("harmed",), "found")),
+        ]
+    }
+    assert both == {
+        ("25.5 N", "96.0 %"): True,
+        ("96.0 %", "0 of 9"): False,
+        ("17.2 N", "90.0 %"): True,
+        ("90.0 %", "0 of 9"): True,
+    }
+
+
+@pytest.mark.usefixtures("one_proof")
 def test_a_row_says_its_figure_limit_rival_oracle_and_command() -> None:
     x = Cell("it", "Errors", ("x",), "autodb")
     figure = Figure(
