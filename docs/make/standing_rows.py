@@ -79,14 +79,15 @@ def calibrated() -> list[Figure]:
     for axis, name in (("x", "X"), ("spindle", "the spindle"), ("z", "Z")):
         row = (axis, "regression")
         value = Cell("calibration", errors, row, "autodb")
+        ratio = value.beside("× oracle")
         found.append(
             Figure(
                 job,
                 f"Force on {name} of a lathe, median error",
                 value,
                 judged=Cell("calibration", beside, row, "autodb"),
-                text=f"{{0}} ({value.beside('× oracle').text} × oracle's); {{1}} × the published way's",
-                limit=f"{value.beside('× oracle').limit} × oracle's; × the published way's: {{1}}",
+                text=f"{{0}} ({ratio.text} × oracle's); {{1}} × the published way's",
+                limit=f"{ratio.limit} × oracle's; × the published way's: {{1}}",
                 rival=("published way", value.beside("as published")),
                 oracle=value.beside("oracle"),
             )
