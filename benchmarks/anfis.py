@@ -1,6 +1,7 @@
 """`python -m benchmarks.anfis`: Sugeno systems on published examples, other libraries beside them.
 
     python -m benchmarks.anfis --series FOLDER [--python PEERS/bin/python] [--cars auto-mpg.data]
+                               [--out anfis-peers.json]
 
 FOLDER holds jang-example4-data.trn and .chk (Jang 1993, example 4). With ``--python``, an
 environment of ``benchmarks/anfis_peers/requirements.txt``, three other libraries learn the same
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from autodb.fitting import anfis
 
@@ -25,6 +27,8 @@ Array = NDArray[np.float64]
 
 ANSWER = Path(__file__).parent / "anfis_peers" / "answer.py"
 PEERS = ("anfis-toolbox", "torchanfis", "anfispy")
+TRAINED = 500
+"""Rows of the series that are learnt; as many others check."""
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -35,6 +39,28 @@ class Learned:
     name: str
     answer: Array
     seconds: float
+
+
+@dataclass(frozen=True)
+class SeriesError:
+    """Errors (RMSE) of a library on Jang's series, rows that it learnt and others; seconds."""
+
+    name: str
+    train: float
+    check: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class PublishedErrors:
+    """Errors on Jang's series, and autodb's mean relative ones on his second example, %."""
+
+    series: tuple[SeriesError, ...]
+    three_train: float
+    three_check: float
+
+
+ERRORS = TypeAdapter(PublishedErrors)
 
 
 def rms(values: Array) -> float:
@@ -72,7 +98,7 @@ def peer(python: str, name: str, train: Array, check: Array) -> Learned:
     return Learned(name, answer, float(done.stdout.split()[-1]))
 
 
-def series(folder: Path, python: str | None) -> None:
+def series(folder: Path, python: str | None) -> tuple[SeriesError, ...]:
     """Print errors on Jang's Mackey-Glass series: published 0.0016 train, 0.0015 check."""
     train, check = (np.loadtxt(folder / f"jang-example4-data.{part}") for part in ("trn", "chk"))
     done = ours(train, check)
@@ -80,14 +106,17 @@ def series(folder: Path, python: str | None) -> None:
         done += [peer(python, name, train, check) for name in PEERS]
     wanted = np.concatenate([train[:, -1], check[:, -1]])
     print("Mackey-Glass, 16 rules: RMSE train, check (ratio to the first), seconds (ratio)")
-    first = rms(done[0].answer[500:] - wanted[500:])
-    for one in done:
-        off = one.answer - wanted
-        error, ratio = rms(off[500:]), one.seconds / done[0].seconds
+    rows = tuple(_error(one, one.answer - wanted) for one in done)
+    for row in rows:
         print(
-            f"  {one.name}: {rms(off[:500]):.6f}, {error:.6f} ({error / first:.2f}), "
-            f"{one.seconds:.1f} s ({ratio:.2f})"
+            f"  {row.name}: {row.train:.6f}, {row.check:.6f} ({row.check / rows[0].check:.2f}), "
+            f"{row.seconds:.1f} s ({row.seconds / rows[0].seconds:.2f})"
         )
+    return rows
+
+
+def _error(one: Learned, off: Array) -> SeriesError:
+    return SeriesError(one.name, rms(off[:TRAINED]), rms(off[TRAINED:]), one.seconds)
 
 
 def three_inputs(x: Array) -> Array:
@@ -100,17 +129,20 @@ def cube(levels: Array) -> Array:
     return np.array(np.meshgrid(levels, levels, levels, indexing="ij")).reshape(3, -1).T
 
 
-def three() -> None:
-    """Print mean relative errors on Jang's second example; one training row in five stops."""
+def three() -> tuple[float, float]:
+    """Print and return relative errors, %, on Jang's second example; one row in five stops."""
     train, check = cube(np.arange(1.0, 7.0)), cube(np.arange(1.5, 6.0))
     held = ((train - 1.0) @ [1.0, 2.0, 3.0]) % 5.0 == 0.0
     model = anfis.fit_anfis(
         train, three_inputs(train), anfis.nearby(anfis.premise_grid((2, 2, 2))), held=held
     )
-    off = [100.0 * np.mean(np.abs(anfis.evaluate(model, x) / three_inputs(x) - 1.0))
-           for x in (train, check)]  # fmt: skip
+    off = [
+        100.0 * float(np.mean(np.abs(anfis.evaluate(model, x) / three_inputs(x) - 1.0)))
+        for x in (train, check)
+    ]
     print(f"three inputs, 8 rules: {off[0]:.4f} % train, {off[1]:.3f} % check")
     print("  published 0.043 % train, 1.066 % check")
+    return off[0], off[1]
 
 
 def cars(path: Path) -> None:
@@ -132,9 +164,11 @@ def main() -> None:
     parser.add_argument("--series", type=Path, required=True)
     parser.add_argument("--python")
     parser.add_argument("--cars", type=Path)
+    parser.add_argument("--out", type=Path, help="write the errors on Jang's examples as JSON")
     asked = parser.parse_args()
-    series(asked.series, asked.python)
-    three()
+    found = PublishedErrors(series(asked.series, asked.python), *three())
+    if asked.out is not None:
+        asked.out.write_bytes(ERRORS.dump_json(found, indent=1) + b"\n")
     if asked.cars is not None:
         cars(asked.cars)
 

@@ -28,6 +28,8 @@ METHODS = (
     OURS, "sindy_expert", "sindy_poly", "boosting", "gaussian", "gplearning", "gpelite",
     "adcd_search",
 )  # fmt: skip
+FORWARD = (OURS, "frols_expert", "frols_poly")
+"""Asked in a run of their own, which keeps its own lines."""
 CASES = 30
 SCORE: TypeAdapter[Score] = TypeAdapter(Score)
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -94,7 +96,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--python", required=True, help="interpreter with the methods' packages")
     parser.add_argument("--workers", type=int, choices=(1, 2), default=1)
-    parser.add_argument("--methods", nargs="+", choices=METHODS, default=list(METHODS))
+    parser.add_argument("--methods", nargs="+", choices={*METHODS, *FORWARD}, default=list(METHODS))
     every = list(range(1, CASES + 1))
     parser.add_argument("--seeds", nargs="+", type=int, choices=every, default=every)
     given = parser.parse_args()

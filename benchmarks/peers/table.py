@@ -19,8 +19,10 @@ LABELS = {
     "gplearning": "genetic programming",
     "gpelite": "genetic programming",
     "adcd_search": "corrections",
+    "frols_expert": "FROLS, expert dictionary",
+    "frols_poly": "FROLS, cubic polynomials",
 }
-WORDLESS = frozenset({"sindy_poly", "boosting", "gaussian"})
+WORDLESS = frozenset({"sindy_poly", "frols_poly", "boosting", "gaussian"})
 """Methods that name nothing, by construction."""
 HEADS = (
     "method", ">cases", ">exact set", ">decidable: exact set", ">a wrong name",
@@ -29,12 +31,14 @@ HEADS = (
 )  # fmt: skip
 
 
-def tables(scores: Sequence[Score]) -> tuple[TextTable, TextTable]:
+def tables(
+    scores: Sequence[Score], methods: Sequence[str] = METHODS
+) -> tuple[TextTable, TextTable]:
     """Return a row a method, and the error left case by case."""
-    by_method = {name: [one for one in scores if one.method == name] for name in METHODS}
+    by_method = {name: [one for one in scores if one.method == name] for name in methods}
     best = least(scores)
     rows = tuple(_row(name, found, best) for name, found in by_method.items())
-    return TextTable("All cases", HEADS, rows), _cases(scores, best)
+    return TextTable("All cases", HEADS, rows), _cases(scores, best, methods)
 
 
 def least(scores: Sequence[Score]) -> dict[int, float]:
@@ -75,7 +79,7 @@ def label(method: str, scores: Sequence[Score]) -> str:
 
 
 def _written(method: str) -> bool:
-    return method not in WORDLESS or method.startswith("sindy")
+    return method not in WORDLESS or method.startswith(("sindy", "frols"))
 
 
 def _count(scores: Sequence[Score], holds: Callable[[Score], bool]) -> str:
@@ -86,7 +90,7 @@ def _count(scores: Sequence[Score], holds: Callable[[Score], bool]) -> str:
     return f"{count} of {len(scores)}"
 
 
-def _cases(scores: Sequence[Score], best: dict[int, float]) -> TextTable:
+def _cases(scores: Sequence[Score], best: dict[int, float], methods: Sequence[str]) -> TextTable:
     """A row a case with something hidden: the error left by each method."""
     found = {(one.seed, one.method): one for one in scores}
     hidden = {one.seed: one for one in scores if one.hidden}
@@ -95,11 +99,11 @@ def _cases(scores: Sequence[Score], best: dict[int, float]) -> TextTable:
             str(seed),
             f"{'cuts' if one.table else 'axis'}: {one.kind}",
             "yes" if one.decidable else "no",
-            *(_cell(found.get((seed, method)), best) for method in METHODS),
+            *(_cell(found.get((seed, method)), best) for method in methods),
         )
         for seed, one in sorted(hidden.items())
     )
-    heads = (">seed", "hidden", "decidable", *(f">{_short(method)}" for method in METHODS))
+    heads = (">seed", "hidden", "decidable", *(f">{_short(method)}" for method in methods))
     title = "Error left, case by case; bold: the least; ✓: the set is named exactly"
     return TextTable(title, heads, rows)
 

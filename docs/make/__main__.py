@@ -14,6 +14,7 @@ from docs.make import (
     commands,
     day,
     emps,
+    field,
     frames,
     homes,
     house,
@@ -21,6 +22,9 @@ from docs.make import (
     peers,
     proofs,
     real_axes,
+    standing,
+    sugeno,
+    summary,
     terms,
     turning,
     weeks,
@@ -57,8 +61,12 @@ def main() -> None:
         page.write_text(proofs.filled(page.read_text("utf-8")), "utf-8")
     for page, filled in (
         (peers.PAGE, peers.filled),
+        (field.PAGE, field.filled),
         (pair_peers.PAGE, pair_peers.filled),
         (proofs.INDEX, proofs.index_filled),
+        (standing.PAGE, standing.filled),
+        (sugeno.PAGE, sugeno.filled),
+        (summary.PAGE, summary.filled),
     ):
         page.write_text(filled(page.read_text("utf-8")), "utf-8")
     frames.draw()

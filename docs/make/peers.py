@@ -6,7 +6,7 @@ from benchmarks.peers.run import kept
 from benchmarks.peers.table import markdown
 
 KEPT = Path(__file__).parent / "peers.jsonl"
-PAGE = KEPT.parent.parent / "proofs" / "peers.md"
+PAGE = KEPT.parent.parent / "peers.md"
 BEGIN, END = "<!-- peers -->\n", "<!-- end of peers -->\n"
 
 

@@ -3,6 +3,7 @@
 The whole demo from a wheel is `make wheel-demo`; in the checkout tests/cli/test_demo.py runs it.
 """
 
+import gzip
 import os
 import subprocess
 import sys
@@ -31,6 +32,11 @@ for asked in (
     ["machine", "add", "lathe-1"],
     ["standard", "show", "turning-aluminium"],
     ["predict", str(kit("sample_jobs") / "stepped_shaft" / "job.toml"), "--plot", "job.html"],
+    ["lookup", "--material", "C45", "--tool", "CNMG 120408", "--diameter", "50", "--depth", "2",
+     "--feed", "0.25", "--speed", "220"],
+    ["serve", "--help"],
+    ["init", "--db", "sqlite:///earlier.sqlite3"],
+    ["doctor"],
 ):
     if code := run(asked):
         sys.exit(code)
@@ -40,6 +46,8 @@ for asked in (
 def test_the_wheel_predicts_a_job_away_from_the_checkout(tmp_path: Path) -> None:
     unpacked, elsewhere = tmp_path / "unpacked", tmp_path / "elsewhere"
     elsewhere.mkdir()
+    packed = ROOT / "tests" / "agent" / "released" / "0.1.0.sqlite3.gz"
+    (elsewhere / "earlier.sqlite3").write_bytes(gzip.decompress(packed.read_bytes()))
     wheel = next(WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
     subprocess.run(
         [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index",
@@ -53,6 +61,10 @@ def test_the_wheel_predicts_a_job_away_from_the_checkout(tmp_path: Path) -> None
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "rough Ø56" in done.stdout
+    assert "predicted from conventional values of C45" in done.stdout
+    assert "upgraded from schema 0001 to" in done.stdout
+    assert "Usage: autodb serve" in done.stdout
+    assert "FAILED" not in done.stdout
     assert (elsewhere / "job.html").exists()
 
 

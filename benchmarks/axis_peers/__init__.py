@@ -1,0 +1,1 @@
+"""Other ways to identify a feed axis, beside `autodb identify`."""
