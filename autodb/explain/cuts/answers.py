@@ -263,7 +263,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it, and of a law
-    that something outdoes no surer than UNSURE: cuts are few.
+    that something rivals in white rows no surer than UNSURE: cuts are few.
     """
     known, also = stack.known, []
     thin = tells_edge_from_size(known)
@@ -273,7 +273,7 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
         also = ["edge_force"]
     if choice.candidate.term == "tool_wear" and len(known.edges) < 2:
         also = ["sensor_drift"]
-    confidence = min(sure.confidence, UNSURE) if sure.outdone else sure.confidence
+    confidence = min(sure.confidence, UNSURE) if sure.rivalled else sure.confidence
     return replace(sure, confidence=confidence, near=tuple(dict.fromkeys([*sure.near, *also])))
 
 

@@ -37,6 +37,9 @@ RARE = 2.0 * TEMPER * float(np.log(10.0))
 static law. Chosen: odds of ten."""
 UNSURE = 0.89
 """More is not claimed of an effect without which plain rows are predicted about as well."""
+AS_LIKELY = TEMPER
+"""Evidence that a rival is not this much less of is about as likely: at least 0.6 times. Chosen on
+half of the cases of published tables (places 1 to 300 of `autodb prove force-tables`)."""
 NEAR = 20.0
 """A rival whose evidence is not this much less is an alternative: odds of e¹⁰ of likelihoods, which
 laws of another form than the truth may use up. Chosen."""
@@ -56,7 +59,8 @@ class Standing:
     ``near``: these names, the nearest first;
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
-    ``outdone``: something in its place, with a name or without one, is likelier in white rows.
+    ``rivalled``: something in its place, with a name or without one, is about as likely in white
+    rows, or likelier.
     """
 
     confidence: float
@@ -64,7 +68,7 @@ class Standing:
     by_name: Mapping[str, float]
     nothing: float
     instead: Mapping[str, Choice] = field(default_factory=dict)
-    outdone: bool = False
+    rivalled: bool = False
 
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
@@ -199,7 +203,7 @@ def of_both(plain: Standing, white: Standing) -> Standing:
         confidence=max(plain.confidence, found.confidence),
         near=tuple(name for name in plain.near if falls[name] < NEAR),
         by_name=falls,
-        outdone=any(fall < 0.0 for fall in white.by_name.values()),
+        rivalled=any(fall < AS_LIKELY for fall in white.by_name.values()),
     )
 
 

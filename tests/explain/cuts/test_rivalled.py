@@ -1,4 +1,4 @@
-"""A law in whose place something else is likelier is not said surely, in a published table."""
+"""A law in whose place something else is as likely is not said surely, in a published table."""
 
 from autodb.explain.engine.confidence import UNSURE
 from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case
@@ -8,9 +8,9 @@ WORN = "injected/bartarya/tool_wear/strong/refitted 1"
 """Wear in turned steel; the simulation was refitted with it, so that all its terms are off."""
 
 
-def test_what_a_family_outdoes_is_not_said_surely() -> None:
+def test_what_a_family_rivals_is_not_said_surely() -> None:
     spec = next(one for one in table_specs() if one.name == WORN)
     for answer in explained_table(tabled_case(spec)).values():
         sure = {one.term: one.confidence for one in answer.entries if one.kind == "missing"}
-        assert sure["tool_wear"] >= 0.9
-        assert sure["size_effect"] <= UNSURE
+        assert 0.5 < sure["tool_wear"] <= UNSURE
+        assert 0.5 < sure["size_effect"] <= UNSURE
