@@ -3,8 +3,14 @@
 import gc
 import os
 import shutil
+import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
+
+# Modules are compiled, and assertions rewritten, once: not in each worker of each run, nor in each
+# process that a test starts, also where a container says so
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import tempfile
 from collections.abc import Callable, Iterator
