@@ -7,11 +7,6 @@ import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
 
-# Modules are compiled, and assertions rewritten, once: not in each worker of each run, nor in each
-# process that a test starts, also where a container says so
-sys.dont_write_bytecode = False
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,6 +17,11 @@ import pytest
 
 if TYPE_CHECKING:
     from tests.helpers.servers import Server
+
+# Modules are compiled, and assertions rewritten, once: not in each worker of each run, nor in each
+# process that a test starts, also where a container says so
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 ROOT = Path(__file__).parent.parent
 IN_MEMORY, ROOM = Path("/dev/shm"), 4 * 2**30
