@@ -160,7 +160,7 @@ PROOFS: tuple[Proof[Any], ...] = (
     Proof(
         name="calibration",
         what="forces of calibrated lathes, on which the published way shows the published errors",
-        runs=20,
+        runs=200,
         run=lathe_run.run_lathe,
         kept=TypeAdapter(Finished[AxisErrors]),
         score=lathe_summary.lathe_summary_of,

@@ -11,8 +11,8 @@ import sys
 
 CORE = (
     "fitting", "cutting/test_shear.py", "cutting/test_elements.py", "terms/test_terms.py",
-    "explain/engine/test_own_terms.py", "forward/test_forward.py", "whole/test_one_answer.py",
-    "whole/test_sample_jobs.py",
+    "explain/engine/test_own_terms.py", "explain/cuts/test_six_cuts.py", "forward/test_forward.py",
+    "whole/test_one_answer.py", "whole/test_sample_jobs.py",
 )  # fmt: skip
 LEFT_OUT = "mackey_glass or 95_per_cent"
 """Campaigns of many fits, which `make test` runs once."""

@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 from autodb.proofs.machines.lathe import reference_lathe
 from autodb.proofs.runs.lathe import lathe_summary
 from autodb.proofs.runs.lathe.lathe_run import AxisErrors, run_lathe
+from autodb.proofs.runs.lathe.lathe_summary import PairedRatio
 from autodb.proofs.runs.lathe.published_lathe import SpindleLaw
 from autodb.proofs.runs.run_file import Finished, Origin
 
@@ -55,9 +56,19 @@ def test_forces_of_calibrated_lathes(runs: list[Finished[AxisErrors]]) -> None:
 def test_worse_lathes_and_worse_forces_fail(runs: list[Finished[AxisErrors]]) -> None:
     softer = _changed(runs, published_N=1.8).rows
     assert not any(row.as_hard for row in softer if row.published_N is not None)
-    assert not any(row.better for row in _changed(runs, ours_N=1.4).rows)
+    assert not any(row.better or row.near for row in _changed(runs, ours_N=1.4).rows)
     assert not any(row.covered for row in _changed(runs, held=0.8).rows)
     assert not _changed(runs, product=0.9, reference=0.9).straight
+
+
+def test_an_error_is_below_another_where_most_machines_say_so() -> None:
+    rng = np.random.default_rng(3)
+    others = rng.uniform(20.0, 40.0, 200)
+    below = PairedRatio.of(others * rng.normal(0.95, 0.1, 200), others)
+    same = PairedRatio.of(others * rng.normal(1.0, 0.1, 200), others)
+    assert 0.92 < below.low < below.median < below.high < 1.0
+    assert same.low < 1.0 < same.high
+    assert PairedRatio.of(np.array([1.0, 3.0]), np.array([2.0, 2.0])) == PairedRatio(1.0, 0.5, 1.5)
 
 
 def test_the_power_law_of_a_spindle_is_found_again() -> None:

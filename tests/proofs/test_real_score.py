@@ -116,6 +116,21 @@ def test_names_that_do_no_work_in_a_null_are_idle() -> None:
     assert idle_names(working, ("gravity", "spring")) == ("spring",)
 
 
+@pytest.mark.parametrize(("constant_A", "idle"), [(0.5, False), (0.0, True)])
+def test_a_name_of_the_recording_itself_does_work_there_or_none(
+    constant_A: float, idle: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = replace(CASE, concealed="gravity", sizes={"gravity": SIZE})
+    twin = replace(NULL, axis=NULL.axis.with_effort(NULL.axis.effort + constant_A))
+    monkeypatch.setattr(real_run, "made_case", lambda _: case)
+    monkeypatch.setattr(real_run, "twin_of", lambda _: twin)
+    monkeypatch.setattr(real_run, "TWINS", {})
+    monkeypatch.setattr(real_run, "explained_real", lambda _: _answer(("gravity", 0.95, 1.0)))
+    (judged,) = run_real(1)
+    assert (judged.false_name, judged.false_idle) == (True, idle)
+    assert _summary(judged).real.false_idle == idle
+
+
 def test_an_error_names_nothing_and_is_counted() -> None:
     lines = SaidLines(2, "", "autodb: recording.csv: too short\n")
     refused = read_answer({}, CASE.channel, lines)

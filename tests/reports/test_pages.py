@@ -55,7 +55,7 @@ def machine_page() -> Page:
         component="x",
         estimate=200.0 * current_A - 12.0,
         target=200.0 * current_A,
-        equation="-12 N +200 N/A · I",
+        equation="-12 N + 200 N/A · I",
         unit="N",
         rmse=18.0,
         offered=False,

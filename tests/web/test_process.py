@@ -111,6 +111,8 @@ def test_tokens_by_command(cli: Cli) -> None:
     again = cli("token", "add", "planner")
     assert (again.code, "use another" in again.err) == (2, True)
     assert "valid" in cli("token", "list").out
+    (listed,) = json.loads(cli("token", "list", "--json").out)
+    assert (listed["state"], listed["role"]) == ("valid", "operate")
     assert "revoked" in cli("token", "revoke", "planner").out
     assert "already" in cli("token", "revoke", "planner").out
     assert cli("token", "revoke", "plan").code == 2

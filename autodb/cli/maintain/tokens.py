@@ -1,19 +1,10 @@
 """`token`: who may use the service."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from autodb.cli._common import (
-    Database,
-    opened_store,
-    say,
-    show,
-    table,
-)
-
-if TYPE_CHECKING:
-    pass
+from autodb.cli._common import Database, Json, opened_store, say, say_json, show, table
 
 token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
 
@@ -42,20 +33,31 @@ def add_token_command(
 
 
 @token.command("list")
-def list_tokens_command(db: Database = None) -> None:
+def list_tokens_command(json: Json = False, db: Database = None) -> None:
     """List tokens: whose, what they allow, until when."""
     from autodb.agent.operate.access import tokens
 
     with opened_store(db) as store, store.reading() as session:
-        found = tokens(session)
+        found = [
+            {
+                "name": one.name,
+                "role": one.role,
+                "made": one.created_at,
+                "until": one.expires_at or None,
+                "state": "valid" if one.valid else "revoked" if one.revoked_at else "expired",
+            }
+            for one in tokens(session)
+        ]
+    if json:
+        say_json(found)
+        return
     if not found:
         say("no token; add one with 'autodb token add NAME'")
         return
     rows = table("Tokens", "name", "role", "made", "until", "state")
-    for one in found:
-        state = "valid" if one.valid else "revoked" if one.revoked_at else "expired"
-        until = one.expires_at or "revoked"
-        rows.add_row(one.name, one.role, one.created_at[:10], until[:10], state)
+    for row in found:
+        made, until = str(row["made"])[:10], str(row["until"] or "revoked")[:10]
+        rows.add_row(str(row["name"]), str(row["role"]), made, until, str(row["state"]))
     show(rows)
 
 

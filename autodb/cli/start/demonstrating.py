@@ -1,17 +1,11 @@
 """`demo`: the whole job on a sample machine."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from autodb.cli._common import (
-    say,
-    working,
-)
-
-if TYPE_CHECKING:
-    pass
+from autodb.cli._common import say, working
 
 
 def demo(

@@ -1,11 +1,11 @@
 """`look`: what an unknown file is, and which of its columns may be which channel."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from autodb.cli._common import say, show, table, working
+from autodb.cli._common import Json, say, say_json, show, table, working
 
 if TYPE_CHECKING:
     from autodb.readers import ColumnSet
@@ -20,7 +20,7 @@ SHOWN = 6
 """Columns of the first rows, and unused ones, that are shown."""
 
 
-def look_command(file: AnyFile, write: Write = False) -> None:
+def look_command(file: AnyFile, write: Write = False, json: Json = False) -> None:
     """Show what a file is: its rows, and which column may be which channel, with the reason.
 
     A velocity is known by its position, an effort by the motion that it follows. Nothing is stored.
@@ -37,11 +37,28 @@ def look_command(file: AnyFile, write: Write = False) -> None:
     side = read_sidefile(target) if target.is_file() else SideFile()
     with working(f"reading {file.name}"):
         found = proposed_bases(file, side.csv)
-    for base in found:
-        _show(file, base)
+    if json:
+        say_json([_as_json(base) for base in found])
+    else:
+        for base in found:
+            _show(file, base)
     if write:
         write_text(target, side_file_of(found, file.name))
+    if write and not json:
         say(f"written: {target.name}; check it, then: autodb import {file.name}")
+
+
+def _as_json(found: "ProposedBase") -> dict[str, Any]:
+    return {
+        "name": found.base.name,
+        "rows": found.rows,
+        "goes_on": found.goes_on,
+        "holds_cuts": found.holds_cuts,
+        "read_as": found.base.layout,
+        "columns": found.base.columns,
+        "channels": found.proposals,
+        "missing": found.missing,
+    }
 
 
 def _show(file: Path, found: "ProposedBase") -> None:

@@ -30,7 +30,13 @@ from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
 from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned, with_laws
+from autodb.explain.engine.confidence import (
+    UNSURE,
+    Mistuned,
+    Standing,
+    of_mistuned,
+    with_laws,
+)
 from autodb.explain.engine.entries import (
     is_undecided,
     named_entry,
@@ -256,7 +262,9 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
-    """Return the standing with what no table of this kind distinguishes added to it."""
+    """Return the standing with what no table of this kind distinguishes added to it, and of a law
+    that something outdoes no surer than UNSURE: cuts are few.
+    """
     known, also = stack.known, []
     thin = tells_edge_from_size(known)
     if choice.candidate.term == "edge_force" and not thin:
@@ -265,7 +273,8 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
         also = ["edge_force"]
     if choice.candidate.term == "tool_wear" and len(known.edges) < 2:
         also = ["sensor_drift"]
-    return replace(sure, near=tuple(dict.fromkeys([*sure.near, *also])))
+    confidence = min(sure.confidence, UNSURE) if sure.outdone else sure.confidence
+    return replace(sure, confidence=confidence, near=tuple(dict.fromkeys([*sure.near, *also])))
 
 
 def _name(choice: Choice) -> str:

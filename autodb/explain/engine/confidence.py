@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from autodb.explain.engine.candidates import UNKNOWN, Choice
+from autodb.explain.engine.candidates import UNKNOWN, Candidate, Choice
 from autodb.explain.engine.plain import ALONE, BLOCKS, NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet
 
@@ -56,6 +56,7 @@ class Standing:
     ``near``: these names, the nearest first;
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
+    ``outdone``: something in its place, with a name or without one, is likelier in white rows.
     """
 
     confidence: float
@@ -63,6 +64,7 @@ class Standing:
     by_name: Mapping[str, float]
     nothing: float
     instead: Mapping[str, Choice] = field(default_factory=dict)
+    outdone: bool = False
 
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
@@ -197,6 +199,7 @@ def of_both(plain: Standing, white: Standing) -> Standing:
         confidence=max(plain.confidence, found.confidence),
         near=tuple(name for name in plain.near if falls[name] < NEAR),
         by_name=falls,
+        outdone=any(fall < 0.0 for fall in white.by_name.values()),
     )
 
 
@@ -227,9 +230,11 @@ def of_missing(
     Its rivals leave the own terms free as it does; one without a name may also stand beside a
     simulation that is right as it is, where the name needs own terms that are not.
     """
-    term = {s.key: s.term for s in search.candidates}
+    by_key = {s.key: s for s in search.candidates}
     falls = search.rivals(found, choice.candidate.key)
-    found_by = [(term[key], fall) for key, fall in falls.items()]
+    found_by = [
+        (by_key[key].term, fall - _asked_more(by_key[key], choice)) for key, fall in falls.items()
+    ]
     if choice.candidate.named:
         held = _Held(search, found, range(len(search.products.own)))
         found_by += held.swaps(choice, UNKNOWN, asked=True)
@@ -240,6 +245,13 @@ def of_missing(
             beyond = fall + off if name == UNKNOWN else fall
             by_name[name] = min(beyond, by_name.get(name, np.inf))
     return standing(by_name, nothing=found.evidence[found.keys.index(choice.candidate.key)])
+
+
+def _asked_more(rival: Candidate, choice: Choice) -> float:
+    """Return what a rival with a name was asked for more than a choice: laws that plain rows chose
+    are asked for nothing in white ones, which makes them no likelier than others.
+    """
+    return rival.bar - choice.candidate.bar if rival.named and choice.candidate.named else 0.0
 
 
 def _explained(search: CandidateSearch, found: FoundSet, choice: Choice) -> float:

@@ -29,6 +29,8 @@ SETTLED, STEPS = 1e-6, 20
 that lies between two rows has no best place."""
 NEAR = 0.03
 """Half width in standard errors over which slope and curvature are taken, once they are known."""
+APART = 0.1
+"""Least eigenvalue of the inner products of columns, each of size 1, that are nearly orthogonal."""
 PASSES, TOGETHER = 30, 1e-5
 """The most times that several effects are tuned one beside the others, and the step in standard
 errors at which none moves."""
@@ -76,15 +78,30 @@ class BesideShapes:
         if form.through is not None:
             at_size = 2.0 * columns[:, 0] @ self.target - columns[:, 0] @ columns[:, 0]
             return float(at_size) / self.variance
-        q, r = np.linalg.qr(columns)
-        held = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(r).max()), 1e-300)
-        return float(np.sum((q[:, held].T @ self.target) ** 2)) / self.variance
+        return _explained(columns, self.target) / self.variance
 
     def fit(self, form: CandidateForm) -> tuple[Array, Array]:
         """Return a shape's coefficients (p,) and their covariance (p, p)."""
         columns = self._left(self.whitener(self.bench.reduce(self.bench.built(form))))
         inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-9, hermitian=True)
         return np.asarray(inverse @ (columns.T @ self.target)), np.asarray(inverse * self.variance)
+
+
+def _explained(columns: Array, target: Array) -> float:
+    """Return the sum of squares of a target (n,) that columns (n, p) explain.
+
+    By their inner products where they are nearly orthogonal, as the waves of a ripple are: these
+    lose no digits then, and take a tenth of a factorisation's time.
+    """
+    norm = np.linalg.norm(columns, axis=0)
+    if np.all(norm > 0.0):
+        inner = (columns.T @ columns) / np.outer(norm, norm)
+        if np.linalg.eigvalsh(inner)[0] > APART:
+            along = (columns.T @ target) / norm
+            return float(along @ np.linalg.solve(inner, along))
+    q, r = np.linalg.qr(columns)
+    held = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(r).max()), 1e-300)
+    return float(np.sum((q[:, held].T @ target) ** 2))
 
 
 def tuned(choice: Choice, beside: BesideShapes) -> Tuned:

@@ -279,6 +279,16 @@ def test_wear_has_a_rate_for_each_edge() -> None:
     assert_allclose(np.corrcoef(rates, truth)[0, 1], 1.0, atol=0.05)
 
 
+def test_an_edge_that_does_not_wear_has_no_negative_rate() -> None:
+    table = _table(8)
+    worn = {name: np.where(table["tool.edge"] == 2, 0.0, f) for name, f in _wear(table).items()}
+    answers = _answers(_pair(table, worn, seed=8), BOTH)
+    rates = [_cause(answers, "tool_wear", name).parameters for name in answers]
+    for rate in rates:
+        fresh = rate["rate edge 2"]
+        assert 0.0 == fresh.low <= fresh.value < fresh.high < 0.4 * rate["rate edge 1"].value
+
+
 def test_parameters_are_those_of_the_truth() -> None:
     depth = _cause(_left_out("depth_error"), "depth_error", "force.y")
     _assert_within(depth.parameters["error"], 0.06, rtol=0.12)

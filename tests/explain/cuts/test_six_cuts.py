@@ -8,19 +8,23 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain import explain
+from autodb.explain.answer import Cause
 from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
 DEPTH_MM = np.array([0.5, 2.0, 3.0, 1.0, 2.0, 0.5])
 FEED_MM = np.array([0.08, 0.3, 0.1, 0.3, 0.12, 0.2])
 SPEED_M_MIN = np.array([100.0, 240.0, 160.0, 240.0, 100.0, 160.0])
+THIN_MM = np.array([0.02, 0.3, 0.1, 0.4, 0.05, 0.2])
 SCATTER, DRAWS = 0.02, 40
 
 
-def _sure(seed: int, cuts: int, *, softer: float, edge_N_mm: float) -> set[str]:
-    """Return what is named with 90 % of one component that is softer by speed, and has an edge."""
+def _missing(
+    seed: int, cuts: int, *, softer: float, edge_N_mm: float, feed_mm: Array = FEED_MM
+) -> list[Cause]:
+    """Return what one component lacks that is softer by speed, and has an edge."""
     rng = np.random.default_rng(seed)
-    depth, feed, speed = (values[:cuts] for values in (DEPTH_MM, FEED_MM, SPEED_M_MIN))
+    depth, feed, speed = (values[:cuts] for values in (DEPTH_MM, feed_mm, SPEED_M_MIN))
     simulated = 1900.0 * depth * feed
     force = simulated * (speed / 150.0) ** -softer + edge_N_mm * depth
     number = np.arange(1, cuts + 1).astype(np.float64)
@@ -39,12 +43,28 @@ def _sure(seed: int, cuts: int, *, softer: float, edge_N_mm: float) -> set[str]:
         includes=["shear"],
     )
     missing = found.explanation.channels["force.y"].missing
-    return {c.term for c in missing if c.kind == "missing" and c.confidence >= 0.9}
+    return [cause for cause in missing if cause.kind == "missing"]
+
+
+def _sure(seed: int, cuts: int, *, softer: float, edge_N_mm: float) -> set[str]:
+    """Return what of it is named with 90 %."""
+    missing = _missing(seed, cuts, softer=softer, edge_N_mm=edge_N_mm)
+    return {cause.term for cause in missing if cause.confidence >= 0.9}
 
 
 def test_six_cuts_name_what_they_plainly_show() -> None:
     assert _sure(1, 6, softer=0.4, edge_N_mm=0.0) == {"speed_softening"}
-    assert _sure(1, 6, softer=0.0, edge_N_mm=90.0) == {"edge_force"}
+    (cause,) = _missing(1, 6, softer=0.0, edge_N_mm=90.0, feed_mm=THIN_MM)
+    assert (cause.term, cause.alternatives) == ("edge_force", ())
+    assert cause.confidence >= 0.9
+
+
+@pytest.mark.parametrize("seed", [1, 3, 10])
+def test_without_thin_chips_an_edge_may_be_a_size_effect(seed: int) -> None:
+    """Either leaves a sum of squares of three scatters, beside a chip's own force that is free."""
+    (cause,) = _missing(seed, 6, softer=0.0, edge_N_mm=90.0)
+    assert {cause.term, *cause.alternatives} == {"edge_force", "size_effect"}
+    assert cause.confidence < 0.9
 
 
 def test_six_cuts_with_nothing_missing_name_hardly_anything() -> None:

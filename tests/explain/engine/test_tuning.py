@@ -63,3 +63,28 @@ def _sd(beside: BesideShapes, found: Choice, here: float) -> float:
     width = 1e-2 * here
     below, at, above = (_gain(beside, found, here + k * width) for k in (-1.0, 0.0, 1.0))
     return float(width * np.sqrt(2.0 / (2.0 * at - below - above)))
+
+
+def _waves(of: Array) -> Array:
+    return np.column_stack([f(2.0 * np.pi * k * of) for k in (1, 2, 3) for f in (np.cos, np.sin)])
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        _waves(T_S) * np.array([1e3, 1.0, 1e-3, 1.0, 1.0, 1.0]),
+        _waves(0.02 * T_S),
+        np.column_stack([np.ones_like(T_S), 1.0 + 1e-5 * T_S]),
+        np.column_stack([T_S, 3.0 * T_S]),
+        np.column_stack([T_S, np.zeros_like(T_S)]),
+    ],
+    ids=["waves", "a part of a wave", "nearly one column", "one column twice", "one and none"],
+)
+def test_what_a_shape_explains_is_what_least_squares_take_away(columns: Array) -> None:
+    target = np.exp(-T_S) + np.random.default_rng(3).normal(0.0, NOISE, len(T_S))
+    bench = WhiteRows(target, {}, 1)
+    gain = BesideShapes(bench, [], (Whitener(np.zeros(0)), 1.0)).gain(
+        CandidateForm(lambda: columns)
+    )
+    sizes = np.linalg.lstsq(columns, target, rcond=1e-9)[0]
+    assert_allclose(gain, target @ target - np.sum((target - columns @ sizes) ** 2), rtol=1e-7)

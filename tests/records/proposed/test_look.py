@@ -1,5 +1,6 @@
 """Columns of unknown files are known by what they do; the side file that is proposed reads them."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -137,6 +138,10 @@ def test_the_proposed_side_file_reads_the_file(cli: Cli, tmp_path: Path) -> None
         tmp_path / "a.csv",
         {"k": T, "p": ONE["place"], "q": 60.0 * ONE["rate"], "r": ONE["effort"]},
     )
+    (answer,) = json.loads(cli("look", path, "--json").out)
+    assert (answer["rows"], answer["columns"]) == (len(T), ["k", "p", "q", "r"])
+    reasons = {one["channel"]: one["because"] for one in answer["channels"]}
+    assert "correlation 1.000" in reasons["x.velocity"]
     done = cli("look", path, "--write")
     assert done.code == 0
     assert "correlation 1.000" in done.out

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
 
 from autodb.explain.answer import IntervalValue
 from autodb.explain.cuts.candidates.cutting import bell, normal_force, nose_columns
@@ -139,10 +140,19 @@ def _wear(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
         found, sd = effect.beside.coefficients(only(stack, law, component))
         for edge, rate, half in zip(usable, found, NORMAL_95 * sd, strict=True):
             label = f"rate edge {known.edge_label[float(edge)]}"
-            rates[label] = IntervalValue.around(
-                float(rate) * scale, float(half) * abs(scale), "N/s"
-            )
+            rates[label] = _none_at_least(float(rate) * scale, float(half) * abs(scale), "N/s")
     return rates
+
+
+def _none_at_least(middle: float, half: float, unit: str) -> IntervalValue:
+    """Return a value of something that is never negative, measured as a middle ± half of 95 %.
+
+    The upper end is that of a normal distribution that begins at nothing.
+    """
+    sd = half / NORMAL_95
+    beyond = 0.025 * ndtr(middle / sd) if sd > 0.0 else 0.0
+    high = middle - sd * float(ndtri(beyond)) if beyond > 0.0 else max(middle, 0.0)
+    return IntervalValue(value=max(middle, 0.0), low=max(middle - half, 0.0), high=high, unit=unit)
 
 
 def _hard_spot(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:

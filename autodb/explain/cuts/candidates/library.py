@@ -28,6 +28,7 @@ from autodb.explain.cuts.candidates.laws import (
     Allowed,
     LawColumns,
     SmoothCurve,
+    SpreadLaw,
     added,
     alike,
     along_edge,
@@ -60,6 +61,8 @@ SIZE = "size"
 CONFIRMED = 0.25
 """Share of its evidence by which squares of cuts left out fall with an effect, at least: with one
 that is there they fall by about all of it. Chosen."""
+CUTS_A_COLUMN = 3
+"""Cuts that a table must have for each column of a shape. Chosen."""
 BINS = 240
 SHORTEST = 3
 ALIKE = 0.3
@@ -105,7 +108,7 @@ def of_forces(includes: list[str] | None) -> Library:
 
     def candidates(stack: Stack) -> list[Candidate]:
         own = frozenset(own_columns_of_cuts(stack, includes))
-        return [*named_effects(stack, own), *families(stack)]
+        return _within_reach(stack, [*named_effects(stack, own), *families(stack)])
 
     return Library(
         lambda stack: own_columns_of_cuts(stack, includes),
@@ -113,6 +116,18 @@ def of_forces(includes: list[str] | None) -> Library:
         _proposals,
         confirmed=CONFIRMED,
     )
+
+
+def _within_reach(stack: Stack, effects: list[Candidate]) -> list[Candidate]:
+    """Return effects in the shapes that so few cuts can tell: with as many columns as cuts every
+    table is followed exactly, and which shape does it best is a rounding.
+    """
+    most = len(stack.frame.known) // CUTS_A_COLUMN
+    found = []
+    for effect in effects:
+        forms = tuple(one for one in effect.forms if _law(one).width <= most)
+        found += [replace(effect, forms=forms)] if forms else []
+    return found
 
 
 def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
@@ -145,9 +160,12 @@ def _with_plain_forms(candidate: Candidate) -> Candidate:
 
 
 def _is_plain(form: CandidateForm) -> bool:
-    law = form.law
-    assert isinstance(law, LawColumns)  # every candidate of a cut table is made of laws
-    return law.law.width == 1 or ("edges" in form.shape and "curved" not in form.shape)
+    return _law(form).width == 1 or ("edges" in form.shape and "curved" not in form.shape)
+
+
+def _law(form: CandidateForm) -> SpreadLaw:
+    assert isinstance(form.law, LawColumns)  # every candidate of a cut table is made of laws
+    return form.law.law
 
 
 def families(stack: Stack) -> list[Candidate]:

@@ -12,7 +12,8 @@ from autodb.proofs.runs.score import exact_interval
 
 GROUP_HEADS = (
     "", ">cases", ">named", ">exact 95 %", ">size within 25 %", ">wrong", ">exact 95 %", ">harmed",
-    ">held-out / full", ">size off", ">false", ">errors", ">s",
+    ">held-out / full", ">size off", ">false", ">of which idle", ">errors",
+    ">s",
 )  # fmt: skip
 NULL_HEADS = (
     "nulls", ">cases", ">no harm, own terms within 30 %", ">own terms within 30 %", ">idle names",
@@ -29,7 +30,7 @@ class RealGroup:
     """Cases with an effect: counts of ``cases``, medians of the held-out ratio and of the size.
 
     ``size_off``: median of |size/true − 1| where the concealed name is named; ``false`` counts of
-    ``twins`` that were answered.
+    ``twins`` that were answered, ``false_idle`` of those that do no work there (None: not asked).
     """
 
     name: str
@@ -44,6 +45,7 @@ class RealGroup:
     twins: int
     errors: int
     seconds: float
+    false_idle: int | None = None
 
     def cells(self) -> tuple[str, ...]:
         """Return the row of a table under GROUP_HEADS."""
@@ -52,7 +54,9 @@ class RealGroup:
             interval_of(self.named, self.cases), share_of(self.hit, self.cases),
             share_of(self.wrong, self.cases), interval_of(self.wrong, self.cases),
             str(self.harmed), ratio(self.fit), percent(self.size_off),
-            share_of(self.false, self.twins), str(self.errors), f"{self.seconds:.1f}",
+            share_of(self.false, self.twins),
+            "" if self.false_idle is None else str(self.false_idle), str(self.errors),
+            f"{self.seconds:.1f}",
         )  # fmt: skip
 
 
@@ -133,7 +137,15 @@ def real_group(name: str, cases: Sequence[JudgedReal]) -> RealGroup:
         median_of([one.fit for one in cases]), median_of([size_off(one) for one in cases]),
         sum(bool(one.false_name) for one in twins), len(twins),
         sum(bool(one.error) for one in cases), median_of([one.seconds for one in cases]) or 0.0,
+        _idle_of([one for one in twins if one.false_name]),
     )  # fmt: skip
+
+
+def _idle_of(false: Sequence[JudgedReal]) -> int | None:
+    """Return how many false names do no work; None where that was not asked."""
+    if any(one.false_idle is None for one in false):
+        return None
+    return sum(bool(one.false_idle) for one in false)
 
 
 def null_group(name: str, cases: Sequence[JudgedReal]) -> NullGroup:

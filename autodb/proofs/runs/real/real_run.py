@@ -4,7 +4,6 @@ A case is a place in a plan that is fixed; what is drawn of it is fixed by its n
 """
 
 from dataclasses import replace
-from functools import cache
 
 from autodb.errors import UnusableInput
 from autodb.proofs.cases.real import (
@@ -58,9 +57,7 @@ def run_real(seed: int) -> list[JudgedReal]:
         raise UnusableInput(str(error)) from None
     if not case.seen:
         return [unjudged(case, case.axis.name)]
-    answer = explained_real(case)
-    twin = RealAnswer() if case.concealed is None else _twin_answer(case)
-    judged = judged_real(case, answer, twin)
+    judged = _judged_beside_twin(case, explained_real(case))
     peers = {name: peer_score(case, greedy(case, names)) for name, names in PEERS.items()}
     return [replace(judged, peers=peers)]
 
@@ -73,6 +70,16 @@ def planned(seed: int) -> RealSpec:
     return specs[seed - 1]
 
 
+def _judged_beside_twin(case: RealCase, answer: RealAnswer) -> JudgedReal:
+    if case.concealed is None:
+        return judged_real(case, answer, RealAnswer())
+    twin = _twin(case)
+    judged = judged_real(case, answer, _answer_to(twin))
+    if not judged.false_name:
+        return judged
+    return replace(judged, false_idle=bool(idle_names(twin, (case.concealed,))))
+
+
 def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedReal:
     """Judge an answer; of a null also which of its names do no work."""
     judged = judged_answer(case, case.axis.name, answer, twin)
@@ -81,24 +88,19 @@ def judged_real(case: RealCase, answer: RealAnswer, twin: RealAnswer) -> JudgedR
     return replace(judged, idle=idle_names(case, sure_names(answer)))
 
 
-def _twin_answer(case: RealCase) -> RealAnswer:
-    """Return the answer to the same recording without the effect; each twin is asked once."""
-    if case.kind == "shown":
-        null = f"{recording_of(case.spec.recording)}-null"
-        return _asked(RealSpec("shown", null, variant="null"))
-    return _asked_twin(twin_of(case))
-
-
-@cache
-def _asked(spec: RealSpec) -> RealAnswer:
-    return explained_real(made_case(spec))
+def _twin(case: RealCase) -> RealCase:
+    """Return the same recording without the effect."""
+    if case.kind != "shown":
+        return twin_of(case)
+    null = f"{recording_of(case.spec.recording)}-null"
+    return made_case(RealSpec("shown", null, variant="null"))
 
 
 TWINS: dict[RealSpec, RealAnswer] = {}
-"""Answers to twins that were asked already."""
+"""Answers to twins that were asked already: each is asked once."""
 
 
-def _asked_twin(twin: RealCase) -> RealAnswer:
+def _answer_to(twin: RealCase) -> RealAnswer:
     if twin.spec not in TWINS:
         TWINS[twin.spec] = explained_real(twin)
     return TWINS[twin.spec]

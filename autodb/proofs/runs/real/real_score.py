@@ -94,8 +94,9 @@ class JudgedReal:
     """A case and the answer to it, judged; of one that does not show nothing is asked.
 
     ``sure``: of each entry that counts, confidence and whether it is right. ``false_name``: the
-    same recording without the effect is given its name too. ``idle``: names at 0.9 or more in a
-    null without which the held-out error is as good. ``size_ratio``: of the concealed name.
+    same recording without the effect is given its name too; ``false_idle``: and its held-out error
+    is as good without (None: not asked). ``idle``: names at 0.9 or more in a null of which that is
+    so. ``size_ratio``: of the concealed name.
     """
 
     name: str
@@ -118,6 +119,7 @@ class JudgedReal:
     null_ok: bool = False
     own_ok: bool = False
     false_name: bool | None = None
+    false_idle: bool | None = None
     sure: tuple[tuple[float, bool], ...] = ()
     idle: tuple[str, ...] = ()
     seconds: float = 0.0

@@ -63,7 +63,7 @@ class StraightLine:
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; I is the current."""
         c0, c1 = coefficients[:2]
-        return f"{c0:.4g} {unit} {c1:+.4g} {unit}/{current_unit} · I"
+        return f"{c0:.4g} {unit} {_added(c1)} {unit}/{current_unit} · I"
 
 
 class LineOfSpeed(StraightLine):
@@ -83,5 +83,10 @@ class LineOfSpeed(StraightLine):
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; v is the feed speed."""
         c0, c1, c2 = coefficients
-        slope = f"({c1:.4g} {c2:+.4g} · ln v) {unit}/{current_unit}"
+        slope = f"({c1:.4g} {_added(c2)} · ln v) {unit}/{current_unit}"
         return f"{c0:.4g} {unit} + {slope} · I, v in mm/s"
+
+
+def _added(coefficient: float) -> str:
+    """Return a summand behind another one, its sign apart from it."""
+    return f"{'−' if coefficient < 0 else '+'} {abs(coefficient):.4g}"

@@ -1,0 +1,16 @@
+"""A law in whose place something else is likelier is not said surely, in a published table."""
+
+from autodb.explain.engine.confidence import UNSURE
+from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case
+from autodb.proofs.runs.tables.table_answers import explained_table
+
+WORN = "injected/bartarya/tool_wear/strong/refitted 1"
+"""Wear in turned steel; the simulation was refitted with it, so that all its terms are off."""
+
+
+def test_what_a_family_outdoes_is_not_said_surely() -> None:
+    spec = next(one for one in table_specs() if one.name == WORN)
+    for answer in explained_table(tabled_case(spec)).values():
+        sure = {one.term: one.confidence for one in answer.entries if one.kind == "missing"}
+        assert sure["tool_wear"] >= 0.9
+        assert sure["size_effect"] <= UNSURE
