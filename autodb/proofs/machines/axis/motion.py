@@ -82,22 +82,19 @@ def moves_motion(moves: list[PlannedMove], t: Array) -> TrueMotion:
     """Position, velocity and acceleration of the moves at the times t, in closed form.
 
     Velocity on a ramp: V s(u), s = 3u^2 - 2u^3, integral u^3 - u^4/2, u = time/ramp in 0..1.
-    Times rise; a move holds from its start to that of the next one.
     """
     x = np.full_like(t, moves[0].origin_mm)
     v, a = np.zeros_like(t), np.zeros_like(t)
-    starts = [int(at) for at in np.searchsorted(t, [one.start_s for one in moves])]
-    for one, start, end in zip(moves, starts, [*starts[1:], len(t)], strict=True):
-        own = slice(start, end)
-        since = t[own] - one.start_s
-        x[own] = one.origin_mm
+    for one in moves:
+        since = t - one.start_s
+        x = np.where(since >= 0.0, one.origin_mm, x)
         for begins_s, sign in ((0.0, 1.0), (one.duration_s - one.ramp_s, -1.0)):
             u = np.clip((since - begins_s) / one.ramp_s, 0.0, 1.0)
             after_s = np.maximum(since - begins_s - one.ramp_s, 0.0)
             peak = sign * one.speed_mm_s
-            x[own] += peak * (one.ramp_s * (u**3 - u**4 / 2.0) + after_s)
-            v[own] += peak * (3.0 * u**2 - 2.0 * u**3)
-            a[own] += peak / one.ramp_s * 6.0 * u * (1.0 - u)
+            x = x + peak * (one.ramp_s * (u**3 - u**4 / 2.0) + after_s)
+            v = v + peak * (3.0 * u**2 - 2.0 * u**3)
+            a = a + peak / one.ramp_s * 6.0 * u * (1.0 - u)
     return TrueMotion(t, x, v, a)
 
 
