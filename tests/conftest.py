@@ -3,6 +3,7 @@
 import gc
 import os
 import shutil
+import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # two workers share two cores
 
@@ -16,6 +17,11 @@ import pytest
 
 if TYPE_CHECKING:
     from tests.helpers.servers import Server
+
+# Modules are compiled, and assertions rewritten, once: not in each worker of each run, nor in each
+# process that a test starts, also where a container says so
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 ROOT = Path(__file__).parent.parent
 IN_MEMORY, ROOM = Path("/dev/shm"), 4 * 2**30

@@ -1,7 +1,6 @@
 """Channels of several rates brought onto one time base, where the user asks for it."""
 
 import numpy as np
-from scipy import signal
 
 from autodb.errors import UnusableInput
 from autodb.records.source import FEWEST_ROWS, RecordingSource
@@ -97,6 +96,8 @@ def _recordings(source: RecordingSource) -> list[Recording]:
 
 
 def _onto(t_s: Array, recording: Recording, name: str) -> Array:
+    from scipy import signal
+
     values, rate_hz = recording[name], 1.0 / float(t_s[1] - t_s[0])
     if recording.rate_hz > rate_hz:
         sos = signal.butter(4, PASS_BAND * rate_hz, fs=recording.rate_hz, output="sos")

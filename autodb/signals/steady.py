@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from autodb.signals.phases import space_vector
 
@@ -61,6 +60,8 @@ def steady_sinusoid(
     with them. ``beside``: that of the same drive in another part, whose offset it has. None where
     the part is no steady sinusoid. The frequency of three phases is signed as that of `PhaseRange`.
     """
+    from scipy.optimize import minimize_scalar
+
     samples = _samples(phases_A)
     if samples.shape[1] < FEWEST or not frequency_hz or not np.isfinite(samples).all():
         return None

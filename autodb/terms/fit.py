@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from autodb.fitting.gaussian import Gaussian
 from autodb.fitting.linear import CoefficientBounds, solve, triangle
@@ -119,6 +118,8 @@ def _projected(fit: FittedParts, seen: _Seen) -> FittedParts:
 
 def _together(fit: FittedParts, seen: _Seen) -> FittedParts:
     """Refine all parameters at once where the sum is not linear in them."""
+    from scipy.optimize import least_squares
+
     free = free_shape(fit.parts)
     shape = np.array([part.shape[p.name] for part, p in free])
     first = np.concatenate([shape, fit.linear])

@@ -8,6 +8,8 @@ import pytest
 
 from tests.conftest import ROOT, Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 RECORDINGS = ROOT / "sample_jobs" / "stepped_shaft" / "recordings"
 CUTS = RECORDINGS / "standard-cuts.csv"
 

@@ -25,21 +25,7 @@ for name in {CALLS}:
 for name in {SIGNALS}:
     delattr(signal, name)
 from autodb.cli import main
-if sys.argv[1:]:
-    from autodb.files.job import read_job
-    from autodb.web.app import make_app
-    from autodb.web.http.settings import Settings
-    from autodb.web.receive.apart import ProgramToPredict
-    from autodb.web.receive.children import Children
-    from fastapi.testclient import TestClient
-    from pathlib import Path
-    url, job = sys.argv[1:]
-    with TestClient(make_app(Settings(url)), base_url="http://localhost") as client:
-        print(client.get("/").status_code, client.get("/machines/lathe-1").status_code)
-    try:
-        Children(url).do(ProgramToPredict("lathe-1", read_job(Path(job)), Path(job)), str, None)
-    except Exception as error:
-        print(error)
+served = sys.argv[1:]
 for line in sys.stdin.read().splitlines():
     sys.argv = ["autodb", *line.split()]
     try:
@@ -47,6 +33,21 @@ for line in sys.stdin.read().splitlines():
     except SystemExit as ended:
         if ended.code:
             raise SystemExit(f"{{line}}: {{ended.code}}")
+if served:
+    from autodb.files.job import read_job
+    from autodb.web.app import make_app
+    from autodb.web.http.settings import Settings
+    from autodb.web.receive.apart import ProgramToPredict
+    from autodb.web.receive.children import Children
+    from fastapi.testclient import TestClient
+    from pathlib import Path
+    url, job = served
+    with TestClient(make_app(Settings(url)), base_url="http://localhost") as client:
+        print(client.get("/").status_code, client.get("/machines/lathe-1").status_code)
+    try:
+        Children(url).do(ProgramToPredict("lathe-1", read_job(Path(job)), Path(job)), str, None)
+    except Exception as error:
+        print(error)
 """
 
 
@@ -64,17 +65,12 @@ def test_everyday_commands_run_without_what_unix_alone_has(
         f"predict {source / 'job.toml'}",
     )
     done = subprocess.run(
-        [sys.executable, "-c", RUNS], input="\n".join(lines), text=True, cwd=tmp_path,
-        capture_output=True, check=False,
+        [sys.executable, "-c", RUNS, "sqlite:///autodb.sqlite3", str(source / "job.toml")],
+        input="\n".join(lines), text=True, cwd=tmp_path, capture_output=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-2000:]
     assert "new cuts" in done.stdout
     assert "95 % intervals" in done.stdout
-    served = subprocess.run(
-        [sys.executable, "-c", RUNS, "sqlite:///autodb.sqlite3", str(source / "job.toml")],
-        input="", text=True, cwd=tmp_path, capture_output=True, check=False,
-    )  # fmt: skip
-    assert served.returncode == 0, served.stderr[-2000:]
-    pages, refusal = served.stdout.splitlines()
+    *_, pages, refusal = done.stdout.splitlines()
     assert pages == "200 200"
     assert "a service reads files on Unix alone" in refusal

@@ -9,7 +9,7 @@ from autodb.proofs.machines.served.opcua import OpcUaServer
 from autodb.proofs.machines.served.shift import lathe_shift, mill_shift
 from tests.helpers.running_machine import (
     Running,
-    cuts_stored,
+    count_of_cuts,
     new_database,
     recorded,
     running,
@@ -41,7 +41,7 @@ def served_mill(*, history: bool) -> Iterator[Running]:
 
 
 def all_in(count: int) -> Callable[[], bool]:
-    return lambda: len(cuts_stored()) >= count
+    return lambda: count_of_cuts() >= count
 
 
 def rows_recorded() -> list[Any]:

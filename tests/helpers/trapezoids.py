@@ -8,14 +8,16 @@ from numpy.typing import NDArray
 from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
-RATE_HZ = 250.0
+RATE_HZ = 125.0
 INERTIA, VISCOUS, COULOMB, WEIGHT, NOISE = 6e-4, 8e-4, 0.7, 0.4, 0.02
 
 
-def moves(seed: int, *, seconds: float = 40.0, forwards_only: bool = False) -> dict[str, Array]:
+def moves(
+    seed: int, *, seconds: float = 40.0, rate_hz: float = RATE_HZ, forwards_only: bool = False
+) -> dict[str, Array]:
     """Trapezoids of drawn speeds, with dwells; jerk is limited by a moving average of 0.05 s."""
     rng = np.random.default_rng(seed)
-    t = np.arange(0.0, seconds, 1.0 / RATE_HZ)
+    t = np.arange(0.0, seconds, 1.0 / rate_hz)
     speed = np.zeros_like(t)
     at, sign = 0.8, 1.0
     while at < seconds:
@@ -23,12 +25,12 @@ def moves(seed: int, *, seconds: float = 40.0, forwards_only: bool = False) -> d
         speed[(t >= at) & (t < at + long)] = sign * level
         at += long + rng.uniform(0.3, 0.6)
         sign = 1.0 if forwards_only else -sign
-    width = round(0.05 * RATE_HZ)
+    width = round(0.05 * rate_hz)
     for _ in range(3):
         speed = np.convolve(speed, np.full(width, 1.0 / width), mode="same")
     return {
         "t": t,
-        "x.position": (np.cumsum(speed) - 0.5 * speed) / RATE_HZ,
+        "x.position": (np.cumsum(speed) - 0.5 * speed) / rate_hz,
         "x.velocity": speed,
         "x.acceleration": np.gradient(speed, t),
     }

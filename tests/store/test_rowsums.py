@@ -19,6 +19,8 @@ from autodb.store.restoring import restore
 from autodb.store.rowsums import GROUP, altered, row_digest
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 DB = Path("autodb.sqlite3")
 N = 2 * GROUP + 50
 

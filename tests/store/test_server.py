@@ -264,7 +264,7 @@ def _by_content(url: str) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("writers", first(1, [4, 8]))
+@pytest.mark.parametrize("writers", first(1, [3, 8]))
 def test_writers_that_are_killed_end_as_one_after_the_other(
     server: Server, tmp_path: Path, writers: int
 ) -> None:

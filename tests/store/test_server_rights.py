@@ -12,6 +12,8 @@ from autodb.store.engines import engine_of
 from tests.conftest import ROOT, Cli
 from tests.helpers.servers import Server
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 PAGE = ROOT / "docs" / "how-to" / "server-rights.md"
 ROLES = ("autodb_owner", "autodb_writer", "autodb_reader")
 MACHINE = ("--machine", "lathe-1")

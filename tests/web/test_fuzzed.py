@@ -14,7 +14,7 @@ from tests.helpers.fuzzed import CORPUS, TARGETS
 from tests.helpers.mutations import MUTATIONS, Edit, mutated
 
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
-EXAMPLES = {"nc": 450, "toml": 400, "upload": 250}
+EXAMPLES = {"nc": 250, "toml": 200, "upload": 150}
 
 
 def _kept(name: str) -> list[Path]:

@@ -12,7 +12,6 @@ from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from autodb.errors import UnusableInput, near
 from autodb.files.channels import FORCES
@@ -208,6 +207,8 @@ def _measured(
 
 def _reference(forces_N: Array, files: str, date: str) -> ReferenceForce:
     """Return mean and 95 % interval by Student's t of repeats, shape (n,), n at least 2."""
+    from scipy import stats
+
     n = len(forces_N)
     mean = float(np.mean(forces_N))
     half = float(stats.t.ppf(0.975, n - 1) * np.std(forces_N, ddof=1) / np.sqrt(n))

@@ -184,7 +184,8 @@ class Given:
         """Return of k sets of p columns (k, p) what is left of their products with each other,
         (k, p, p), and with the difference, (k, p).
         """
-        held = np.moveaxis(self._along(at.ravel()).reshape(-1, *at.shape), 0, 2)
+        along = self._along(at.ravel()).reshape(self._basis.shape[1], *at.shape)  # p may be 0
+        held = np.moveaxis(along, 0, 2)
         matrix = self.of.inner[at[:, :, None], at[:, None, :]] - held @ held.transpose(0, 2, 1)
         return matrix, self.of.inner[at, 0] - held @ self._difference
 

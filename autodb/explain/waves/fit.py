@@ -49,13 +49,16 @@ def whitener_of(left: Array, timing: Timing | None = None) -> Whitener:
     """Return the filter that makes the noise in what is left (n,) white, of variance 1.
 
     It is an autoregression with the spectrum's running median, divided by its sd. Where there are
-    gaps, spectra are of pieces, and no row is filtered across; None: rows are in one piece.
+    gaps, spectra are of pieces that the filter fits in, and no row is filtered across; None: rows
+    are in one piece.
     """
-    if timing is None or len(timing.pieces) == 1:
+    pieces = () if timing is None else timing.pieces
+    long = [piece for piece in pieces if piece.stop - piece.start > ORDER]
+    if len(pieces) < 2 or not long:
         covariance = _covariance(left)
     else:
-        lasts = [piece.stop - piece.start for piece in timing.pieces]
-        every = [_covariance(left[piece]) for piece in timing.pieces]
+        lasts = [piece.stop - piece.start for piece in long]
+        every = [_covariance(left[piece]) for piece in long]
         covariance = np.average(every, axis=0, weights=lasts)
     covariance[0] *= 1.0 + 1e-9
     taps = solve_toeplitz(covariance[:ORDER], covariance[1:])

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb import signals
 from autodb.files.channels import place_channel
@@ -172,6 +171,8 @@ def _rubs(one: IdentifiedTerm) -> bool:
 
 def _observed(values: Array, *, power: int, bandwidth_hz: float, rate_hz: float) -> Array:
     """Return s^power Q of values (n,), Tustin's rule, at rest before the first row."""
+    from scipy import signal
+
     omega = 2.0 * np.pi * bandwidth_hz
     top = np.zeros(3)
     top[2 - power] = omega**2

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 Array = NDArray[np.float64]
 
@@ -25,6 +24,8 @@ def coherent_hz(pairs: Sequence[tuple[Array, Array]], *, rate_hz: float) -> floa
     ``pairs``: load and force (n,) of each recording; γ² = |S_lf|²/(S_ll S_ff) of the spectra of all
     of them, over some neighbouring lines.
     """
+    from scipy import signal
+
     sums = np.zeros((3, SEGMENT // 2 + 1), dtype=np.complex128)
     for load, force in pairs:
         if len(load) < SEGMENT:
@@ -43,6 +44,8 @@ def _smooth(values: Array) -> Array:
 
 def low_pass(cutoff_hz: Array, *, rate_hz: float) -> "LowPass":
     """Return a low-pass of columns (m,), each with its cutoff, for rows as they come."""
+    from scipy import signal
+
     taps = [
         signal.firwin(TAPS, hz, fs=rate_hz) if hz < TOP * rate_hz else _as_it_is()
         for hz in cutoff_hz

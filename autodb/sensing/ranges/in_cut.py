@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from autodb import signals
 from autodb.errors import UnusableInput
@@ -36,6 +35,8 @@ def steady_rows(forces_N: Array, timing: Timing, *, where: str) -> slice:
 
     Raises UnusableInput, naming ``where``, for one that is too short.
     """
+    from scipy.ndimage import uniform_filter1d
+
     size = np.sqrt(np.sum(np.nan_to_num(forces_N) ** 2, axis=0))
     window = max(1, round(SMOOTH_S * timing.rate_hz))
     smooth = signals.by_piece(

@@ -6,7 +6,6 @@ reading's quick part grows many times.
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, uniform_filter1d
 
 from autodb import signals
 from autodb.errors import UnusableInput
@@ -30,6 +29,8 @@ def engaged(recording: Recording) -> Rows:
 
     Raises UnusableInput for a rate at which no teeth are seen.
     """
+    from scipy.ndimage import binary_closing, uniform_filter1d
+
     timing, rate_hz = recording.timing, recording.timing.rate_hz
     if rate_hz < 10.0 * SLOW_HZ:
         raise UnusableInput(

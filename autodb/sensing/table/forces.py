@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
@@ -151,6 +150,8 @@ def envelopes(force_N: Array, pieces: Sequence[slice], *, rows: int) -> tuple[Ar
 
     Single tooth passes scatter, so that envelopes are compared (P4 section 5.2).
     """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
     low = by_piece(lambda own: minimum_filter1d(own, rows, mode="nearest"), force_N, pieces)
     high = by_piece(lambda own: maximum_filter1d(own, rows, mode="nearest"), force_N, pieces)
     return np.asarray(low), np.asarray(high)

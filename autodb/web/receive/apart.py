@@ -1,4 +1,4 @@
-"""Reads what was sent in a bounded process of its own: `python -m autodb.web.receive.apart`.
+"""Reads what was sent in a bounded process of its own, which `children` starts.
 
 It takes one request, a line of JSON on the standard input, and says lines of JSON: what it is at,
 and last what came of it, or the one line why not. Nothing that is sent or said is unpickled.
@@ -245,7 +245,3 @@ def received_line(line: bytes) -> tuple[str, Any]:
     except (ValueError, AttributeError):
         raise UnusableInput("the process that read it failed; send another copy") from None
     return str(key), value
-
-
-if __name__ == "__main__":
-    main()

@@ -30,6 +30,8 @@ from autodb.reports.pair import force_map_plots
 from autodb.store import Store, models, open_store
 from tests.helpers.site import STRANGE, filled
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 MACHINE = "lathe-1"
 CUT = JobCut(operation="turn", diameter_mm=50.0, depth_mm=2.0, feed_mm_rev=0.25, speed_m_min=200.0)
 

@@ -21,6 +21,8 @@ from tests.conftest import Cli
 from tests.helpers import shops
 from tests.helpers.virtual_fleet import FIRST, FLEET, MACHINES, OFF, PAIRS, SECOND, SEED, added
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 FEW = 20
 """Values that a statement is given, whatever the number of machines: more than a row's keys."""
 

@@ -138,9 +138,9 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
     url = f"sqlite:///{tmp_path / 'autodb.sqlite3'}"
     create_store(url)
     store = open_store(url)
-    for name in shops.names(6):
+    for name in shops.names(4):
         added(store, name, PAIRS[:1], cuts=3)
-    machines = [MachineTask(url, name, None) for name in shops.names(6)]
+    machines = [MachineTask(url, name, None) for name in shops.names(4)]
     said: list[RefreshedMachine] = []
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     with workers_here(2) as client:
@@ -156,12 +156,12 @@ def test_workers_do_what_a_loop_does_and_a_lost_one_costs_only_time(
         refresh_all(client, machines, tell)
         assert client.submit(pinned, _blas_threads, pure=False).result() == 1
     assert sorted((one.machine, one.failed) for one in said) == [
-        (name, None) for name in shops.names(6)
+        (name, None) for name in shops.names(4)
     ]
     with store.reading() as session:
         rows = session.scalars(select(models.CuttingParameters)).all()
-        assert [(row.version, row.n_cuts) for row in rows] == [(1, 3)] * 6
-        assert len(session.scalars(select(models.RefreshPass)).all()) == 6
+        assert [(row.version, row.n_cuts) for row in rows] == [(1, 3)] * 4
+        assert len(session.scalars(select(models.RefreshPass)).all()) == 4
     store.close()
 
 

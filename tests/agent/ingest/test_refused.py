@@ -7,6 +7,8 @@ import pytest
 
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 REFUSALS: list[tuple[tuple[str, ...], str]] = [
     (("refresh", "--machine", "lathe-2"), "no machine 'lathe-2' (did you mean lathe-1?)"),
     (("predict", "none.toml", "--machine", "lathe-1"), "none.toml: no such file"),

@@ -21,6 +21,8 @@ from tests.helpers.campaigns import first
 from tests.helpers.files import write
 from tests.helpers.raw_cuts import condition, made, read, row_of, write_raw
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 CLEAN, SEEDS = range(30), range(12)
 HEAVY = (1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 13, 14)  # 12 cuts without the lightest condition
 

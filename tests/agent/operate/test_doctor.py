@@ -11,6 +11,8 @@ from autodb.store.copies import connect
 from tests.conftest import Cli
 from tests.helpers.kept import DB
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 
 def test_the_doctor_passes_what_is_sound(cli: Cli, recordings: Path) -> None:
     del recordings

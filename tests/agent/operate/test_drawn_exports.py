@@ -10,11 +10,14 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import Cli
 from tests.helpers.kept import DB, rows_of
+
+pytestmark = pytest.mark.usefixtures("one_law")
 
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
 WORDS = st.text("abcÄöüß=-+'\",;#|µ°² 019", min_size=1, max_size=9).filter(

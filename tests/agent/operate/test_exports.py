@@ -17,6 +17,8 @@ from autodb.store.rowsums import UNCOUNTED
 from tests.conftest import Cli
 from tests.helpers.kept import DB, URL, rows_of
 
+pytestmark = pytest.mark.usefixtures("one_law")
+
 NOW = "2026-01-01T00:00:00+00:00"
 
 

@@ -10,7 +10,7 @@ import signal
 import sqlite3
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import datetime, tzinfo
 from pathlib import Path
 
@@ -32,10 +32,19 @@ from autodb.proofs.runs.keeping.faults_run import (
 )
 from autodb.store import models, open_store
 from autodb.store.engines import LOCKED_MS
+from tests.conftest import learn_by_one_law
 from tests.helpers.campaigns import first
 from tests.helpers.children import at_once
 
 URL = "sqlite:///autodb.sqlite3"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _one_law() -> Iterator[None]:
+    """Learn by one law: what is asked is what becomes of rows and files."""
+    with pytest.MonkeyPatch.context() as patch:
+        learn_by_one_law(patch)
+        yield
 
 
 @pytest.fixture(scope="module")

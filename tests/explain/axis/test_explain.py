@@ -34,13 +34,14 @@ from tests.conftest import Cli
 from tests.helpers.campaigns import first
 
 NULLS = 12
+RATE_HZ = 125.0
 
 
 def _pair(
     seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()
 ) -> tuple[Recording, Recording, dict[str, NDArray[np.float64]]]:
     """Return recording, simulation without some parts, and the parts."""
-    channels, parts = air_moves(seed, extra=extra)  # type: ignore[arg-type]
+    channels, parts = air_moves(seed, rate_hz=RATE_HZ, extra=extra)  # type: ignore[arg-type]
     simulation = sum(part for name, part in parts.items() if name not in without)
     recording = Recording(path=Path("recording.csv"), channels=dict(channels))
     simulated = {"t": channels["t"], "x.current": np.asarray(simulation)}

@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 SAID = "On held-out stretches"
 
 
-def _recording(seed: int) -> tuple[Recording, Array]:
+def _recording(seed: int, rate_hz: float = 125.0) -> tuple[Recording, Array]:
     """Return an axis in air beside another that begins at 0, and its simulation: all but noise."""
-    channels, parts = air_moves(seed)
-    other = air_moves(seed + 50)[0]["x.position"]
+    channels, parts = air_moves(seed, rate_hz=rate_hz)
+    other = air_moves(seed + 50, rate_hz=rate_hz)[0]["x.position"]
     recording = {**channels, "y.position": other - other.min()}
     return Recording(path=Path("r.csv"), channels=recording), np.asarray(sum(parts.values()))
 
@@ -105,7 +105,7 @@ def test_a_pump_is_a_sine_in_the_answer_and_its_statement() -> None:
 
 
 def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
-    recording, simulation = _recording(9)
+    recording, simulation = _recording(9, 250.0)
     y = recording["y.position"]
     rough = np.exp(-(((y - 0.55 * y.max()) / (0.07 * y.max())) ** 2))
     rough -= 0.7 * np.exp(-(((y - 0.3 * y.max()) / (0.06 * y.max())) ** 2))

@@ -14,14 +14,14 @@ from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 
 Array = NDArray[np.float64]
-T_S = np.arange(10000) / 200.0
+T_S = np.arange(5000) / 100.0
 SPEED_MM_S = (
     70.0 * np.sin(2.0 * np.pi * 0.11 * T_S)
     + 45.0 * np.sin(2.0 * np.pi * 0.047 * T_S + 1.0)
     + 40.0 * np.sin(2.0 * np.pi * 0.23 * T_S + 2.0)
 )
 """Not of one frequency: a speed is then met at many places."""
-PLACE_MM = 400.0 + np.cumsum(SPEED_MM_S) / 200.0
+PLACE_MM = 400.0 + np.cumsum(SPEED_MM_S) / 100.0
 TOP_MM_S = float(np.abs(SPEED_MM_S).max())
 DRY_A, WET_A_S_MM, NOISE_A = 0.8, 0.003, 0.03
 SENSE = np.sign(SPEED_MM_S)

@@ -95,7 +95,7 @@ def _shares(regime: Regime) -> list[float]:
 
 
 def _air(without: str, *extra: PositionFriction) -> tuple[Recording, ChannelAnswer, ChannelTrace]:
-    channels, parts = air_moves(4, extra=extra)
+    channels, parts = air_moves(4, rate_hz=125.0, extra=extra)
     recording = Recording(path=Path("recording.csv"), channels=dict(channels))
     kept = {name: part for name, part in parts.items() if name != without}
     effort = np.asarray(sum(kept.values()))

@@ -4,9 +4,11 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from autodb.explain import Explained, explain
 from autodb.explain.waves import look
+from autodb.explain.waves.fit import whitener_of
 from autodb.explain.waves.law import NOTHING
 from autodb.explain.waves.long_waveforms import rows_searched
 from autodb.explain.waves.teeth import Teeth
@@ -63,6 +65,14 @@ def test_pieces_of_a_recording_stay_apart() -> None:
     timing = world.timing.at(np.array([*range(5), *range(100, 105)]))
     assert timing.pieces == (slice(0, 5), slice(5, 10))
     assert timing.at(np.arange(3, 7)).pieces == (slice(0, 2), slice(2, 4))
+
+
+def test_a_piece_that_is_shorter_than_the_filter_tells_nothing_of_the_noise() -> None:
+    """A gap five rows before the end."""
+    timing = _world(1001).timing.at(np.array([*range(3000), *range(3100, 3105)]))
+    left = np.random.default_rng(5).standard_normal(3005)
+    whole = whitener_of(left[:3000])
+    assert_allclose(whitener_of(left, timing).coefficients, whole.coefficients)
 
 
 def _explained(seed: int) -> Explained:

@@ -125,10 +125,10 @@ SHAPED = (*SYMMETRIC, "stribeck", "lag")
 @pytest.mark.parametrize("terms", [SYMMETRIC, SHAPED], ids=["symmetric", "shaped"])
 def test_the_fit_ends_at_its_optimum(terms: tuple[str, ...]) -> None:
     """Another unit, and roundings of 1e-9: the same to 1e-6 of its own standard deviation."""
-    channels = moves(13)
+    channels = moves(13, rate_hz=250.0)
     v = channels["x.velocity"]
     falls = 0.3 * np.tanh(v / 0.1) * np.exp(-((v / 20.0) ** 2))
-    effort = np.roll(current(channels, 13) + falls, round(0.008 * RATE_HZ))
+    effort = np.roll(current(channels, 13) + falls, 2)
     model = feed_axis.identify(recorded(channels, effort), terms=terms)
     assert {t.term for t in model.fitted} == set(terms), "every shape is shown"
     scaled = feed_axis.identify(recorded(channels, 1000.0 * effort), terms=terms)

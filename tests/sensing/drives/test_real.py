@@ -64,6 +64,7 @@ def test_spindle_current_is_refused_with_its_figure(vicomtech: Path, sample_jobs
     assert found.verdict.startswith("not usable: R² -0.04")
 
 
+@pytest.mark.pages
 def test_calibrate_command_on_the_real_table(cli: Cli, vicomtech: Path, sample_jobs: Path) -> None:
     columns = sample_jobs / "vicomtech_turning_wear" / "columns.toml"
     assert cli("init").code == 0
@@ -232,8 +233,8 @@ WITHIN = {"coulomb": 0.02, "viscous": 0.2, "inertia": 0.01}
 """Of the published symmetric model; asymmetry, pre-sliding and a shift are named beside viscous
 friction, which then takes another share of the friction than in a model without them."""
 TRYOUT_MODELLED = {
-    "axis-1": "position_friction",
     "cuts-1": "tool_wear",
+    "axis-1": "position_friction",
     "cuts-2": None,
     "axis-4": None,
     "mill-2": None,

@@ -30,7 +30,7 @@ from tests.helpers.serving import wait_for
 @pytest.fixture
 def large(tmp_path: Path) -> bytes:
     """Return a recording that takes seconds to be read."""
-    t = np.arange(2_000_000) * 1e-3
+    t = np.arange(1_000_000) * 1e-3
     columns = {"t": t, "x.current": np.sin(t), "y.current": np.cos(t)}
     return write(tmp_path / "large.csv", columns).read_bytes()
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from autodb.terms.channel import ChannelPart, changed_inputs, channel_columns, factors
 from autodb.terms.drive import COGGING, FRICTION_RIPPLE, cogging
@@ -167,6 +166,8 @@ def _even(highest_mm_s: float) -> Callable[[Array], Array]:
 
 def _spline(values: Array, high: float, count: int) -> Array:
     """Return ``count`` cubic B-splines over 0 to ``high`` with even knots, (n, count)."""
+    from scipy.interpolate import BSpline
+
     inner = np.linspace(0.0, high, count - 2)[1:-1]
     knots = np.concatenate([[0.0] * 4, inner, [high] * 4])
     inside = np.clip(values, 0.0, high)

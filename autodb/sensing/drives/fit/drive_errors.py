@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from autodb import signals
 
@@ -64,6 +63,8 @@ class DriveErrors:
         At standstill friction is anywhere within ± breakaway. What a row is unsure of, its
         neighbours within half a period of the bandwidth are.
         """
+        from scipy.ndimage import maximum_filter1d
+
         labels = states(inputs, highest_mm_s2=self.highest_mm_s2)
         held = self.breakaway / np.sqrt(3.0)
         by_state = np.append(self._at(bandwidth_hz), held)

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.fitting.covariance import autoregression
 from autodb.terms.drive import COGGING, FRICTION_RIPPLE
@@ -114,11 +113,15 @@ class _Noise:
 
     def white(self, columns: Array) -> Array:
         """Return columns (n, k) through the filter, at the rows that count."""
+        from scipy import signal
+
         return np.asarray(signal.lfilter(self.taps, [1.0], columns, axis=0)[self.kept])
 
     def matched(self) -> Array:
         """Return the residual filtered forwards and backwards, (n,): its product with a column is
         that of the white ones."""
+        from scipy import signal
+
         once = signal.lfilter(self.taps, [1.0], self.residual) * self.kept
         return np.asarray(signal.lfilter(self.taps, [1.0], once[::-1])[::-1])
 
