@@ -5,7 +5,7 @@ that one is ``judged``.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from docs.make.cells import VERDICTS, Cell
 from docs.make.kept import kept
@@ -203,6 +203,15 @@ def driven() -> list[Figure]:
     ]
 
 
+def _held_by_laws(job: str, what: str, row: tuple[str, str]) -> Figure:
+    held = Cell("pair-laws", "Forces of the next", row, "held")
+    kienzle = Cell("pair-laws", "Least squares beside it", row, "Kienzle held")
+    return Figure(
+        job, what, held, interval=held.beside("exact"), cases=held.beside("pairs"),
+        rival=("Kienzle's law, where it answers", kienzle),
+    )  # fmt: skip
+
+
 def paired() -> list[Figure]:
     """Return figures of what work and tool need."""
     job, beside, laws = (
@@ -244,25 +253,16 @@ def paired() -> list[Figure]:
             "Proposed cuts that reach what twelve random ones do",
             Cell("pair-curve", "Cuts to a half-width", (width,), "proposed (≤"),
         ),
-        *(
-            Figure(
+        _held_by_laws(job, "Intervals outside the range of the cuts that hold", ("outside", "all")),
+        replace(
+            _held_by_laws(
                 job,
-                what,
-                Cell("pair-laws", laws, row, "held"),
-                interval=Cell("pair-laws", laws, row, "exact"),
-                cases=Cell("pair-laws", laws, row, "pairs"),
-                rival=(
-                    "Kienzle's law, where it answers",
-                    Cell("pair-laws", beside, row, "Kienzle held"),
-                ),
-            )
-            for what, row in (
-                ("Intervals outside the range of the cuts that hold", ("outside", "all")),
-                (
-                    "Intervals of passive forces, inside that range, that hold",
-                    ("inside", "force.x"),
-                ),
-            )
+                "Intervals of passive forces, inside that range, that hold",
+                ("inside", "force.x"),
+            ),
+            judged=Cell("pair-laws", laws, ("inside", "force.x"), "width × nominal"),
+            text="{0}, {1} × as wide as one's who knows the tool",
+            limit="{0}, × as wide: {1}",
         ),
         Figure(
             job,
