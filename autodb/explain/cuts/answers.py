@@ -55,6 +55,10 @@ Array = NDArray[np.float64]
 SENSED = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is sensed there."""
 
+FEW_CUTS = 100
+"""Cuts up to which white rows say how sure a law is: more show what every real law gets wrong in
+shape, and a curve without a name follows that. Chosen."""
+
 
 def explain_cuts(
     table: CutTable, simulation: dict[str, Array], includes: list[str] | None
@@ -263,7 +267,7 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it, and of a law
-    that something rivals in white rows no surer than UNSURE: cuts are few.
+    that something rivals in the white rows of few cuts no surer than UNSURE.
     """
     known, also = stack.known, []
     thin = tells_edge_from_size(known)
@@ -273,7 +277,8 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
         also = ["edge_force"]
     if choice.candidate.term == "tool_wear" and len(known.edges) < 2:
         also = ["sensor_drift"]
-    confidence = min(sure.confidence, UNSURE) if sure.rivalled else sure.confidence
+    few = len(known) <= FEW_CUTS
+    confidence = min(sure.confidence, UNSURE) if few and sure.rivalled else sure.confidence
     return replace(sure, confidence=confidence, near=tuple(dict.fromkeys([*sure.near, *also])))
 
 
