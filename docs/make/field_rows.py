@@ -294,16 +294,8 @@ def laws() -> Contest:
     for figure, row, column, rival in rows:
         ours = Cell("pair-laws", beside, row, column)
         theirs = replace(ours, column=rival, after=column)
-        found.append(
-            Rival(
-                "Kienzle's law with speed",
-                "numpy",
-                "log-linear least squares",
-                figure,
-                theirs,
-                ours,
-            )
-        )
+        name, setup = "Kienzle's law with speed", "log-linear least squares"
+        found.append(Rival(name, "numpy", setup, figure, theirs, ours))
     return Contest(
         "Kienzle fits",
         "Virtual pairs of other laws than autodb's, cuts read with the gain of a calibration. "

@@ -133,6 +133,15 @@ def calibrated() -> list[Figure]:
     ]
 
 
+def _held_beside_oracle(job: str, name: str, of: str, row: str) -> Figure:
+    held = Cell(of, "", (row,), "held the truth")
+    return Figure(
+        job, f"95 % intervals of {name} that hold", held, judged=held.beside("score"),
+        text="{0}, score {1} × oracle's", limit="{0}, score {1}", interval=held.beside("exact"),
+        oracle=held.beside("oracle held"),
+    )  # fmt: skip
+
+
 def driven() -> list[Figure]:
     """Return figures of axes that move in air."""
     job, field = "Drives: what an axis needs in air", "autodb, median"
@@ -155,16 +164,7 @@ def driven() -> list[Figure]:
             oracle=Cell("axis-peers", "", ("oracle",), "median"),
         ),
         *(
-            Figure(
-                job,
-                f"95 % intervals of {name} of an axis that hold",
-                Cell("axis-intervals", "", (row,), "held the truth"),
-                judged=Cell("axis-intervals", "", (row,), "score"),
-                text="{0}, score {1} × oracle's",
-                limit="{0}, score {1}",
-                interval=Cell("axis-intervals", "", (row,), "exact"),
-                oracle=Cell("axis-intervals", "", (row,), "oracle held"),
-            )
+            _held_beside_oracle(job, f"{name} of an axis", "axis-intervals", row)
             for name, row in quantities
         ),
         *(
@@ -223,16 +223,7 @@ def paired() -> list[Figure]:
     error = Cell("pair-laws", beside, ("everywhere", "all"), "error")
     return [
         *(
-            Figure(
-                job,
-                f"95 % intervals of {name} that hold",
-                Cell("pairs", "", (row,), "held the truth"),
-                judged=Cell("pairs", "", (row,), "score"),
-                text="{0}, score {1} × oracle's",
-                limit="{0}, score {1}",
-                interval=Cell("pairs", "", (row,), "exact"),
-                oracle=Cell("pairs", "", (row,), "oracle held"),
-            )
+            _held_beside_oracle(job, name, "pairs", row)
             for name, row in (
                 ("the next cut's forces", "all quantities"),
                 ("the passive force in turning", "turn, force.x"),
