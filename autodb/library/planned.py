@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from autodb.agent.answer.bounds.lasting import ToolLife
-from autodb.agent.answer.bounds.stable import StableCut
+from autodb.agent.answer.bounds.stable import StableCut, stability_lines
 from autodb.files.job import Job
 from autodb.library.results import Result, ResultPage, plain
 
@@ -56,6 +56,11 @@ class StabilityResult(Result):
 
     answer: tuple[StableCut, ...]
     job: Job
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What the command prints of the cuts."""
+        return stability_lines(self.answer)
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a row for each cut: stable depth, chance that it chatters, depth by limits.

@@ -104,6 +104,7 @@ def test_the_library_says_what_the_command_says(asked: Cli) -> None:
     asked("predict", "job.toml", "--tool-file", "tool.toml")  # keeps the tool's geometry
     found = machine.stability("job.toml", "tool-point.toml")
     assert found.to_dict()["cuts"] == theirs
+    assert "deep at 6000 rpm: stable up to" in found.lines[0]
     (row,) = found.to_pandas().to_dict("records")
     assert row["depth_mm_low"] < row["depth_mm"] < row["depth_mm_high"]
     assert row["loads_mm"] == theirs[0]["loads"]["value"]

@@ -32,7 +32,12 @@ def depth_mm(store: Store, pair: dict[str, str]) -> str:
     """Return what the library says of the cut, as a page writes it."""
     stated = MODE | {"stiffness_N_m": "5.59e6", "share": "0.2"}
     point = of_modes((ModeSection.model_validate(stated | {"axis": "x"}, strict=False),), source="")
-    job = Job(name="j", **pair, cut=(JobCut.model_validate(CUT, strict=False),))
+    job = Job(
+        name="j",
+        material=pair["material"],
+        tool=pair["tool"],
+        cut=(JobCut.model_validate(CUT, strict=False),),
+    )
     with store.reading() as session:
         basis = PairReader(session, "lathe-1").basis(job.material, job.tool)
         found = stable_cuts(basis, job, point)[0].stable.depth_mm
