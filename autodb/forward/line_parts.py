@@ -3,7 +3,7 @@
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -55,6 +55,11 @@ class Followed:
         """How long the lines cut, s."""
         return float(sum(line.time_s.sum() for line in self.lines))
 
+    @property
+    def edges(self) -> tuple[str | None, ...]:
+        """What the program calls the tools of its lines, in their order."""
+        return tuple(dict.fromkeys(line.tool for line in self.lines))
+
 
 def feed_spans_mm(
     fed: Iterable[tuple[str | None, Mapping[str, float], Mapping[str, float]]],
@@ -84,20 +89,24 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
     return text, found
 
 
-LineRows = Mapping[tuple[int, str], list[int]]
-"""Steps that cut, by line and operation."""
+LineRows = Mapping[tuple[int, str, str | None], list[int]]
+"""Steps that cut, by line, operation and tool."""
 
 
-def lines_joined(
-    rows: LineRows, said: Mapping[int, str], tools: Sequence[object]
-) -> Iterator[tuple[int, str, str, list[int]]]:
-    """Yield number, operation, name and steps of every line; of very many, runs of lines as one.
+@dataclass(frozen=True)
+class CalledLine:
+    """A line, or a run of lines: number of the first, operation, name, and what calls its tool."""
 
-    ``tools``: of every step; a run has one.
-    """
+    number: int
+    operation: str
+    name: str
+    tool: str | None
+
+
+def lines_joined(rows: LineRows, said: Mapping[int, str]) -> Iterator[tuple[CalledLine, list[int]]]:
+    """Yield every line with its steps; of very many, runs of lines of one tool as one."""
     many = -(-len(rows) // MOST_LINES)
-    keys = list(rows)
-    for (operation, _), run in groupby(keys, key=lambda key: (key[1], id(tools[rows[key][0]]))):
+    for (operation, tool), run in groupby(rows, key=lambda key: key[1:]):
         some = list(run)
         for at in range(0, len(some), many):
             part = some[at : at + many]
@@ -107,7 +116,10 @@ def lines_joined(
                 if last == first
                 else (f"lines {first} to {last}")
             )
-            yield first, operation, name, [row for key in part for row in rows[key]]
+            yield (
+                CalledLine(first, operation, name, tool),
+                [row for key in part for row in rows[key]],
+            )
 
 
 def part_begins(columns: Array) -> NDArray[np.intp]:

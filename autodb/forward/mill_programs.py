@@ -17,6 +17,7 @@ from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
+    CalledLine,
     Followed,
     feed_spans_mm,
     lines_joined,
@@ -156,7 +157,7 @@ def _lines(
     said: Mapping[int, str],
 ) -> tuple[tuple[ProgramLine, ...], list[int]]:
     """Return the lines that cut, and those in which a mill only plunges."""
-    rows_of: dict[tuple[int, str], list[int]] = {}
+    rows_of: dict[tuple[int, str, str | None], list[int]] = {}
     plunged: dict[int, None] = {}
     for row in np.flatnonzero(steps.removed_mm3 > 0).tolist():
         k = int(steps.move[row])
@@ -164,12 +165,10 @@ def _lines(
         if not drills and steps.plunge[row] > PLUNGES:
             plunged.setdefault(travels[k].line)
         elif drills or steps.depth_mm[row] > 0:
-            rows_of.setdefault((travels[k].line, "drill" if drills else "mill"), []).append(row)
+            one = travels[k].line, "drill" if drills else "mill", travels[k].tool
+            rows_of.setdefault(one, []).append(row)
     lines = tuple(
-        _line(steps, np.array(rows), tools, (number, operation, name))
-        for number, operation, name, rows in lines_joined(
-            rows_of, said, [tools[k] for k in steps.move.tolist()]
-        )
+        _line(steps, np.array(rows), tools, called) for called, rows in lines_joined(rows_of, said)
     )
     return lines, list(plunged)
 
@@ -178,10 +177,9 @@ def _line(
     steps: MilledSteps,
     rows: NDArray[np.intp],
     tools: Sequence[ProgramTool],
-    called: tuple[int, str, str],
+    called: CalledLine,
 ) -> ProgramLine:
-    """Return a line of which some steps cut: its number, operation and name."""
-    number, operation, name = called
+    """Return a line of which some steps cut."""
     tool = tools[int(steps.move[rows[0]])]
     columns = _columns(steps, rows, tool)
     begins = part_begins(np.column_stack(list(columns.values())))
@@ -195,9 +193,9 @@ def _line(
     at = [b + int(np.argmax(chip[b:e])) for b, e in zip(begins, ends, strict=True)]
     first, last = ({n: float(v[k]) for n, v in columns.items()} for k in (0, -1))
     return ProgramLine(
-        name=name,
-        number=number,
-        operation=operation,
+        name=called.name,
+        number=called.number,
+        operation=called.operation,
         time_s=time_s,
         steps=step_conditions(means),
         extremes=step_conditions({n: values[at] for n, values in columns.items()}),
@@ -205,6 +203,7 @@ def _line(
         widest=first,
         fastest_rpm=float(columns[RPM].max()),
         numbers=_numbers(tool),
+        tool=called.tool,
     )
 
 

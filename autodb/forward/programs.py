@@ -21,6 +21,7 @@ from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT, MOST_PITCH_MM
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
+    CalledLine,
     Followed,
     feed_spans_mm,
     lines_joined,
@@ -187,13 +188,17 @@ def _lines(
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     _refuse_drilling(done, source)
     operations = _operations(found, cutting, arcs)
-    of_line: dict[tuple[int, str], list[int]] = {}
-    for row, number, operation in zip(
-        cutting.tolist(), done.line[cutting].tolist(), operations, strict=True
+    of_line: dict[tuple[int, str, str | None], list[int]] = {}
+    for row, number, operation, tool in zip(
+        cutting.tolist(),
+        done.line[cutting].tolist(),
+        operations,
+        found.tool[cutting].tolist(),
+        strict=True,
     ):
-        of_line.setdefault((number, operation), []).append(row)
-    for number, operation, name, some in lines_joined(of_line, said, [None] * done.line.size):
-        yield _line(found, np.array(some), (number, operation, name))
+        of_line.setdefault((number, operation, found.called[tool]), []).append(row)
+    for called, some in lines_joined(of_line, said):
+        yield _line(found, np.array(some), called)
 
 
 def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
@@ -235,9 +240,8 @@ def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> 
 _OF_KIND = {"boring": "bore", "grooving": "groove", "threading": "thread", "drill": "drill"}
 
 
-def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -> ProgramLine:
-    """Return a line of which ``rows`` of the engagement cut; its number, operation and name."""
-    number, operation, name = called
+def _line(found: Worked, rows: NDArray[np.intp], called: CalledLine) -> ProgramLine:
+    """Return a line of which ``rows`` of the engagement cut."""
     step_s = _step_s(found.steps)
     columns = _columns(found, rows)
     begins = part_begins(np.column_stack(list(columns.values())))
@@ -252,16 +256,17 @@ def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
     return ProgramLine(
-        name=name,
-        number=number,
-        operation=operation,
+        name=called.name,
+        number=called.number,
+        operation=called.operation,
         time_s=time_s,
         steps=step_conditions(means),
         extremes=step_conditions({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
-        numbers=_drill_numbers(columns) if operation == "drill" else None,
+        numbers=_drill_numbers(columns) if called.operation == "drill" else None,
+        tool=called.tool,
     )
 
 
