@@ -4,7 +4,7 @@ The stock is a block; each step meets what those before have left, so that a cor
 the width that it has there. Lines that only go down are not predicted, and said; drills are.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -20,6 +20,7 @@ from autodb.forward.line_parts import (
     CalledLine,
     Followed,
     feed_spans_mm,
+    line_rows,
     lines_joined,
     part_begins,
     program_of_job,
@@ -66,10 +67,13 @@ def follow_mill(
     )  # fmt: skip
     tools = [_tool_of(travel, asked, source) for travel in done.travels]
     block = _block(asked, tools)
-    steps = milled(done.travels, block, [_cutter(tool) for tool in tools], source=source)
+    cutters = {id(tool): _cutter(tool) for tool in tools}
+    of_moves = [cutters[id(tool)] for tool in tools]
+    steps = milled(done.travels, block, of_moves, source=source)
     _refuse_beyond(steps, done.travels, tools, source)
-    said = line_texts(text, source=source)
-    lines, plunged = _lines(steps, done.travels, tools, said)
+    lines, plunged = _lines(
+        steps, done.travels, tools, lambda which: line_texts(text, which, source=source)
+    )
     if not lines and not plunged:
         raise UnusableInput(
             f"{source}: the program cuts no stock; state a block that reaches into the path"
@@ -154,23 +158,26 @@ def _lines(
     steps: MilledSteps,
     travels: Sequence[ProgramMove],
     tools: Sequence[ProgramTool],
-    said: Mapping[int, str],
+    said: Callable[[Collection[int]], Mapping[int, str]],
 ) -> tuple[tuple[ProgramLine, ...], list[int]]:
     """Return the lines that cut, and those in which a mill only plunges."""
-    rows_of: dict[tuple[int, str, str | None], list[int]] = {}
-    plunged: dict[int, None] = {}
-    for row in np.flatnonzero(steps.removed_mm3 > 0).tolist():
-        k = int(steps.move[row])
-        drills = tools[k].kind == "drill"
-        if not drills and steps.plunge[row] > PLUNGES:
-            plunged.setdefault(travels[k].line)
-        elif drills or steps.depth_mm[row] > 0:
-            one = travels[k].line, "drill" if drills else "mill", travels[k].tool
-            rows_of.setdefault(one, []).append(row)
-    lines = tuple(
-        _line(steps, np.array(rows), tools, called) for called, rows in lines_joined(rows_of, said)
-    )
-    return lines, list(plunged)
+    names: dict[str | None, int] = {}
+    of_move = [names.setdefault(travel.tool, len(names)) for travel in travels]
+    number_of = np.fromiter((travel.line for travel in travels), np.intp, len(tools))
+    drills_in = np.fromiter((tool.kind == "drill" for tool in tools), np.bool_, len(tools))
+    rows = np.flatnonzero(steps.removed_mm3 > 0)
+    move = steps.move[rows]
+    drills = drills_in[move]
+    plunges = ~drills & (steps.plunge[rows] > PLUNGES)
+    plunged = list(dict.fromkeys(number_of[move[plunges]].tolist()))
+    kept = ~plunges & (drills | (steps.depth_mm[rows] > 0))
+    rows, move = rows[kept], move[kept]
+    found = line_rows(
+        rows, number_of[move], drills[kept].astype(np.intp), np.array(of_move, np.intp)[move],
+        operations=("mill", "drill"), tools=tuple(names),
+    )  # fmt: skip
+    lines = tuple(_line(steps, some, tools, called) for called, some in lines_joined(found, said))
+    return lines, plunged
 
 
 def _line(

@@ -3,7 +3,7 @@
 A line's steps are those in which it cuts; its way through air counts for neither mean nor time.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +24,7 @@ from autodb.forward.line_parts import (
     CalledLine,
     Followed,
     feed_spans_mm,
+    line_rows,
     lines_joined,
     part_begins,
     program_of_job,
@@ -89,7 +90,10 @@ def follow(
         _refuse_beyond(move, str(path))
     moves, mirrored = above_axis(program.moves)
     done = _worked(moves, asked, str(path))
-    said = line_texts(text, source=str(path))
+
+    def said(which: Collection[int]) -> Mapping[int, str]:
+        return line_texts(text, which, source=str(path))
+
     arcs = frozenset(move.line for move in program.moves if isinstance(move, Arc))
     lines = tuple(_lines(done, arcs, said, str(path)))
     if not lines:
@@ -181,24 +185,23 @@ def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
 
 
 def _lines(
-    found: Worked, arcs: frozenset[int], said: Mapping[int, str], source: str
+    found: Worked,
+    arcs: frozenset[int],
+    said: Callable[[Collection[int]], Mapping[int, str]],
+    source: str,
 ) -> Iterator[ProgramLine]:
     done = found.steps
     _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     _refuse_drilling(done, source)
-    operations = _operations(found, cutting, arcs)
-    of_line: dict[tuple[int, str, str | None], list[int]] = {}
-    for row, number, operation, tool in zip(
-        cutting.tolist(),
-        done.line[cutting].tolist(),
-        operations,
-        found.tool[cutting].tolist(),
-        strict=True,
-    ):
-        of_line.setdefault((number, operation, found.called[tool]), []).append(row)
-    for called, some in lines_joined(of_line, said):
-        yield _line(found, np.array(some), called)
+    names: dict[str, int] = {}
+    operations = [names.setdefault(one, len(names)) for one in _operations(found, cutting, arcs)]
+    rows = line_rows(
+        cutting, done.line[cutting], np.array(operations, np.intp), found.tool[cutting],
+        operations=tuple(names), tools=found.called,
+    )  # fmt: skip
+    for called, some in lines_joined(rows, said):
+        yield _line(found, some, called)
 
 
 def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:

@@ -133,7 +133,7 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
     if sum(text.count(one) for one in _NO_TEXT) > 2:
         raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
     text = text.split(_END_OF_FILE, 1)[0].replace("\r\n", "\n").replace("\r", "\n")
-    for number, raw in enumerate(text.split("\n"), 1):
+    for number, raw in enumerate(_split(text), 1):
         if brackets and _SIMULATOR.match(raw):
             continue
         plain = _without_comments(raw, brackets=brackets).upper()
@@ -141,6 +141,15 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
         plain = plain[skip.end() :] if skip else plain
         if plain.strip():
             yield WrittenLine(source, number, plain.strip(), skip is not None)
+
+
+def _split(text: str) -> Iterator[str]:
+    """Yield the lines of a text; a long one's are not all there at once."""
+    begin = 0
+    while (end := text.find("\n", begin)) >= 0:
+        yield text[begin:end]
+        begin = end + 1
+    yield text[begin:]
 
 
 def _without_comments(raw: str, *, brackets: bool) -> str:

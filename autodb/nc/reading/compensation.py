@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from math import sqrt, tau
 
 from autodb.errors import UnusableInput
+from autodb.nc.reading.packed import PackedMoves
 from autodb.nc.reading.travels import Circle, ProgramMove, ToolPlace
 
 RadiusOf = Callable[[ProgramMove], float]
@@ -76,12 +77,12 @@ class _Way:
 
 def beside_contours(
     moves: Sequence[ProgramMove], radius_of: RadiusOf, *, round_corners: bool, source: str
-) -> tuple[list[ProgramMove], list[UnusableInput]]:
+) -> tuple[PackedMoves, list[UnusableInput]]:
     """Return moves of the centre, and what does not fit: a line for each.
 
     ``round_corners``: whether outer corners are gone around by an arc.
     """
-    out: list[ProgramMove] = []
+    out = PackedMoves()
     problems: list[UnusableInput] = []
     away: complex | None = None
     k = 0
@@ -103,7 +104,7 @@ def beside_contours(
             radius = radius_of(move) if move.beside[1] is None else move.beside[1]
             run = _Run(moves[k:last], radius, round_corners=round_corners, source=source)
             found, away = run.moved(away)
-            out += found
+            out.extend(found)
         except UnusableInput as error:
             problems.append(error)
         k = last

@@ -1,7 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +40,7 @@ class ReadProgram:
 
     source: str
     control: str
-    travels: tuple[ProgramMove, ...]
+    travels: Sequence[ProgramMove]
     stops: tuple[int, ...]
     rests: tuple[tuple[int, float], ...]
     notes: tuple[str, ...]
@@ -88,11 +88,15 @@ def program_text(path: Path) -> str:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
 
 
-def line_texts(text: str, *, source: str) -> dict[int, str]:
-    """Return what each line of a program says, without comment and number."""
+def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:
+    """Return what some lines of a program say, by number, without comment and number."""
     brackets = control_of(text, source=source) is not SINUMERIK
-    lines = numbered_lines(text, source=source, brackets=brackets)
-    return {line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split()) for line in lines}
+    lines = numbered_lines(text, source=source, brackets=brackets) if which else ()
+    return {
+        line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split())
+        for line in lines
+        if line.line in which
+    }
 
 
 def _no_blade(_tool: str | None) -> None:
@@ -170,7 +174,7 @@ def carried_out(
     if inch is None and not state.unit_said:
         state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(
-        source, written.name, tuple(moves), tuple(interpreter.stops),
+        source, written.name, moves, tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
 
