@@ -141,14 +141,15 @@ def worked(
     width: list[Array] = []
     kinds: dict[int, WorkKind] = {}
     called: dict[str | None, int] = {}
-    which: list[int] = []
+    which: list[tuple[int, int]] = []
     begun = work.volume_mm3(from_mm=float(at_mm.min()))
     threads_mm3 = 0.0
     for tool, some in _by_tool(moves, tools):
         found, wide, work = _MADE[tool.kind](some, work, tool, source, step_mm)
         rows += found
         width += wide
-        which += [called.setdefault(some[0].tool, len(called))] * sum(row.size for row in wide)
+        place = called.setdefault(some[0].tool, len(called))
+        which.append((place, sum(row.size for row in wide)))
         kinds |= {move.line: tool.kind for move in some}
         if tool.kind == "threading":
             threads_mm3 += sum(map(_thread_mm3, found, wide))
@@ -156,7 +157,7 @@ def worked(
     left = work.volume_mm3(from_mm=float(at_mm.min()))
     return Worked(
         steps, np.concatenate(width), kinds, begun - left + threads_mm3,
-        np.array(which, dtype=np.intp), tuple(called),
+        np.repeat(*np.array(which, dtype=np.intp).reshape(-1, 2).T), tuple(called),
     )  # fmt: skip
 
 

@@ -64,14 +64,15 @@ def feed_spans_mm(
     fed: Iterable[tuple[str | None, Mapping[str, float], Mapping[str, float]]],
 ) -> dict[str, float]:
     """Return how far feeds reach, by axis: the widest of what each tool's starts and ends span."""
-    places: dict[tuple[str | None, str], list[float]] = {}
+    reached: dict[tuple[str | None, str], tuple[float, float]] = {}
     for tool, *ends in fed:
         for place in ends:
             for axis, at in place.items():
-                places.setdefault((tool, axis), []).append(at)
+                low, high = reached.get((tool, axis), (at, at))
+                reached[tool, axis] = min(low, at), max(high, at)
     spans: dict[str, float] = {}
-    for (_, axis), some in places.items():
-        spans[axis] = max(spans.get(axis, 0.0), max(some) - min(some))
+    for (_, axis), (low, high) in reached.items():
+        spans[axis] = max(spans.get(axis, 0.0), high - low)
     return spans
 
 

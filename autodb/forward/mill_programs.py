@@ -4,7 +4,7 @@ The stock is a block; each step meets what those before have left, so that a cor
 the width that it has there. Lines that only go down are not predicted, and said; drills are.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -19,7 +19,6 @@ from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
     CalledLine,
     Followed,
-    feed_spans_mm,
     line_rows,
     lines_joined,
     part_begins,
@@ -27,6 +26,7 @@ from autodb.forward.line_parts import (
     step_conditions,
 )
 from autodb.nc.reading import line_texts
+from autodb.nc.reading.packed import PackedMoves
 from autodb.nc.reading.travels import ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 from autodb.pairs.engaged import (
@@ -65,7 +65,7 @@ def follow_mill(
         text, source=source, lathe=False, inch=inches, control=asked.control,
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
     )  # fmt: skip
-    tools = [_tool_of(travel, asked, source) for travel in done.travels]
+    tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))
     block = _block(asked, tools)
     cutters = {id(tool): _cutter(tool) for tool in tools}
     of_moves = [cutters[id(tool)] for tool in tools]
@@ -81,16 +81,21 @@ def follow_mill(
     return Followed(
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
         (*done.notes, *_said(plunged)),
-        feed_spans_mm(
-            (one.tool, _by_axis(one.start), _by_axis(one.end))
-            for one in done.travels
-            if one.feed is not None
-        ),
+        _spans_mm(done.travels),
     )  # fmt: skip
 
 
-def _by_axis(place: Iterable[float]) -> dict[str, float]:
-    return dict(zip("xyz", place, strict=True))
+def _spans_mm(travels: PackedMoves) -> dict[str, float]:
+    """Return how far feeds reach, by axis: the widest of what each tool's starts and ends span."""
+    feeds = travels.by_way(lambda travel: (travel.tool,) if travel.feed is not None else None)
+    tools = {one: k for k, one in enumerate(dict.fromkeys(filter(None, feeds)))}
+    which = np.array([-1 if one is None else tools[one] for one in feeds])
+    places = travels.ends_mm
+    spans = np.zeros(3)
+    for k in range(len(tools)):
+        its = places[which == k].reshape(-1, 3)
+        spans = np.maximum(spans, its.max(axis=0) - its.min(axis=0))
+    return dict(zip("xyz", spans.tolist(), strict=True))
 
 
 def _said(plunged: Sequence[int]) -> Iterator[str]:
@@ -142,28 +147,29 @@ def _refuse_beyond(
 ) -> None:
     """Raise UnusableInput where a feed a tooth or a depth is a slip of the unit."""
     most = MOST_CUT["end_mill"]
-    cutting = steps.removed_mm3 > 0
-    teeth = np.array([tool.teeth or 1 for tool in tools])[steps.move]
-    tooth = steps.feed_mm_min / (steps.speed_rpm * teeth)
-    beyond = np.flatnonzero(cutting & ((tooth > most["feed_mm_tooth"]) | (tooth < LEAST)))
+    teeth = np.fromiter((tool.teeth or 1 for tool in tools), np.intp, len(tools))
+    with np.errstate(invalid="ignore"):
+        tooth = steps.feed_of / (steps.speed_of * teeth)
+    wrong = (tooth > most["feed_mm_tooth"]) | (tooth < LEAST)
+    beyond = np.flatnonzero(wrong[steps.move] & (steps.removed_mm3 > 0))
     if beyond.size:
-        at = beyond[0]
+        at = steps.move[beyond[0]]
         raise UnusableInput(
-            f"{source}: line {travels[steps.move[at]].line}: a feed of {tooth[at]:g} mm a tooth is "
+            f"{source}: line {travels[at].line}: a feed of {tooth[at]:g} mm a tooth is "
             f"beyond any tool; use {LEAST:g} to {most['feed_mm_tooth']:g}"
         )
 
 
 def _lines(
     steps: MilledSteps,
-    travels: Sequence[ProgramMove],
+    travels: PackedMoves,
     tools: Sequence[ProgramTool],
     said: Callable[[Collection[int]], Mapping[int, str]],
 ) -> tuple[tuple[ProgramLine, ...], list[int]]:
     """Return the lines that cut, and those in which a mill only plunges."""
     names: dict[str | None, int] = {}
-    of_move = [names.setdefault(travel.tool, len(names)) for travel in travels]
-    number_of = np.fromiter((travel.line for travel in travels), np.intp, len(tools))
+    of_move = travels.by_way(lambda travel: names.setdefault(travel.tool, len(names)))
+    number_of = travels.line_numbers
     drills_in = np.fromiter((tool.kind == "drill" for tool in tools), np.bool_, len(tools))
     rows = np.flatnonzero(steps.removed_mm3 > 0)
     move = steps.move[rows]
@@ -190,9 +196,10 @@ def _line(
     tool = tools[int(steps.move[rows[0]])]
     columns = _columns(steps, rows, tool)
     begins = part_begins(np.column_stack(list(columns.values())))
-    time_s = np.add.reduceat(steps.time_s[rows], begins)
+    time_of = steps.time_s(rows)
+    time_s = np.add.reduceat(time_of, begins)
     means = {
-        channel: np.add.reduceat(values * steps.time_s[rows], begins) / time_s
+        channel: np.add.reduceat(values * time_of, begins) / time_s
         for channel, values in columns.items()
     }
     ends = np.append(begins[1:], len(rows))
@@ -225,10 +232,10 @@ def _numbers(tool: ProgramTool) -> Conditions:
 def _columns(steps: MilledSteps, rows: NDArray[np.intp], tool: ProgramTool) -> dict[str, Array]:
     """Return conditions of steps by channel of a cut table."""
     teeth = 1.0 if tool.kind == "drill" else float(tool.teeth or 1)
-    rpm = steps.speed_rpm[rows]
+    rpm = steps.speed_rpm(rows)
     depth = steps.depth_mm[rows]
     return {
-        FEED: steps.feed_mm_min[rows] / (rpm * teeth),
+        FEED: steps.feed_mm_min(rows) / (rpm * teeth),
         DIAMETER: np.full_like(depth, tool.diameter_mm or 0.0),
         DEPTH: depth
         if tool.kind != "drill"

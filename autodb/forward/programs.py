@@ -58,6 +58,8 @@ Array = NDArray[np.float64]
 MOST_CORE_MM = 6.0
 """Radius of a bar's last core up to which a turning tool may cut on the axis. Chosen: deeper than
 passes of roughing, thinner than bars that are drilled."""
+AT_ONCE = 20_000
+"""Steps whose operations are told at once. Chosen: as objects they take 2 MB."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
 
@@ -195,13 +197,16 @@ def _lines(
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     _refuse_drilling(done, source)
     names: dict[str, int] = {}
-    operations = [names.setdefault(one, len(names)) for one in _operations(found, cutting, arcs)]
+    operations = np.empty(len(cutting), dtype=np.intp)
+    for at in range(0, len(cutting), AT_ONCE):
+        some = _operations(found, cutting[at : at + AT_ONCE], arcs)
+        operations[at : at + AT_ONCE] = [names.setdefault(one, len(names)) for one in some]
     rows = line_rows(
-        cutting, done.line[cutting], np.array(operations, np.intp), found.tool[cutting],
+        cutting, done.line[cutting], operations, found.tool[cutting],
         operations=tuple(names), tools=found.called,
     )  # fmt: skip
-    for called, some in lines_joined(rows, said):
-        yield _line(found, some, called)
+    for called, its in lines_joined(rows, said):
+        yield _line(found, its, called)
 
 
 def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:

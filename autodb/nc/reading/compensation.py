@@ -76,12 +76,14 @@ class _Way:
 
 
 def beside_contours(
-    moves: Sequence[ProgramMove], radius_of: RadiusOf, *, round_corners: bool, source: str
+    moves: PackedMoves, radius_of: RadiusOf, *, round_corners: bool, source: str
 ) -> tuple[PackedMoves, list[UnusableInput]]:
     """Return moves of the centre, and what does not fit: a line for each.
 
     ``round_corners``: whether outer corners are gone around by an arc.
     """
+    if not moves.compensated:
+        return moves, []
     out = PackedMoves()
     problems: list[UnusableInput] = []
     away: complex | None = None

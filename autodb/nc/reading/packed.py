@@ -5,13 +5,20 @@ a few times over. As objects each takes 800 bytes, and 600 more for its move.
 """
 
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
-from typing import overload
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from struct import Struct
+from typing import TypeVar, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from autodb.nc.reading.blocks import Word, WrittenLine
 from autodb.nc.reading.paths import Feed, Speed
 from autodb.nc.reading.travels import Beside, Circle, ProgramMove, ToolPlace
 
+Said = TypeVar("Said")
+_PLACES = Struct("8d")
+"""Start, end and an arc's centre, as they lie in the numbers of a move."""
 _LINE, _WORD, _NUMBER = "\x1d", "\x1e", "\x1f"
 """Separators in a packed line (ASCII), which no text of a program has."""
 _SEPARATORS = frozenset({_LINE, _WORD, _NUMBER})
@@ -118,8 +125,31 @@ class PackedMoves(Sequence[ProgramMove]):
         """Give the moves in order."""
         return map(self._made, range(len(self)))
 
+    @property
+    def line_numbers(self) -> NDArray[np.int64]:
+        """The line of each move (m,)."""
+        return np.array(self._lines, dtype=np.int64)
+
+    @property
+    def ends_mm(self) -> NDArray[np.float64]:
+        """Start and end of each move (m, 6): x, y and z of both."""
+        return np.array(self._places, dtype=np.float64).reshape(-1, 8)[:, :6]
+
+    @property
+    def compensated(self) -> bool:
+        """Whether any move goes beside a contour."""
+        return any(way[5] is not None for way in self._kept)
+
+    def by_way(self, said: Callable[[ProgramMove], Said]) -> list[Said]:
+        """Return what is said of each move; asked once of those alike but for their places."""
+        known: dict[int, Said] = {}
+        for k, way in enumerate(self._ways):
+            if way not in known:
+                known[way] = said(self._made(k))
+        return [known[way] for way in self._ways]
+
     def _made(self, k: int) -> ProgramMove:
-        x0, y0, z0, x, y, z, u, v = self._places[8 * k : 8 * k + 8]
+        x0, y0, z0, x, y, z, u, v = _PLACES.unpack_from(self._places, k * _PLACES.size)
         feed, speed, tool, thread, corner, beside, turns = self._kept[self._ways[k]]
         circle = None if turns is None else Circle(turns[0], (u, v), turns[1], turns[2])
         return ProgramMove(

@@ -1,7 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
+from autodb.nc.reading.packed import PackedMoves
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
 from autodb.nc.reading.runner import Runner, Values
 from autodb.nc.reading.state import ProgramState
@@ -40,7 +41,7 @@ class ReadProgram:
 
     source: str
     control: str
-    travels: Sequence[ProgramMove]
+    travels: PackedMoves
     stops: tuple[int, ...]
     rests: tuple[tuple[int, float], ...]
     notes: tuple[str, ...]
@@ -129,7 +130,7 @@ def turning_program(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
         control=control, highest_rpm=highest_rpm, blade_of=blade_of,
     )  # fmt: skip
-    moves = tuple(_turned(travel) for travel in done.travels)
+    moves = tuple(_turned_moves(done.travels))
     beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
     return TurningProgram(source, moves, done.stops, done.notes, beside)
 
@@ -270,9 +271,19 @@ def _also(others: Sequence[str]) -> str:
     return f" (so in line {', '.join(lines)}{more})"
 
 
-def _turned(travel: ProgramMove) -> Move:
+def _turned_moves(travels: Iterable[ProgramMove]) -> Iterator[Move]:
+    """Yield moves in the plane of the spindle's axis; where one ends, the next begins."""
+    at: Point | None = None
+    for travel in travels:
+        start = _point(travel.start)
+        move = _turned(travel, at if start == at and at is not None else start)
+        at = move.end
+        yield move
+
+
+def _turned(travel: ProgramMove, start: Point) -> Move:
     """Return a move in the plane of the spindle's axis."""
-    start, end = _point(travel.start), _point(travel.end)
+    end = _point(travel.end)
     if travel.feed is None or travel.speed is None:
         return Rapid(start, end, travel.line, travel.tool)
     if travel.circle is None:
