@@ -61,3 +61,22 @@ def test_own_terms_that_one_turn_alone_tells_apart_undo_no_answer() -> None:
     assert answer.fit.heldout_after < 0.3 * answer.fit.heldout_before
     assert answer.missing[0].term == "inertia"
     assert answer.missing[0].confidence >= 0.9
+
+
+def test_of_laws_that_are_one_column_the_usual_one_is_likelier() -> None:
+    """Moves one way only: friction and a load are one constant, and every axis has friction."""
+    rng, t = np.random.default_rng(7), np.arange(0.0, 20.0, 0.01)
+    speed = 10.0 + 8.0 * np.sin(2.0 * np.pi * 0.2 * t)
+    simulated = 0.02 * speed
+    channels = {
+        "t": t,
+        "x.position": 0.01 * np.cumsum(speed),
+        "x.current": simulated + 1.5 + rng.normal(0.0, 0.05, len(t)),
+    }
+    recording = Recording(Path("recording.csv"), channels)
+    simulation = Recording(Path("simulation.csv"), {"t": t, "x.current": simulated})
+    (answer,) = explain(recording, simulation, includes=["viscous"]).explanation.channels.values()
+    (cause,) = answer.missing
+    assert cause.term == "coulomb"
+    assert cause.confidence == pytest.approx(2.0 / 3.0, abs=0.02)  # of odds 4 : 1 : 1
+    assert set(cause.alternatives) == {"asymmetry", "gravity"}
