@@ -30,7 +30,7 @@ READINGS = 3
 PARTS, IN_PARTS, FEWEST_ROWS = 8, 6, 200
 """Contiguous parts of a recording that are left out of a fit in turn, of how many each has to be
 predicted better with less of a motion, and rows that show it. Chosen."""
-TELLING = 0.02
+TELLING = 0.05
 """Share by which the error of parts left out falls where a halved cutoff takes off nothing but
 noise. Chosen on recordings of real axes."""
 AS_SIMULATED, NO_EFFORT_ABOVE = "as in the simulation", "no effort follows what is faster"
