@@ -14,8 +14,13 @@ from autodb.explain.axis.scales import AxisScales, axis_scales
 from autodb.explain.engine.fit import Folds
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records.tables import Recording
-from autodb.sensing.drives.feed_axis import axis_kind
-from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
+from autodb.sensing.drives.moves.motion import (
+    DROWNED,
+    axis_kind,
+    axis_motion,
+    protocol_of,
+    term_inputs,
+)
 from autodb.terms.channel import EVERY
 from autodb.terms.friction import since_reversal
 from autodb.terms.term import Factor, OutputChange

@@ -29,7 +29,7 @@ def _slow_axis(encoder_mm: float) -> tuple[Recording, Recording]:
     phase = 2.0 * np.pi * np.cumsum(faster_Hz) / RATE_HZ
     speed = 0.012 * np.tanh((SECONDS / 2.0 - t) / TURNING_S) + 0.006 * np.sin(phase)
     mass = MASS_A_S2_MM * np.gradient(speed, t)
-    way = cumulative_trapezoid(speed, t, initial=0.0)
+    way = cumulative_trapezoid(speed, t, initial=0)
     place = way + rng.normal(0.0, encoder_mm, len(t))
     friction = FRICTION_A * np.tanh(speed / 0.0005)
     effort = friction + mass + rng.normal(0.0, EFFORT_NOISE_A, len(t))
