@@ -142,7 +142,8 @@ class Block:
         bottom = shape.bottom_mm[part] + at_mm[2]
         if at_mm[2] < self.floor_mm:
             np.maximum(bottom, self.floor_mm, out=bottom)
-        above = np.maximum(window - bottom, 0.0)
+        above = np.subtract(window, bottom, out=bottom)
+        np.maximum(above, 0.0, out=above)
         volume = float(above.sum())
         if volume == 0.0:
             return 0.0, 0.0, 0.0
