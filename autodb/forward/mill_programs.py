@@ -26,8 +26,7 @@ from autodb.forward.line_parts import (
     step_conditions,
 )
 from autodb.nc.reading import line_texts
-from autodb.nc.reading.packed import PackedMoves
-from autodb.nc.reading.travels import ProgramMove
+from autodb.nc.reading.travels import PackedMoves, ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 from autodb.pairs.engaged import (
     BAND_HIGH,

@@ -5,12 +5,11 @@ from itertools import pairwise
 
 import pytest
 
-from autodb.nc.reading.blocks import WrittenLine, worded
+from autodb.nc.reading.blocks import PackedLines, WrittenLine, worded
 from autodb.nc.reading.flow import fanuc_instructions
 from autodb.nc.reading.instructions import Jump, RunLine
-from autodb.nc.reading.packed import PackedLines, PackedMoves
 from autodb.nc.reading.paths import CuttingSpeed, FeedPerMinute, PerRev, Revolutions
-from autodb.nc.reading.travels import Circle, ProgramMove, ToolPlace
+from autodb.nc.reading.travels import Circle, PackedMoves, ProgramMove, ToolPlace
 from autodb.nc.reading.turning_program import carried_out
 
 MOST_BYTES = 300

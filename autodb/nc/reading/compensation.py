@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 from math import sqrt, tau
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.packed import PackedMoves
-from autodb.nc.reading.travels import Circle, ProgramMove, ToolPlace
+from autodb.nc.reading.travels import Circle, PackedMoves, ProgramMove, ToolPlace
 
 RadiusOf = Callable[[ProgramMove], float]
 """What gives the distance of a move's centre from the contour where the program does not, mm."""

@@ -46,10 +46,10 @@ from autodb.nc.reading.frames import (
 )
 from autodb.nc.reading.motions import carry_out_motion, nothing_left, word_not_read
 from autodb.nc.reading.names import NAMES
-from autodb.nc.reading.packed import PackedMoves
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
 from autodb.nc.reading.targets import without
+from autodb.nc.reading.travels import PackedMoves
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(

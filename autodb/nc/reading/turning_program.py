@@ -14,11 +14,10 @@ from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
-from autodb.nc.reading.packed import PackedMoves
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
 from autodb.nc.reading.runner import Runner, Values
 from autodb.nc.reading.state import ProgramState
-from autodb.nc.reading.travels import ProgramMove, ToolPlace
+from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
 MOST_SAID = 40
 """Refused words that one message names; of more it says how many. Chosen."""
