@@ -45,6 +45,7 @@ API = "/api/v1"
 SENT = (
     f"POST {API}/machines/{{machine}}/recordings",
     f"POST {API}/machines/{{machine}}/predict/program",
+    f"POST {API}/machines/{{machine}}/stability",
 )
 LIFE = f"POST {API}/machines/{{machine}}/life"
 """Drawn jobs seldom are of a kind that it takes."""
@@ -185,10 +186,18 @@ def test_what_comes_of_files_that_are_sent_is_of_the_document(
             data={"job": json.dumps(job)},
             files={"program": ("part.nc", program)},
         )
-        importing = client.get(service.at + sent.headers["location"])
         cuts: Any = {**job, "program": None, "cut": [EXAMPLES]}
+        mode = (
+            b'[[mode]]\naxis = "x"\nfrequency_Hz = 603\ndamping_ratio = 0.04\nstiffness_N_m = 6e6'
+        )
+        stable = client.post(
+            f"{at}/stability",
+            data={"job": json.dumps(cuts)},
+            files={"dynamics": ("point.toml", mode)},
+        )
+        importing = client.get(service.at + sent.headers["location"])
         lasting = client.post(f"{at}/life", json=cuts, params={"limit": "force.z=900"})
-    answers = (sent, predicted, importing, lasting)
-    assert [one.status_code for one in answers] == [202, 200, 200, 200]
+    answers = (sent, predicted, stable, importing, lasting)
+    assert [one.status_code for one in answers] == [202, 200, 200, 200, 200]
     for label, answer in zip((*SENT, IMPORT, LIFE), answers, strict=True):
         service.operations[label].validate_response(answer)
