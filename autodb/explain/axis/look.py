@@ -238,13 +238,14 @@ def _own_columns(signals: AxisSignals) -> dict[str, Array]:
 def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
     """Return the errors of the simulation, and with all that was found, on all and other rows.
 
-    Two own terms that only the rows left out tell apart say nothing of these: as for plain rows, a
-    simulation's terms are off by a share of themselves.
+    Two own terms that only the rows left out tell apart say nothing of these: a simulation's terms
+    are off by a share of themselves, as for plain rows, or by what all rows show.
     """
     fitted, laws, bench = reading.fitted, reading.inquiry.laws, reading.bench
     sizes = fitted.values.copy()
     firm = [number for number in fitted.retuned if number < bench.firm]
-    sizes[: len(firm)] = OWN_SD * bench.own_sizes[firm]
+    shown = np.abs(fitted.values[: len(firm)])
+    sizes[: len(firm)] = np.maximum(OWN_SD * bench.own_sizes[firm], shown)
     before = trace.recording - trace.simulation
     return quality(
         before=before,
