@@ -159,7 +159,7 @@ def copied(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
     empty, make = request.getfixturevalue("empty_database"), store._make
 
     def copy(url: str) -> None:
-        if store.on_server(url) or (path := store.file_of(url)).exists() and path.stat().st_size:
+        if store.on_server(url) or ((path := store.file_of(url)).exists() and path.stat().st_size):
             make(url)
         else:
             path.write_bytes(empty)
