@@ -154,7 +154,7 @@ class Modelled:
 
         def found(values: Array) -> Array:
             moved = (values[1:] - values[0]).reshape(len(assumed), values[0].size)
-            return values[0] + (assumed @ moved).reshape(values.shape[1:])
+            return np.asarray(values[0] + (assumed @ moved).reshape(values.shape[1:]))
 
         expected = found(whole) * (1.0 + self._gains @ errors) + beside
         return Seen(found(worked.parts), found(worked.off), expected)
