@@ -53,7 +53,7 @@ def explain(
     else:
         found = _over_time(recording, simulation, shared, order, includes)
         for channel in effort_channels(list(found)):
-            notes += _derived(recording, axis_of(channel), found[channel][1].cutoff_hz)
+            notes += _derived(recording, axis_of(channel), found[channel][1])
             notes += _unseen(recording, axis_of(channel))
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
@@ -95,7 +95,7 @@ def _as_written(recording: Recording, simulation: Recording | CutTable, name: st
     return theirs.get(name) if same else None
 
 
-def _derived(recording: Recording, axis: str, cutoff_hz: float | None) -> list[str]:
+def _derived(recording: Recording, axis: str, trace: ChannelTrace) -> list[str]:
     """Say what of an axis' motion was derived, from what, and with which filter."""
     from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
 
@@ -105,8 +105,8 @@ def _derived(recording: Recording, axis: str, cutoff_hz: float | None) -> list[s
         return []
     source = place_channel(axis) if names[0] in missing else names[0]
     protocol = protocol_of(recording, axis, noise_share=DROWNED)
-    if cutoff_hz is not None and cutoff_hz < protocol.cutoff_hz:
-        protocol = replace(protocol, cutoff_hz=cutoff_hz, lowered=" (as in the simulation)")
+    if trace.cutoff_hz is not None and trace.lowered:
+        protocol = replace(protocol, cutoff_hz=trace.cutoff_hz, lowered=f" ({trace.lowered})")
     return [
         f"{' and '.join(missing)} derived from {source}: 4th-order Butterworth at "
         f"{protocol.cutoff_hz:g} Hz{protocol.lowered} forwards and backwards, central differences"

@@ -127,7 +127,8 @@ class ChannelTrace:
 
     ``close_up``: of a waveform, from when to when some turns are shown enlarged. ``takes``: the
     share of the squared error that each entry of ``missing`` takes away, in their order;
-    ``cutoff_hz``: of the filter that an axis' motion was derived with, where it was.
+    ``cutoff_hz``: of the filter that an axis' motion was derived with, where it was, and
+    ``lowered`` why it is lower than the recording alone asks for.
     """
 
     x_name: Literal["t", "cut"]
@@ -140,6 +141,7 @@ class ChannelTrace:
     close_up: tuple[float, float] | None = None
     takes: tuple[float, ...] = ()
     cutoff_hz: float | None = None
+    lowered: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.peers.real_methods METHOD GIVEN.npz OUT.npz`: one method, one case.
+"""`python -m benchmarks.peers.real_methods GIVEN.npz OUT.npz`: every method, one case.
 
 A method that names picks columns; boosted trees name nothing, and give their held-out error.
 Sources: FROLS, Billings, Chen, Korenberg 1989, Int. J. Control 49:2157 (SysIdentPy); STLSQ as in
@@ -70,14 +70,11 @@ def _held_out(columns: Array, error: Array) -> float:
     return float(np.sqrt(np.mean(left**2)))
 
 
-def main(method: str, given: Path, out: Path) -> None:
-    """Let a method answer a case and write what it picked, or its error."""
+def main(given: Path, out: Path) -> None:
+    """Let the methods answer a case and write what each picked, or its error."""
     case = RealGiven.load(given)
-    if method == "boosting":
-        np.savez(out, held_out=boosting(case))
-        return
-    np.savez(out, picked={"frols": frols, "sindy": sindy}[method](case))
+    np.savez(out, frols=frols(case), sindy=sindy(case), boosting=boosting(case))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

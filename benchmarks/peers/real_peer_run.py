@@ -1,7 +1,9 @@
-"""`python -m benchmarks.peers.real_peer_run --python PEERS/bin/python --runs N`: on real axes.
+"""`python -m benchmarks.peers.real_peer_run --python PEERS/bin/python --out FILE`: on real axes.
 
-The cases are the first N of `autodb prove real`, the columns those that decide which names are
-fair. A table is printed; the greedy search of that proof stands in it too.
+The cases are those of the first N of `autodb prove real` whose effect shows and has one name, and
+its nulls; the columns are those that decide which names are fair. FILE gets a line a case as JSON,
+and what is there is not asked again; a table is printed, in which the greedy search of that proof
+stands, too.
 """
 
 import argparse
@@ -9,19 +11,22 @@ import os
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from autodb.proofs.cases.real.held_out import fitted_sizes, held_out
 from autodb.proofs.cases.real.real_case import RealCase
-from autodb.proofs.cases.real.real_cases import real_plan
+from autodb.proofs.cases.real.real_cases import made_case
 from autodb.proofs.cases.real.real_columns import REAL_TERMS, columns_of
 from autodb.proofs.runs.found import TextTable, piped
 from autodb.proofs.runs.real.real_peers import PEERS, PeerAnswer, greedy
-from autodb.proofs.runs.real.real_rows import PEER_HEADS, peer_group
-from autodb.proofs.runs.real.real_score import JudgedReal, PeerScore, peer_score, unjudged
+from autodb.proofs.runs.real.real_rows import PEER_HEADS, PeerGroup, peer_group
+from autodb.proofs.runs.real.real_run import planned
+from autodb.proofs.runs.real.real_score import JudgedReal, PeerScore, peer_score
 from benchmarks.peers.real_given import RealGiven
 
 METHODS = {
@@ -30,6 +35,19 @@ METHODS = {
 }  # fmt: skip
 """Methods by the name that a table has; the last one names nothing."""
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+RUNS = 1000
+
+
+@dataclass(frozen=True)
+class JudgedPeers:
+    """A case by its place in the proof's plan; nothing is judged where it is not asked about."""
+
+    seed: int
+    null: bool
+    peers: dict[str, PeerScore]
+
+
+JUDGED = TypeAdapter(JudgedPeers)
 
 
 def given_of(case: RealCase) -> RealGiven:
@@ -50,19 +68,22 @@ def given_of(case: RealCase) -> RealGiven:
     return RealGiven(tuple(name for name, _ in found), columns, own, error, inputs)
 
 
-def answered_by(method: str, given: RealGiven, python: str) -> PeerAnswer:
-    """Let a method answer in a process of its own: its names, fitted beside the own columns."""
+def answers(given: RealGiven, python: str) -> dict[str, PeerAnswer]:
+    """Let the methods answer in a process of their own: their names, beside the own columns."""
     with tempfile.TemporaryDirectory() as folder:
         asked, said = Path(folder, "given.npz"), Path(folder, "said.npz")
         given.save(asked)
         subprocess.run(
-            [python, "-m", "benchmarks.peers.real_methods", method, str(asked), str(said)],
-            env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")}, check=True,
+            [python, "-m", "benchmarks.peers.real_methods", str(asked), str(said)],
+            env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")}, capture_output=True, check=True,
         )  # fmt: skip
         with np.load(said) as held:
-            if "held_out" in held:
-                return PeerAnswer({}, float(held["held_out"]))
-            return fitted_answer(given, held["picked"].tolist())
+            return {
+                name: PeerAnswer({}, float(held[method]))
+                if method == "boosting"
+                else fitted_answer(given, held[method].tolist())
+                for name, method in METHODS.items()
+            }
 
 
 def fitted_answer(given: RealGiven, picked: Sequence[int]) -> PeerAnswer:
@@ -78,27 +99,48 @@ def fitted_answer(given: RealGiven, picked: Sequence[int]) -> PeerAnswer:
     return PeerAnswer(peaks, held_out(both, given.error).rms)
 
 
-def judged_peers(case: RealCase, python: str) -> JudgedReal:
-    """Return a case with the score of every method."""
-    given, scores = given_of(case), dict[str, PeerScore]()
-    for name, terms in PEERS.items():
-        scores[name] = peer_score(case, greedy(case, terms))
-    for name, method in METHODS.items():
-        scores[name] = peer_score(case, answered_by(method, given, python))
-    return replace(unjudged(case, case.axis.name), peers=scores)
+def judged_peers(seed: int, python: str) -> JudgedPeers:
+    """Return a case with the score of every method; nothing of one that nobody can decide."""
+    case = made_case(planned(seed))
+    null = case.concealed is None
+    if not case.seen or not (null or case.decidable):
+        return JudgedPeers(seed, null, {})
+    found = {name: greedy(case, terms) for name, terms in PEERS.items()}
+    found |= answers(given_of(case), python)
+    return JudgedPeers(seed, null, {name: peer_score(case, one) for name, one in found.items()})
+
+
+def groups(judged: Sequence[JudgedPeers]) -> list[PeerGroup]:
+    """Return how each method did."""
+    case = JudgedReal("", "", "", "", "", "", "", seen=True, decidable=True)
+    asked = [(one.null, replace(case, peers=one.peers)) for one in judged if one.peers]
+    clear, nulls = ([one for null, one in asked if null is wanted] for wanted in (False, True))
+    return [peer_group(name, clear, nulls) for name in (*PEERS, *METHODS)]
+
+
+def kept(path: Path) -> list[JudgedPeers]:
+    """Return what a file holds; the last line may be cut off."""
+    lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+    return [JUDGED.validate_json(line) for line in lines if line.endswith(b"\n")]
 
 
 def main() -> None:
-    """Ask every method about the first cases and print the table."""
+    """Ask every method about what is missing and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", required=True, help="interpreter with the methods' packages")
-    parser.add_argument("--runs", type=int, default=60)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--runs", type=int, default=RUNS)
+    parser.add_argument("--workers", type=int, choices=(1, 2), default=1)
     given = parser.parse_args()
-    seen = [case for case in real_plan(given.runs) if case.seen]
-    every = [judged_peers(case, given.python) for case in seen]
-    clear = [one for one in every if not one.null and one.decidable]
-    nulls = [one for one in every if one.null]
-    rows = tuple(peer_group(name, clear, nulls).cells() for name in (*PEERS, *METHODS))
+    done = kept(given.out)
+    given.out.write_bytes(b"".join(JUDGED.dump_json(one) + b"\n" for one in done))
+    missing = sorted(set(range(1, given.runs + 1)) - {one.seed for one in done})
+    with ThreadPoolExecutor(given.workers) as pool, given.out.open("ab") as file:
+        for one in pool.map(lambda seed: judged_peers(seed, given.python), missing):
+            file.write(JUDGED.dump_json(one) + b"\n")
+            file.flush()
+            done.append(one)
+    rows = tuple(one.cells() for one in groups(done))
     print(piped(TextTable("", PEER_HEADS, rows)), end="")
 
 

@@ -58,4 +58,4 @@ def test_an_explanation_of_an_axis_loads_no_other_kind_of_recording(tmp_path: Pa
     )
     for room in ("agent", "store", "pairs", "forward", "explain.cuts", "explain.waves"):
         assert f"autodb.{room}" not in names
-    assert own <= 180
+    assert own <= 160

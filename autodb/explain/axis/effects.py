@@ -10,7 +10,7 @@ from autodb.explain.axis import sensors_of_axis as sensors
 from autodb.explain.axis.from_term import candidates_from_term
 from autodb.explain.axis.signals import AxisSignals, acting_terms
 from autodb.explain.engine.candidates import UNKNOWN, Candidate
-from autodb.sensing.drives.feed_axis import axis_kind
+from autodb.sensing.drives.moves.motion import axis_kind
 from autodb.terms.vocabulary import terms_on
 
 OTHER_SHAPE = "in another shape"

@@ -32,6 +32,9 @@ DIP = 0.25
 Chosen: where friction only bends upwards the likeliest dip falls by none or an eighth, most true
 ones by a quarter to all of it.
 """
+OF_EVERY_AXIS = 4.0
+"""Dry friction is on every axis, a load on one of some: odds of the two where moves are one way
+only, so that both are one constant. Chosen."""
 STEADY = 0.98
 """Share of the most dry friction from which on a row turns over no more. Chosen."""
 PARTS = 20
@@ -57,7 +60,7 @@ def coulomb_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "coulomb", "coulomb", tuple(forms), (s.channel("direction"),),
         detail=lambda: around_standstill(s),
-        loose=lambda: around_standstill(s), static=True,
+        loose=lambda: around_standstill(s), static=True, usual=OF_EVERY_AXIS,
     )  # fmt: skip
 
 

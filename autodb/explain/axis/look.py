@@ -34,6 +34,7 @@ from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import columns_side_by_side
+from autodb.explain.engine.plain import OWN_SD
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
@@ -96,6 +97,7 @@ def explain_axis(
             signals.channel("velocity"): signals.velocity,
         },
         cutoff_hz=signals.cutoff_hz,
+        lowered=signals.lowered,
     )
     difference = measured - simulation
     if rms(difference) <= SAME * max(rms(measured), rms(simulation)):
@@ -234,8 +236,15 @@ def _own_columns(signals: AxisSignals) -> dict[str, Array]:
 
 
 def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
-    """Return the errors of the simulation, and with all that was found, on all and other rows."""
-    fitted, laws = reading.fitted, reading.inquiry.laws
+    """Return the errors of the simulation, and with all that was found, on all and other rows.
+
+    Two own terms that only the rows left out tell apart say nothing of these: as for plain rows, a
+    simulation's terms are off by a share of themselves.
+    """
+    fitted, laws, bench = reading.fitted, reading.inquiry.laws, reading.bench
+    sizes = fitted.values.copy()
+    firm = [number for number in fitted.retuned if number < bench.firm]
+    sizes[: len(firm)] = OWN_SD * bench.own_sizes[firm]
     before = trace.recording - trace.simulation
     return quality(
         before=before,
@@ -243,9 +252,8 @@ def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
         columns=columns_side_by_side(
             np.empty((len(before), 0)), *(law.columns for law in laws), fitted.design
         ),
-        values=np.concatenate([*(law.coefficients for law in laws), fitted.values]),
-        free=sum(law.columns.shape[1] for law in laws)
-        + sum(number < reading.bench.firm for number in fitted.retuned),
+        values=np.concatenate([*(law.coefficients for law in laws), sizes]),
+        free=sum(law.columns.shape[1] for law in laws),
         gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
     )
 

@@ -11,10 +11,16 @@ from numpy.typing import NDArray
 from autodb.explain.axis.included import included_parts, ripples_over_position
 from autodb.explain.axis.read_off import READ_OFF, OwnTerms, own_terms, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
+from autodb.explain.engine.fit import Folds
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records.tables import Recording
-from autodb.sensing.drives.feed_axis import axis_kind
-from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of, term_inputs
+from autodb.sensing.drives.moves.motion import (
+    DROWNED,
+    axis_kind,
+    axis_motion,
+    protocol_of,
+    term_inputs,
+)
 from autodb.terms.channel import EVERY
 from autodb.terms.friction import since_reversal
 from autodb.terms.term import Factor, OutputChange
@@ -26,6 +32,14 @@ OWN_PART = 0.005
 """A known part that is less than this share of the simulation is none."""
 READINGS = 3
 """Of a simulation's ripples: beside its terms in the recording's motion, then in its own."""
+PARTS, IN_PARTS, FEWEST_ROWS = 8, 6, 200
+"""Contiguous parts of a recording that are left out of a fit in turn, of how many each has to be
+predicted better with less of a motion, and rows that show it. Chosen."""
+TELLING = 0.05
+"""Share by which the error of parts left out falls where a halved cutoff takes off nothing but
+noise. Chosen on recordings of real axes."""
+AS_SIMULATED, NO_EFFORT_ABOVE = "as in the simulation", "no effort follows what is faster"
+"""Why motion is derived with a lower cutoff than its own noise asks for."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
 
 
@@ -58,8 +72,9 @@ class AxisSignals:
     ``found``: what each effect adds that was found, by term ·
     ``stated``: columns of terms that the simulation is said to have, however little of them it has
     · ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
-    ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with: the
-    simulation's, where that is lower · ``blur_s``: time over which a derived velocity is a mean.
+    ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with, and
+    ``lowered`` why it is lower than the recording alone asks for ·
+    ``blur_s``: time over which a derived velocity is a mean.
     """
 
     axis: str
@@ -86,6 +101,7 @@ class AxisSignals:
     stated: Mapping[str, Array] = field(default_factory=dict)
     shaped: frozenset[str] = frozenset()
     cutoff_hz: float = float("inf")
+    lowered: str = ""
     blur_s: float = 0.0
 
     @property
@@ -172,9 +188,13 @@ def axis_signals(
     further, shaped, read = _read_terms(
         simulation, inputs, recording, channel, parts=parts, includes=includes
     )
-    if read.cutoff_hz < cutoff_hz:
-        cutoff_hz = read.cutoff_hz
+    own_hz, lowered = cutoff_hz, ""
+    if read.cutoff_hz < own_hz:
+        cutoff_hz, lowered = read.cutoff_hz, AS_SIMULATED
         inputs = term_inputs(recording, axis, cutoff_hz=cutoff_hz, own_speeds=True)
+    else:
+        cutoff_hz, inputs = _telling_motion(simulation, recording, channel, cutoff_hz, inputs)
+        lowered = NO_EFFORT_ABOVE if cutoff_hz < own_hz else ""
     sense = read.sense if "coulomb" in read.had else inputs["direction"]
     own, had = read.columns | further, read.had | dict.fromkeys(further, 1.0)
     rotary = axis in ROTARY_AXES
@@ -203,8 +223,44 @@ def axis_signals(
         stated={name: stated[name] for name in READ_OFF & set(includes or ())},
         shaped=shaped,
         cutoff_hz=cutoff_hz,
+        lowered=lowered,
         blur_s=0.0 if f"{axis}.velocity" in recording else 0.5 / cutoff_hz,
     )
+
+
+def _telling_motion(
+    simulation: Array,
+    recording: Recording,
+    channel: str,
+    cutoff_hz: float,
+    inputs: dict[str, Array],
+) -> tuple[float, dict[str, Array]]:
+    """Return the cutoff to derive motion with, and what the terms take, (n,) each.
+
+    What a filter lets through above the machine's own motion is noise of its encoder, and no force
+    follows it: the cutoff is halved for as long as friction, mass and load of the motion below
+    predict the difference clearly better in blocks left out of their fit. A simulation that was
+    computed with a filtered motion has its cutoff from that.
+    """
+    difference, axis = recording[channel] - simulation, axis_of(channel)
+
+    def squares(motion: Mapping[str, Array]) -> Array:
+        laws = own_terms(motion["direction"], motion, rotary=axis in ROTARY_AXES) | {
+            "position": motion["position"] - motion["position"].mean()
+        }
+        columns = np.column_stack([difference, simulation, *laws.values()])
+        every = np.arange(1, columns.shape[1])
+        return Folds(columns, 0, blocks=PARTS, folds=PARTS).by_fold(every, np.zeros(len(every)))
+
+    told = squares(inputs)
+    while len(difference) >= FEWEST_ROWS:
+        lower = term_inputs(recording, axis, cutoff_hz=cutoff_hz / 2.0, own_speeds=True)
+        then = squares(lower)
+        in_parts = int(np.sum(then < told))
+        if then.sum() > (1.0 - TELLING) ** 2 * told.sum() or in_parts < IN_PARTS:
+            break
+        cutoff_hz, inputs, told = cutoff_hz / 2.0, lower, then
+    return cutoff_hz, inputs
 
 
 def _read_terms(

@@ -81,7 +81,8 @@ class Candidate:
     plain rows must hold one beside it: there is no dip of a friction that is not there.
     ``part_of``: what it has to show together with others. ``first``:
     it changes all that is recorded in a way that no static law looks like. ``coarse``: its forms
-    stand far apart, and are tuned before more is looked for.
+    stand far apart, and are tuned before more is looked for. ``usual``: how many times as many
+    machines have it as have another; it decides where nothing recorded does.
     """
 
     key: str
@@ -102,6 +103,7 @@ class Candidate:
     part_of: PartOfLaw | None = None
     first: bool = False
     coarse: bool = False
+    usual: float = 1.0
 
     @property
     def known_as(self) -> str:

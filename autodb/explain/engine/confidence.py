@@ -107,7 +107,8 @@ def of_plain(
     The best of more forms does well by chance so many times more often. What acts on an effect, and
     was built on it, is none of its rivals: it holds it.
     A rival that explains something else, or nothing, is none: without it the odds are better, but
-    no name is surer than UNSURE that does not stand beside them all.
+    no name is surer than UNSURE that does not stand beside them all. Between two laws of one column
+    nothing decides but which is more usual.
     """
     like = choice.candidate
     if like.static:
@@ -133,7 +134,10 @@ def of_plain(
         fall = _fall(offer[0] * (1.0 + richer) ** 2 + off - whole, ranks=like.static)
         more = offer[1].shape.tries / choice.shape.tries
         fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
-        holds_it = richer > 0.0 and rows.own_share([*others, offer[1], choice]) <= ALONE
+        alike = like.static and rows.own_share([*others, offer[1], choice]) <= ALONE
+        if alike and candidate.static and not richer:
+            fall = max(fall, 0.0) + 2.0 * TEMPER * float(np.log(like.usual / candidate.usual))
+        holds_it = richer > 0.0 and alike
         if like.static and (holds_it or not candidate.static):
             fall = max(fall, 0.0) + RARE
         if fall < by_name.get(candidate.term, np.inf):

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput, near
-from autodb.files.channels import ROTARY_AXES
 from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
@@ -26,7 +25,7 @@ from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.linearised import linearised, shaped
 from autodb.sensing.drives.fit.ripples import Ripple, strongest_ripple
 from autodb.sensing.drives.fit.steady import friction_deviation
-from autodb.sensing.drives.moves.motion import SPINDLE, protocol_of, term_inputs
+from autodb.sensing.drives.moves.motion import axis_kind, protocol_of, term_inputs
 from autodb.sensing.drives.moves.passes import is_sweep
 from autodb.sensing.drives.moves.prepared import Prepared, prepared
 from autodb.sensing.drives.moves.protocol import (
@@ -157,11 +156,6 @@ def _begun(
         if protocol is None:
             rows = rows.by(_fine_enough(rows, found.period))
     return _Begun(rows, parts, found)
-
-
-def axis_kind(axis: str) -> Channel:
-    """Return which terms an axis' effort may have."""
-    return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
 
 
 def default_terms(kind: Channel) -> tuple[str, ...]:

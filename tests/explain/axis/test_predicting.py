@@ -1,10 +1,15 @@
 """What a correction takes has to predict rows that its fit did not see."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+from autodb.explain import explain
 from autodb.proofs.cases.real.real_case import RealSpec
 from autodb.proofs.cases.real.real_cases import made_case
 from autodb.proofs.runs.real.real_answers import explained_real
+from autodb.records.tables import Recording
 from tests.conftest import shared
 
 
@@ -35,3 +40,43 @@ def test_what_an_own_term_would_have_to_double_for_is_counted_to_the_effect(
     case = made_case(RealSpec("injected", "odrive-beside-fed", "asymmetry", "weak", "exact"))
     (uneven,) = [one for one in explained_real(case).entries if one.term == "asymmetry"]
     assert uneven.size == pytest.approx(case.true_size, rel=0.1)
+
+
+def test_own_terms_that_one_turn_alone_tells_apart_undo_no_answer() -> None:
+    """A simulation's friction, read off it, is the simulation but for its only turn: without that
+    stretch both are one column, and their free fit to the others was 130 times off there, so that
+    nothing was said of a mass that is 93 % of the squares."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 1500.0, 0.4)
+    sense, phase = np.where(t < 750.0, 1.0, -1.0), 2.0 * np.pi * 0.1 * t
+    way = 0.4 * np.cumsum(0.012 * sense + 0.006 * np.sin(phase))
+    mass, friction = 26.0 * 0.006 * 2.0 * np.pi * 0.1 * np.cos(phase), 0.05 * sense
+    channels = {
+        "t": t,
+        "x.position": way + rng.normal(0.0, 2e-4, len(t)),
+        "x.current": friction + mass + rng.normal(0.0, 0.01, len(t)),
+    }
+    recording = Recording(Path("recording.csv"), channels)
+    simulation = Recording(Path("simulation.csv"), {"t": t, "x.current": friction})
+    (answer,) = explain(recording, simulation, includes=["coulomb"]).explanation.channels.values()
+    assert answer.fit.heldout_after < 0.3 * answer.fit.heldout_before
+    assert answer.missing[0].term == "inertia"
+    assert answer.missing[0].confidence >= 0.9
+
+
+def test_of_laws_that_are_one_column_the_usual_one_is_likelier() -> None:
+    """Moves one way only: friction and a load are one constant, and every axis has friction."""
+    rng, t = np.random.default_rng(7), np.arange(0.0, 20.0, 0.01)
+    speed = 10.0 + 8.0 * np.sin(2.0 * np.pi * 0.2 * t)
+    simulated = 0.02 * speed
+    channels = {
+        "t": t,
+        "x.position": 0.01 * np.cumsum(speed),
+        "x.current": simulated + 1.5 + rng.normal(0.0, 0.05, len(t)),
+    }
+    recording = Recording(Path("recording.csv"), channels)
+    simulation = Recording(Path("simulation.csv"), {"t": t, "x.current": simulated})
+    (answer,) = explain(recording, simulation, includes=["viscous"]).explanation.channels.values()
+    (cause,) = answer.missing
+    assert cause.term == "coulomb"
+    assert cause.confidence == pytest.approx(2.0 / 3.0, abs=0.02)  # of odds 4 : 1 : 1
+    assert set(cause.alternatives) == {"asymmetry", "gravity"}

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.files.channels import LINEAR_AXES, place_channel
+from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, place_channel
 from autodb.fitting.linear import spread
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal
+from autodb.terms.term import Channel
 
 Array = NDArray[np.float64]
 
@@ -226,6 +227,11 @@ def term_inputs(
         "direction": moved.direction,
         **others,
     }
+
+
+def axis_kind(axis: str) -> Channel:
+    """Return which terms an axis' effort may have."""
+    return "spindle" if axis == SPINDLE else "rotary" if axis in ROTARY_AXES else "axis"
 
 
 def spindle_inputs(recording: Recording, spindle: str, *, cutoff_hz: float) -> dict[str, Array]:
