@@ -36,7 +36,7 @@ from tests.helpers.serving import served
 
 TIMES = int(os.environ.get("AUTODB_CONTRACT", "1"))
 REQUESTS = 2
-"""Requests of an operation, of each of two kinds, in every run; one of what is not allowed."""
+"""Requests of an operation, of each of three kinds."""
 NAMES = (
     "not_a_server_error", "status_code_conformance", "content_type_conformance",
     "response_schema_conformance", "response_headers_conformance",
@@ -45,6 +45,7 @@ API = "/api/v1"
 SENT = (
     f"POST {API}/machines/{{machine}}/recordings",
     f"POST {API}/machines/{{machine}}/predict/program",
+    f"POST {API}/machines/{{machine}}/stability",
 )
 LIFE = f"POST {API}/machines/{{machine}}/life"
 """Drawn jobs seldom are of a kind that it takes."""
@@ -107,24 +108,24 @@ LAST = ("POST /api/v1/machines/{machine}/recordings/{number}/withdraw",)
 
 def _strategies(operation: Any, known: dict[str, str]) -> Iterator[Any]:
     """Give what an operation may be asked: anything, and of what is known."""
+    yield operation.as_strategy(GenerationMode.POSITIVE)
     there = {"machine": "lathe-0", "number": 1, "kind": "parameters", "name": known["tool"]}
     path = {one: value for one, value in there.items() if f"{{{one}}}" in operation.path}
     asked = {one.name for one in operation.query}
     about = {one: known[one] for one in ("material", "tool") if one in asked}
     query = about | {one: value for one, value in EXAMPLES.items() if one in asked}
-    yield operation.as_strategy(GenerationMode.POSITIVE)
     if path:
         yield operation.as_strategy(
             GenerationMode.POSITIVE, path_parameters=path, query=query or None
         )
 
 
-def _asked(service: Served, strategy: Any, wrong: list[str], often: int) -> set[int]:
+def _asked(service: Served, strategy: Any, wrong: list[str]) -> set[int]:
     """Ask what a strategy gives; note what is wrong with answers, and return their statuses."""
     checks, statuses = [CHECKS.get_one(name) for name in NAMES], set()
 
     @settings(
-        max_examples=often * TIMES,
+        max_examples=REQUESTS * TIMES,
         derandomize=TIMES == 1,
         deadline=None,
         database=None,
@@ -147,7 +148,7 @@ def _asked(service: Served, strategy: Any, wrong: list[str], often: int) -> set[
 def _asked_wrongly(service: Served, operation: Any, wrong: list[str]) -> set[int]:
     """Ask what is not allowed; nothing where nothing can be said wrongly: a name is any text."""
     try:
-        return _asked(service, operation.as_strategy(GenerationMode.NEGATIVE), wrong, 1)
+        return _asked(service, operation.as_strategy(GenerationMode.NEGATIVE), wrong)
     except Unsatisfiable:
         return set()
 
@@ -159,8 +160,7 @@ def test_every_answer_is_one_of_the_document(service: Served, known: dict[str, s
     without = set()
     # what is withdrawn takes what others ask for with it
     for operation in sorted(service.operations.values(), key=lambda one: one.label in LAST):
-        asked = _strategies(operation, known)
-        statuses = [_asked(service, one, wrong, REQUESTS) for one in asked]
+        statuses = [_asked(service, one, wrong) for one in _strategies(operation, known)]
         _asked_wrongly(service, operation, wrong)
         if not any(status < 300 for some in statuses for status in some):
             without.add(operation.label)
@@ -186,10 +186,18 @@ def test_what_comes_of_files_that_are_sent_is_of_the_document(
             data={"job": json.dumps(job)},
             files={"program": ("part.nc", program)},
         )
-        importing = client.get(service.at + sent.headers["location"])
         cuts: Any = {**job, "program": None, "cut": [EXAMPLES]}
+        mode = (
+            b'[[mode]]\naxis = "x"\nfrequency_Hz = 603\ndamping_ratio = 0.04\nstiffness_N_m = 6e6'
+        )
+        stable = client.post(
+            f"{at}/stability",
+            data={"job": json.dumps(cuts)},
+            files={"dynamics": ("point.toml", mode)},
+        )
+        importing = client.get(service.at + sent.headers["location"])
         lasting = client.post(f"{at}/life", json=cuts, params={"limit": "force.z=900"})
-    answers = (sent, predicted, importing, lasting)
-    assert [one.status_code for one in answers] == [202, 200, 200, 200]
+    answers = (sent, predicted, stable, importing, lasting)
+    assert [one.status_code for one in answers] == [202, 200, 200, 200, 200]
     for label, answer in zip((*SENT, IMPORT, LIFE), answers, strict=True):
         service.operations[label].validate_response(answer)
