@@ -111,7 +111,7 @@ autodb reconstruct cut.csv --moves air.csv --page load.html
 autodb inspect part.toml
 autodb inspect part.toml --machine lathe-1 --recording cuts.csv --cut 3
 autodb life job.toml
-autodb life job.toml --machine lathe-1 --limit torque.spindle=40 --sure 90
+autodb life rough.toml finish.toml --machine lathe-1 --limit torque.spindle=40 --sure 90
 autodb stability job.toml --dynamics tool-point.toml
 autodb stability job.toml --dynamics receptance.csv --machine mill-2 --plot lobes.html
 autodb plan job.toml

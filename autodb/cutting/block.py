@@ -8,9 +8,9 @@ way is the volume removed. Undercuts are not in a height. Source: geometry, deri
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import chain, pairwise
-from math import atan2, degrees, hypot
+from math import atan2, ceil, degrees, hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ RUBS = 0.02
 Chosen: twice what cells of a sixtieth leave around its rim."""
 FEW = 8
 """Steps of a straight move up to which plain numbers are faster than arrays. Measured."""
+AT_ONCE = 50_000
+"""Numbers of steps that wait for their place in the table. Chosen: 400 kB."""
 ROUNDING = 0.05
 """By what share of a step a move may be longer than its steps."""
 ALONG = 20
@@ -65,19 +67,32 @@ class MilledSteps:
 
     ``low_mm`` and ``high_mm``: the band across the feed, as of ``endmill.Milled``; ``depth_mm``
     over it; ``direction_deg`` of the feed in the plane, ``plunge``: how much of it goes down, 0 to
-    1; ``move``: which of the moves.
+    1; ``move``: which of the moves. Of a step of each move (m,): ``time_s_of``, ``feed_of`` mm/min
+    and ``speed_of`` rpm, 0 of rapids.
     """
 
-    time_s: Array
-    feed_mm_min: Array
-    speed_rpm: Array
+    time_s_of: Array
+    feed_of: Array
+    speed_of: Array
     depth_mm: Array
     low_mm: Array
     high_mm: Array
     direction_deg: Array
     plunge: Array
     removed_mm3: Array
-    move: NDArray[np.int_]
+    move: NDArray[np.int32]
+
+    def time_s(self, rows: NDArray[np.intp]) -> Array:
+        """Return how long steps take, s."""
+        return np.asarray(self.time_s_of[self.move[rows]])
+
+    def feed_mm_min(self, rows: NDArray[np.intp]) -> Array:
+        """Return the feed of steps, mm/min."""
+        return np.asarray(self.feed_of[self.move[rows]])
+
+    def speed_rpm(self, rows: NDArray[np.intp]) -> Array:
+        """Return the spindle speed of steps, rpm."""
+        return np.asarray(self.speed_of[self.move[rows]])
 
 
 @dataclass(frozen=True)
@@ -127,7 +142,8 @@ class Block:
         bottom = shape.bottom_mm[part] + at_mm[2]
         if at_mm[2] < self.floor_mm:
             np.maximum(bottom, self.floor_mm, out=bottom)
-        above = np.maximum(window - bottom, 0.0)
+        above = np.subtract(window, bottom, out=bottom)
+        np.maximum(above, 0.0, out=above)
         volume = float(above.sum())
         if volume == 0.0:
             return 0.0, 0.0, 0.0
@@ -172,39 +188,73 @@ def milled(
 
     Raises UnusableInput naming ``source`` and the line of a rapid through the stock.
     """
-    cells = array("d")
-    for k, (travel, cutter) in enumerate(zip(travels, cutters, strict=True)):
-        rows = _steps(travel, block, cutter, k)
-        if travel.feed is None and _collides(travel, cutter, rows):
-            raise UnusableInput(
-                f"{source}: line {travel.line}: this rapid goes through the stock; go around it or "
-                "use a feed"
-            )
-        if travel.feed is not None:
-            cells.extend(chain.from_iterable(rows))
-    found = np.frombuffer(cells, dtype=np.float64).reshape(-1, len(fields(MilledSteps))).T
-    time_s, feed, rpm, depth, low, high, direction, plunge, removed, move = found
-    return MilledSteps(
-        time_s, feed, rpm, depth, low, high, direction, plunge, removed, move.astype(int)
+    counts = np.array(
+        [
+            0 if travel.feed is None else _count(travel, block, cutter)
+            for travel, cutter in zip(travels, cutters, strict=True)
+        ],
+        dtype=np.int64,
     )
+    of_moves, cells = np.zeros((3, len(counts))), np.empty((6, int(counts.sum())))
+    at, rows_then = 0, array("d")
+    for k, (travel, cutter) in enumerate(zip(travels, cutters, strict=True)):
+        count = _count(travel, block, cutter)
+        rows = _steps(travel, block, cutter, count)
+        if travel.feed is None:
+            if _collides(travel, cutter, rows):
+                raise UnusableInput(
+                    f"{source}: line {travel.line}: this rapid goes through the stock; go around "
+                    "it or use a feed"
+                )
+            continue
+        of_moves[:, k] = _of_step(travel, count)
+        rows_then.extend(chain.from_iterable(rows))
+        if len(rows_then) >= AT_ONCE:
+            at = _put(cells, at, rows_then)
+            rows_then = array("d")
+    _put(cells, at, rows_then)
+    move = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    time_s, feed, rpm = of_moves
+    depth, low, high, direction, plunge, removed = cells
+    return MilledSteps(time_s, feed, rpm, depth, low, high, direction, plunge, removed, move)
+
+
+def _put(cells: Array, at: int, rows: "array[float]") -> int:
+    """Put rows of steps into columns from a place on, and return where the next ones go."""
+    found = np.frombuffer(rows, dtype=np.float64).reshape(-1, len(cells))
+    cells[:, at : at + len(found)] = found.T
+    return at + len(found)
 
 
 def _collides(travel: ProgramMove, cutter: Cutter, rows: Sequence[tuple[float, ...]]) -> bool:
     """Return whether a rapid takes off more than what the grid leaves at walls and in steps."""
     area_mm2 = 0.25 * np.pi * cutter.diameter_mm**2
     leaves_mm3 = 0.01 + RUBS * area_mm2 * travel.length_mm / len(rows)
-    return any(row[8] > leaves_mm3 for row in rows)
+    return any(row[5] > leaves_mm3 for row in rows)
 
 
-def _steps(travel: ProgramMove, block: Block, cutter: Cutter, k: int) -> list[tuple[float, ...]]:
-    """Return the rows of a move: nothing is taken off where it is a rapid upwards."""
+def _count(travel: ProgramMove, block: Block, cutter: Cutter) -> int:
+    """Return in how many steps a move is followed."""
     step_mm = max(block.cell_mm, cutter.diameter_mm / ALONG)
-    count = max(int(np.ceil(travel.length_mm / step_mm - ROUNDING)), 1)
-    ends = _ends(travel, count)
-    rpm = _rpm(travel)
+    return max(ceil(travel.length_mm / step_mm - ROUNDING), 1)
+
+
+def _of_step(travel: ProgramMove, count: int) -> tuple[float, float, float]:
+    """Return what each step of a move has: its time, s, feed, mm/min, and spindle speed, rpm."""
     time_s = travel.time_s() / count
     length_mm = travel.length_mm / count
     feed = 60.0 * length_mm / time_s if time_s > 0 else 0.0
+    return time_s, feed, _rpm(travel)
+
+
+def _steps(
+    travel: ProgramMove, block: Block, cutter: Cutter, count: int
+) -> list[tuple[float, ...]]:
+    """Return depth, band, direction, plunge and volume of a move's steps.
+
+    Nothing is taken off where it is a rapid upwards.
+    """
+    ends = _ends(travel, count)
     rows: list[tuple[float, ...]] = []
     for (x0, y0, z0), (x, y, z) in pairwise(ends):
         wx, wy, wz = x - x0, y - y0, z - z0
@@ -215,7 +265,7 @@ def _steps(travel: ProgramMove, block: Block, cutter: Cutter, k: int) -> list[tu
         depth = volume / (flat * width) if flat > 1e-9 and width > 0 else 0.0
         direction = degrees(atan2(along[1], along[0]))
         plunge = max(-wz, 0.0) / max(hypot(flat, wz), 1e-12)
-        rows.append((time_s, feed, rpm, depth, low, high, direction, plunge, volume, float(k)))
+        rows.append((depth, low, high, direction, plunge, volume))
     return rows
 
 

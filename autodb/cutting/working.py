@@ -91,14 +91,16 @@ class Worked:
     """Engagement of a whole program: ``kinds`` of each line, and what of it ``widths`` says.
 
     Steps that do the same are one, as long as they follow each other. ``width_mm`` (n,): of a
-    groove's chip, and the height of a thread, at every step;
-    ``removed_mm3`` of all.
+    groove's chip, and the height of a thread, at every step; ``tool`` (n,): which of ``called``,
+    what the program calls its tools, makes it; ``removed_mm3`` of all.
     """
 
     steps: ContourEngagement
     width_mm: Array
     kinds: Mapping[int, WorkKind]
     removed_mm3: float
+    tool: NDArray[np.intp]
+    called: tuple[str | None, ...]
 
 
 def solid(outer: Stock, *, bore_mm: float = 0.0) -> Work:
@@ -138,18 +140,25 @@ def worked(
     rows: list[ContourEngagement] = []
     width: list[Array] = []
     kinds: dict[int, WorkKind] = {}
+    called: dict[str | None, int] = {}
+    which: list[tuple[int, int]] = []
     begun = work.volume_mm3(from_mm=float(at_mm.min()))
     threads_mm3 = 0.0
     for tool, some in _by_tool(moves, tools):
         found, wide, work = _MADE[tool.kind](some, work, tool, source, step_mm)
         rows += found
         width += wide
+        place = called.setdefault(some[0].tool, len(called))
+        which.append((place, sum(row.size for row in wide)))
         kinds |= {move.line: tool.kind for move in some}
         if tool.kind == "threading":
             threads_mm3 += sum(map(_thread_mm3, found, wide))
     steps = joined(rows)
     left = work.volume_mm3(from_mm=float(at_mm.min()))
-    return Worked(steps, np.concatenate(width), kinds, begun - left + threads_mm3)
+    return Worked(
+        steps, np.concatenate(width), kinds, begun - left + threads_mm3,
+        np.repeat(*np.array(which, dtype=np.intp).reshape(-1, 2).T), tuple(called),
+    )  # fmt: skip
 
 
 def _by_tool(
@@ -167,7 +176,8 @@ def _by_tool(
         behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
         cuts = plain if stated.kind == "threading" else stated
         of.append(thread if threads or behind else cuts)
-    for tool, pairs in groupby(zip(of, moves, strict=True), lambda pair: pair[0]):
+    made = zip(of, moves, strict=True)
+    for (tool, _), pairs in groupby(made, lambda pair: (pair[0], pair[1].tool)):
         yield tool, [move for _, move in pairs]
 
 

@@ -42,7 +42,8 @@ class ProgramLine:
     ``time_s`` (n,): how long each takes. ``steps``: conditions as of a cut, means over each in
     time, ``extremes``: those where the chip is largest in it; ``widest``: those at the line's
     largest diameter, ``ends``: where it begins and where it ends to cut. ``fastest_rpm`` of the
-    spindle along it; ``numbers``: of its own tool, None where that is the job's.
+    spindle along it; ``numbers``: of its own tool, None where that is the job's; ``tool``: what
+    the program calls it.
     """
 
     name: str
@@ -55,6 +56,7 @@ class ProgramLine:
     widest: Conditions
     fastest_rpm: float
     numbers: Mapping[str, float] | None = None
+    tool: str | None = None
 
     def ranges(self, _tool_diameter_mm: float | None = None) -> Mapping[str, tuple[float, float]]:
         """Return mean and largest depth and feed, by channel: a tool enters from depth 0."""

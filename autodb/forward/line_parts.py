@@ -3,9 +3,8 @@
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -55,19 +54,25 @@ class Followed:
         """How long the lines cut, s."""
         return float(sum(line.time_s.sum() for line in self.lines))
 
+    @property
+    def edges(self) -> tuple[str | None, ...]:
+        """What the program calls the tools of its lines, in their order."""
+        return tuple(dict.fromkeys(line.tool for line in self.lines))
+
 
 def feed_spans_mm(
     fed: Iterable[tuple[str | None, Mapping[str, float], Mapping[str, float]]],
 ) -> dict[str, float]:
     """Return how far feeds reach, by axis: the widest of what each tool's starts and ends span."""
-    places: dict[tuple[str | None, str], list[float]] = {}
+    reached: dict[tuple[str | None, str], tuple[float, float]] = {}
     for tool, *ends in fed:
         for place in ends:
             for axis, at in place.items():
-                places.setdefault((tool, axis), []).append(at)
+                low, high = reached.get((tool, axis), (at, at))
+                reached[tool, axis] = min(low, at), max(high, at)
     spans: dict[str, float] = {}
-    for (_, axis), some in places.items():
-        spans[axis] = max(spans.get(axis, 0.0), max(some) - min(some))
+    for (_, axis), (low, high) in reached.items():
+        spans[axis] = max(spans.get(axis, 0.0), high - low)
     return spans
 
 
@@ -84,30 +89,93 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
     return text, found
 
 
-LineRows = Mapping[tuple[int, str], list[int]]
-"""Steps that cut, by line and operation."""
+@dataclass(frozen=True)
+class LineRows:
+    """Steps that cut, by line, operation and tool: each of ``lines`` with its ``rows``.
+
+    ``number``, ``operation`` and ``tool`` (m,) of each line, the latter two as places in
+    ``operations`` and ``tools``; its steps are ``rows`` (n,) from ``begins`` (m + 1,) on.
+    """
+
+    number: NDArray[np.intp]
+    operation: NDArray[np.intp]
+    tool: NDArray[np.intp]
+    begins: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    operations: Sequence[str]
+    tools: Sequence[str | None]
+
+
+def line_rows(
+    rows: NDArray[np.intp],
+    number: NDArray[np.intp],
+    operation: NDArray[np.intp],
+    tool: NDArray[np.intp],
+    *,
+    operations: Sequence[str],
+    tools: Sequence[str | None],
+) -> LineRows:
+    """Return steps (n,) put together by line, operation and tool, in the order of their firsts.
+
+    ``operation`` and ``tool`` (n,) as in `LineRows`.
+    """
+    key = (number * len(operations) + operation) * max(len(tools), 1) + tool
+    _, first, which = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    place = rank[which]
+    sizes = np.bincount(place, minlength=len(order))
+    firsts = first[order]
+    return LineRows(
+        number[firsts], operation[firsts], tool[firsts], np.append(0, np.cumsum(sizes)),
+        rows[np.argsort(place, kind="stable")], operations, tools,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class CalledLine:
+    """A line, or a run of lines: number of the first, operation, name, and what calls its tool."""
+
+    number: int
+    operation: str
+    name: str
+    tool: str | None
 
 
 def lines_joined(
-    rows: LineRows, said: Mapping[int, str], tools: Sequence[object]
-) -> Iterator[tuple[int, str, str, list[int]]]:
-    """Yield number, operation, name and steps of every line; of very many, runs of lines as one.
+    found: LineRows, said: Callable[[Collection[int]], Mapping[int, str]]
+) -> Iterator[tuple[CalledLine, NDArray[np.intp]]]:
+    """Yield every line with its steps; of very many, runs of lines of one tool as one.
 
-    ``tools``: of every step; a run has one.
+    ``said``: what gives the texts of some lines.
     """
-    many = -(-len(rows) // MOST_LINES)
-    keys = list(rows)
-    for (operation, _), run in groupby(keys, key=lambda key: (key[1], id(tools[rows[key][0]]))):
-        some = list(run)
-        for at in range(0, len(some), many):
-            part = some[at : at + many]
-            first, last = part[0][0], part[-1][0]
-            name = (
-                f"line {first}: {said.get(first, '')}"
-                if last == first
-                else (f"lines {first} to {last}")
-            )
-            yield first, operation, name, [row for key in part for row in rows[key]]
+    parts = list(_parts(found))
+    numbers = found.number
+    texts = said({int(numbers[a]) for a, b in parts if numbers[a] == numbers[b - 1]})
+    for a, b in parts:
+        first, last = int(numbers[a]), int(numbers[b - 1])
+        name = (
+            f"line {first}: {texts.get(first, '')}"
+            if last == first
+            else (f"lines {first} to {last}")
+        )
+        operation = found.operations[int(found.operation[a])]
+        called = CalledLine(first, operation, name, found.tools[int(found.tool[a])])
+        yield called, found.rows[found.begins[a] : found.begins[b]]
+
+
+def _parts(found: LineRows) -> Iterator[tuple[int, int]]:
+    """Yield from which line to which lines are one: neighbours of one operation and one tool."""
+    count = len(found.number)
+    many = -(-count // MOST_LINES)
+    changes = (np.diff(found.operation) != 0) | (np.diff(found.tool) != 0)
+    ends = [*(1 + np.flatnonzero(changes)).tolist(), count] if count else []
+    begin = 0
+    for end in ends:
+        for at in range(begin, end, many):
+            yield at, min(at + many, end)
+        begin = end
 
 
 def part_begins(columns: Array) -> NDArray[np.intp]:

@@ -4,7 +4,7 @@ The stock is a block; each step meets what those before have left, so that a cor
 the width that it has there. Lines that only go down are not predicted, and said; drills are.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -17,15 +17,16 @@ from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
+    CalledLine,
     Followed,
-    feed_spans_mm,
+    line_rows,
     lines_joined,
     part_begins,
     program_of_job,
     step_conditions,
 )
 from autodb.nc.reading import line_texts
-from autodb.nc.reading.travels import ProgramMove
+from autodb.nc.reading.travels import PackedMoves, ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 from autodb.pairs.engaged import (
     BAND_HIGH,
@@ -63,12 +64,15 @@ def follow_mill(
         text, source=source, lathe=False, inch=inches, control=asked.control,
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
     )  # fmt: skip
-    tools = [_tool_of(travel, asked, source) for travel in done.travels]
+    tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))
     block = _block(asked, tools)
-    steps = milled(done.travels, block, [_cutter(tool) for tool in tools], source=source)
+    cutters = {id(tool): _cutter(tool) for tool in tools}
+    of_moves = [cutters[id(tool)] for tool in tools]
+    steps = milled(done.travels, block, of_moves, source=source)
     _refuse_beyond(steps, done.travels, tools, source)
-    said = line_texts(text, source=source)
-    lines, plunged = _lines(steps, done.travels, tools, said)
+    lines, plunged = _lines(
+        steps, done.travels, tools, lambda which: line_texts(text, which, source=source)
+    )
     if not lines and not plunged:
         raise UnusableInput(
             f"{source}: the program cuts no stock; state a block that reaches into the path"
@@ -76,16 +80,21 @@ def follow_mill(
     return Followed(
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
         (*done.notes, *_said(plunged)),
-        feed_spans_mm(
-            (one.tool, _by_axis(one.start), _by_axis(one.end))
-            for one in done.travels
-            if one.feed is not None
-        ),
+        _spans_mm(done.travels),
     )  # fmt: skip
 
 
-def _by_axis(place: Iterable[float]) -> dict[str, float]:
-    return dict(zip("xyz", place, strict=True))
+def _spans_mm(travels: PackedMoves) -> dict[str, float]:
+    """Return how far feeds reach, by axis: the widest of what each tool's starts and ends span."""
+    feeds = travels.by_way(lambda travel: (travel.tool,) if travel.feed is not None else None)
+    tools = {one: k for k, one in enumerate(dict.fromkeys(filter(None, feeds)))}
+    which = np.array([-1 if one is None else tools[one] for one in feeds])
+    places = travels.ends_mm
+    spans = np.zeros(3)
+    for k in range(len(tools)):
+        its = places[which == k].reshape(-1, 3)
+        spans = np.maximum(spans, its.max(axis=0) - its.min(axis=0))
+    return dict(zip("xyz", spans.tolist(), strict=True))
 
 
 def _said(plunged: Sequence[int]) -> Iterator[str]:
@@ -137,57 +146,59 @@ def _refuse_beyond(
 ) -> None:
     """Raise UnusableInput where a feed a tooth or a depth is a slip of the unit."""
     most = MOST_CUT["end_mill"]
-    cutting = steps.removed_mm3 > 0
-    teeth = np.array([tool.teeth or 1 for tool in tools])[steps.move]
-    tooth = steps.feed_mm_min / (steps.speed_rpm * teeth)
-    beyond = np.flatnonzero(cutting & ((tooth > most["feed_mm_tooth"]) | (tooth < LEAST)))
+    teeth = np.fromiter((tool.teeth or 1 for tool in tools), np.intp, len(tools))
+    with np.errstate(invalid="ignore"):
+        tooth = steps.feed_of / (steps.speed_of * teeth)
+    wrong = (tooth > most["feed_mm_tooth"]) | (tooth < LEAST)
+    beyond = np.flatnonzero(wrong[steps.move] & (steps.removed_mm3 > 0))
     if beyond.size:
-        at = beyond[0]
+        at = steps.move[beyond[0]]
         raise UnusableInput(
-            f"{source}: line {travels[steps.move[at]].line}: a feed of {tooth[at]:g} mm a tooth is "
+            f"{source}: line {travels[at].line}: a feed of {tooth[at]:g} mm a tooth is "
             f"beyond any tool; use {LEAST:g} to {most['feed_mm_tooth']:g}"
         )
 
 
 def _lines(
     steps: MilledSteps,
-    travels: Sequence[ProgramMove],
+    travels: PackedMoves,
     tools: Sequence[ProgramTool],
-    said: Mapping[int, str],
+    said: Callable[[Collection[int]], Mapping[int, str]],
 ) -> tuple[tuple[ProgramLine, ...], list[int]]:
     """Return the lines that cut, and those in which a mill only plunges."""
-    rows_of: dict[tuple[int, str], list[int]] = {}
-    plunged: dict[int, None] = {}
-    for row in np.flatnonzero(steps.removed_mm3 > 0).tolist():
-        k = int(steps.move[row])
-        drills = tools[k].kind == "drill"
-        if not drills and steps.plunge[row] > PLUNGES:
-            plunged.setdefault(travels[k].line)
-        elif drills or steps.depth_mm[row] > 0:
-            rows_of.setdefault((travels[k].line, "drill" if drills else "mill"), []).append(row)
-    lines = tuple(
-        _line(steps, np.array(rows), tools, (number, operation, name))
-        for number, operation, name, rows in lines_joined(
-            rows_of, said, [tools[k] for k in steps.move.tolist()]
-        )
-    )
-    return lines, list(plunged)
+    names: dict[str | None, int] = {}
+    of_move = travels.by_way(lambda travel: names.setdefault(travel.tool, len(names)))
+    number_of = travels.line_numbers
+    drills_in = np.fromiter((tool.kind == "drill" for tool in tools), np.bool_, len(tools))
+    rows = np.flatnonzero(steps.removed_mm3 > 0)
+    move = steps.move[rows]
+    drills = drills_in[move]
+    plunges = ~drills & (steps.plunge[rows] > PLUNGES)
+    plunged = list(dict.fromkeys(number_of[move[plunges]].tolist()))
+    kept = ~plunges & (drills | (steps.depth_mm[rows] > 0))
+    rows, move = rows[kept], move[kept]
+    found = line_rows(
+        rows, number_of[move], drills[kept].astype(np.intp), np.array(of_move, np.intp)[move],
+        operations=("mill", "drill"), tools=tuple(names),
+    )  # fmt: skip
+    lines = tuple(_line(steps, some, tools, called) for called, some in lines_joined(found, said))
+    return lines, plunged
 
 
 def _line(
     steps: MilledSteps,
     rows: NDArray[np.intp],
     tools: Sequence[ProgramTool],
-    called: tuple[int, str, str],
+    called: CalledLine,
 ) -> ProgramLine:
-    """Return a line of which some steps cut: its number, operation and name."""
-    number, operation, name = called
+    """Return a line of which some steps cut."""
     tool = tools[int(steps.move[rows[0]])]
     columns = _columns(steps, rows, tool)
     begins = part_begins(np.column_stack(list(columns.values())))
-    time_s = np.add.reduceat(steps.time_s[rows], begins)
+    time_of = steps.time_s(rows)
+    time_s = np.add.reduceat(time_of, begins)
     means = {
-        channel: np.add.reduceat(values * steps.time_s[rows], begins) / time_s
+        channel: np.add.reduceat(values * time_of, begins) / time_s
         for channel, values in columns.items()
     }
     ends = np.append(begins[1:], len(rows))
@@ -195,9 +206,9 @@ def _line(
     at = [b + int(np.argmax(chip[b:e])) for b, e in zip(begins, ends, strict=True)]
     first, last = ({n: float(v[k]) for n, v in columns.items()} for k in (0, -1))
     return ProgramLine(
-        name=name,
-        number=number,
-        operation=operation,
+        name=called.name,
+        number=called.number,
+        operation=called.operation,
         time_s=time_s,
         steps=step_conditions(means),
         extremes=step_conditions({n: values[at] for n, values in columns.items()}),
@@ -205,6 +216,7 @@ def _line(
         widest=first,
         fastest_rpm=float(columns[RPM].max()),
         numbers=_numbers(tool),
+        tool=called.tool,
     )
 
 
@@ -219,10 +231,10 @@ def _numbers(tool: ProgramTool) -> Conditions:
 def _columns(steps: MilledSteps, rows: NDArray[np.intp], tool: ProgramTool) -> dict[str, Array]:
     """Return conditions of steps by channel of a cut table."""
     teeth = 1.0 if tool.kind == "drill" else float(tool.teeth or 1)
-    rpm = steps.speed_rpm[rows]
+    rpm = steps.speed_rpm(rows)
     depth = steps.depth_mm[rows]
     return {
-        FEED: steps.feed_mm_min[rows] / (rpm * teeth),
+        FEED: steps.feed_mm_min(rows) / (rpm * teeth),
         DIAMETER: np.full_like(depth, tool.diameter_mm or 0.0),
         DEPTH: depth
         if tool.kind != "drill"

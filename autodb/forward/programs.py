@@ -3,7 +3,7 @@
 A line's steps are those in which it cuts; its way through air counts for neither mean nor time.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -21,8 +21,10 @@ from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT, MOST_PITCH_MM
 from autodb.forward.along import ProgramLine
 from autodb.forward.line_parts import (
+    CalledLine,
     Followed,
     feed_spans_mm,
+    line_rows,
     lines_joined,
     part_begins,
     program_of_job,
@@ -56,6 +58,8 @@ Array = NDArray[np.float64]
 MOST_CORE_MM = 6.0
 """Radius of a bar's last core up to which a turning tool may cut on the axis. Chosen: deeper than
 passes of roughing, thinner than bars that are drilled."""
+AT_ONCE = 20_000
+"""Steps whose operations are told at once. Chosen: as objects they take 2 MB."""
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
 
@@ -88,7 +92,10 @@ def follow(
         _refuse_beyond(move, str(path))
     moves, mirrored = above_axis(program.moves)
     done = _worked(moves, asked, str(path))
-    said = line_texts(text, source=str(path))
+
+    def said(which: Collection[int]) -> Mapping[int, str]:
+        return line_texts(text, which, source=str(path))
+
     arcs = frozenset(move.line for move in program.moves if isinstance(move, Arc))
     lines = tuple(_lines(done, arcs, said, str(path)))
     if not lines:
@@ -180,20 +187,26 @@ def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
 
 
 def _lines(
-    found: Worked, arcs: frozenset[int], said: Mapping[int, str], source: str
+    found: Worked,
+    arcs: frozenset[int],
+    said: Callable[[Collection[int]], Mapping[int, str]],
+    source: str,
 ) -> Iterator[ProgramLine]:
     done = found.steps
     _refuse_feed_a_minute(done, source)
     cutting = np.flatnonzero(done.depth_mm > TOUCH_MM)
     _refuse_drilling(done, source)
-    operations = _operations(found, cutting, arcs)
-    of_line: dict[tuple[int, str], list[int]] = {}
-    for row, number, operation in zip(
-        cutting.tolist(), done.line[cutting].tolist(), operations, strict=True
-    ):
-        of_line.setdefault((number, operation), []).append(row)
-    for number, operation, name, some in lines_joined(of_line, said, [None] * done.line.size):
-        yield _line(found, np.array(some), (number, operation, name))
+    names: dict[str, int] = {}
+    operations = np.empty(len(cutting), dtype=np.intp)
+    for at in range(0, len(cutting), AT_ONCE):
+        some = _operations(found, cutting[at : at + AT_ONCE], arcs)
+        operations[at : at + AT_ONCE] = [names.setdefault(one, len(names)) for one in some]
+    rows = line_rows(
+        cutting, done.line[cutting], operations, found.tool[cutting],
+        operations=tuple(names), tools=found.called,
+    )  # fmt: skip
+    for called, its in lines_joined(rows, said):
+        yield _line(found, its, called)
 
 
 def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
@@ -235,9 +248,8 @@ def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> 
 _OF_KIND = {"boring": "bore", "grooving": "groove", "threading": "thread", "drill": "drill"}
 
 
-def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -> ProgramLine:
-    """Return a line of which ``rows`` of the engagement cut; its number, operation and name."""
-    number, operation, name = called
+def _line(found: Worked, rows: NDArray[np.intp], called: CalledLine) -> ProgramLine:
+    """Return a line of which ``rows`` of the engagement cut."""
     step_s = _step_s(found.steps)
     columns = _columns(found, rows)
     begins = part_begins(np.column_stack(list(columns.values())))
@@ -252,16 +264,17 @@ def _line(found: Worked, rows: NDArray[np.intp], called: tuple[int, str, str]) -
     ends = np.append(begins[1:], len(rows))
     at = [b + int(np.argmax(chip_mm2[b:e])) for b, e in zip(begins, ends, strict=True)]
     return ProgramLine(
-        name=name,
-        number=number,
-        operation=operation,
+        name=called.name,
+        number=called.number,
+        operation=called.operation,
         time_s=time_s,
         steps=step_conditions(means),
         extremes=step_conditions({name: values[at] for name, values in columns.items()}),
         ends=(_one(columns, 0), _one(columns, -1)),
         widest=_one(columns, int(np.argmax(columns[DIAMETER]))),
         fastest_rpm=float(columns[RPM].max()),
-        numbers=_drill_numbers(columns) if operation == "drill" else None,
+        numbers=_drill_numbers(columns) if called.operation == "drill" else None,
+        tool=called.tool,
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from autodb.agent.answer.bounds.lasting import tool_life
+from autodb.agent.answer.bounds.lives import AskedLife, tool_lives
 from autodb.agent.answer.bounds.stable import stable_cuts
 from autodb.agent.answer.explaining import explain_with_machine
 from autodb.agent.answer.looking_up import PairReader
@@ -156,27 +156,32 @@ class ShopMachine:
 
     def tool_life(
         self,
-        job: Given,
-        *,
+        *jobs: Given,
         limits: Mapping[str, float] | None = None,
         sure: float = 0.95,
         material: str | None = None,
         tool: str | None = None,
         lot: str | None = None,
     ) -> ToolLifeResult:
-        """Return how many parts and minutes an edge lasts until a force or power passes a limit.
+        """Return how many parts and minutes edges last until a force or power passes a limit.
 
-        ``job``: the cuts of one part, as of ``predict``. ``limits``: by channel (``force.x``,
-        ``torque.spindle``, ``spindle.power``), in place of the machine's. ``sure``: the probability
+        ``jobs``: the cuts of one part, as of ``predict``; several, each of one tool, that make it
+        together. Each tool, also of a program, is an edge. ``limits``: by channel (``force.x``,
+        ``torque.spindle``, ``spindle.power``), in place of the machine's, with an edge before it
+        (``0303:force.x``) of that one alone. ``sure``: the probability
         with which they are kept by the parts that are surely made. Nothing is stored. Raises
         UnusableInput where there is no limit, or lengths are missing.
         """
-        asked = job_of(job, material=material, tool=tool, lot=lot)
+        asked = [job_of(job, material=material, tool=tool, lot=lot) for job in jobs]
         with opened_database(self.url) as store:
-            program = followed_program(store, self.name, asked)
+            programs = [followed_program(store, self.name, one) for one in asked]
             with store.reading() as session:
-                basis = PairReader(session, self.name).basis(asked.material, asked.tool)
-                found = tool_life(basis, asked, limits=limits, sure=sure, program=program)
+                reader = PairReader(session, self.name)
+                some = [
+                    AskedLife(reader.basis(one.material, one.tool), one, program)
+                    for one, program in zip(asked, programs, strict=True)
+                ]
+                found = tool_lives(some, limits=limits, sure=sure)
         return ToolLifeResult(found)
 
     def stability(

@@ -3,8 +3,8 @@
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from autodb.agent.answer.bounds.lasting import ToolLife
-from autodb.agent.answer.bounds.stable import StableCut
+from autodb.agent.answer.bounds.lives import ToolLives
+from autodb.agent.answer.bounds.stable import StableCut, stability_lines
 from autodb.files.job import Job
 from autodb.library.results import Result, ResultPage, plain
 
@@ -14,9 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ToolLifeResult(Result):
-    """How long an edge lasts in a job; ``lines`` say it, ``answer.why`` where nobody knows."""
+    """How long edges last in jobs; ``lines`` say it, ``why`` of an edge where nobody knows.
 
-    answer: ToolLife
+    ``answer.first``: of several edges the first to end, and the parts until then.
+    """
+
+    answer: ToolLives
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -24,7 +27,9 @@ class ToolLifeResult(Result):
         return self.answer.lines
 
     def to_pandas(self) -> "pd.DataFrame":
-        """Return a row for each limit, the first to end the edge first; none: no wear is known.
+        """Return a row for each edge and limit, the first to end an edge first.
+
+        An edge whose wear is not known has none.
 
         ``minutes``, ``parts`` and ``path_m`` with ``_low`` and ``_high``; missing: beyond the
         search, or not stated.
@@ -32,8 +37,9 @@ class ToolLifeResult(Result):
         import pandas as pd
 
         rows = []
-        for one in self.answer.lives:
-            row = {"cut": one.cut, "channel": one.channel, "limit": one.limit, "unit": one.unit}
+        for edge, one in ((its, one) for its in self.answer.edges for one in its.lives):
+            row = {"edge": edge.edge or edge.tool, "cut": one.cut, "channel": one.channel}
+            row |= {"limit": one.limit, "unit": one.unit}
             for name in ("minutes", "parts", "path_m"):
                 ends = getattr(one, name)
                 for end, called in (
@@ -56,6 +62,11 @@ class StabilityResult(Result):
 
     answer: tuple[StableCut, ...]
     job: Job
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """What the command prints of the cuts."""
+        return stability_lines(self.answer)
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a row for each cut: stable depth, chance that it chatters, depth by limits.

@@ -35,6 +35,7 @@ from autodb.web.routes import (
     machines,
     programs,
     recordings,
+    stability,
     tools,
 )
 from autodb.web.service import SENDS_S, Reads, Service, service_of
@@ -134,6 +135,7 @@ def make_app(settings: Settings) -> FastAPI:
         (tools.router, "Tools"),
         (decisions.router, "Mismatches"),
         (programs.router, "Forces"),
+        (stability.router, "Forces"),
         (recordings.router, "Recordings"),
         (kept_recordings.router, "Recordings"),
         (machines.router, "Machines"),

@@ -21,6 +21,7 @@ from urllib.parse import quote
 import httpx
 from pydantic import TypeAdapter
 
+from autodb.agent.answer.bounds.stable import StableCut
 from autodb.agent.answer.looking_up import Listed
 from autodb.agent.answer.overview import CalibrationSaid, MachineSaid, MachineSeen, MismatchSaid
 from autodb.agent.answer.predicting import JobAnswer, Predicted
@@ -188,6 +189,22 @@ class Client:
             }
             response = self._asked("POST", f"{_of(machine)}/predict/program", files=files)
         found: JobAnswer = _adapter(JobAnswer).validate_json(response.content)
+        return found
+
+    def stability(self, machine: str, job: Job, dynamics: Path) -> tuple[StableCut, ...]:
+        """Return to what depth a job's cuts are stable; ``dynamics``: the tool point's file.
+
+        Raises UnusableInput, also where the file cannot be read.
+        """
+        with _opened(dynamics) as point:
+            files = {
+                "job": (None, job.model_dump_json(exclude_none=True)),
+                "dynamics": (dynamics.name, point),
+            }
+            response = self._asked("POST", f"{_of(machine)}/stability", files=files)
+        found: tuple[StableCut, ...] = _adapter(tuple[StableCut, ...]).validate_json(
+            response.content
+        )
         return found
 
     def import_recording(

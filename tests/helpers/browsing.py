@@ -18,6 +18,8 @@ MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
        "speed_m_min": "220"}  # fmt: skip
 
+MODE = {"axis": "x", "frequency_Hz": "603", "damping_ratio": "0.039", "stiffness_N_m": "5590"}
+
 
 @dataclass
 class Site:
@@ -47,6 +49,7 @@ class Site:
             "pairs": f"{MACHINE}/pairs",
             "pair": f"{MACHINE}/pair?{urlencode(self.pair | CUT)}",
             "plan": f"{MACHINE}/plan?{urlencode(self.pair | CUT | {'next': 'true'})}",
+            "stability": f"{MACHINE}/stability?{urlencode(self.pair | CUT | MODE)}",
             "import": f"{MACHINE}/import",
             "mismatches": f"{MACHINE}/mismatches",
             "scores": f"{MACHINE}/scores",

@@ -184,6 +184,32 @@ def test_a_program_that_cannot_be_read_is_said(
     expect(page.locator("[data-program] [role=status]")).to_contain_text("part.nc", timeout=60_000)
 
 
+def test_lobes_are_drawn_of_typed_modes_and_of_a_file(page: Page, tmp_path: Path) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_label("Depth [mm]").fill("1.75")
+    page.get_by_role("button", name="To what depth it is stable").click()
+    expect(page.get_by_role("heading", name="Stability")).to_be_visible()
+    expect(page.get_by_label("Depth [mm]")).to_have_value("1.75")
+    page.get_by_role("button", name="Add a mode").click()
+    second = page.locator("[data-modes] fieldset").nth(1)
+    expect(second.get_by_text("Mode 2 of the tool point")).to_be_visible()
+    second.get_by_role("button", name="Take out").click()
+    for called, text in (("Frequency", "603"), ("Damping", "0,039"), ("Stiffness", "5590")):
+        page.get_by_label(called).fill(text)
+    page.keyboard.press("Enter")
+    expect(page.get_by_text("1.75 mm at")).to_be_visible(timeout=60_000)
+    expect(page.locator("#lobes-1 .main-svg").first).to_be_visible()
+    path = tmp_path / "tip.toml"
+    path.write_text(
+        '[[mode]]\naxis = "x"\nfrequency_Hz = 603\ndamping_ratio = 0.04\nstiffness_N_m = 6e6\n'
+    )
+    page.get_by_text("Or drop a file").click()
+    page.get_by_label("Drop the file here").set_input_files(path)
+    page.get_by_role("button", name="Draw the lobes of the file").click()
+    expect(page.locator("#of-file #lobes-1 .main-svg").first).to_be_visible(timeout=60_000)
+    expect(page.locator("#answer")).to_have_count(0)
+
+
 def test_recordings_are_imported_by_dropping_them(
     page: Page, site: Site, sample_jobs: Path, tmp_path: Path
 ) -> None:

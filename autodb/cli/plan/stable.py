@@ -43,7 +43,7 @@ def stability_command(
     db: Database = None,
 ) -> None:
     """Say to what depth a job's cuts are stable, beside their limits; nothing is stored."""
-    from autodb.agent.answer.bounds.stable import stable_cuts
+    from autodb.agent.answer.bounds.stable import stability_lines, stable_cuts
     from autodb.agent.answer.looking_up import PairReader
     from autodb.files.job import read_job
     from autodb.forward.stability.dynamics import read_tool_point
@@ -67,11 +67,8 @@ def stability_command(
 
         say(TypeAdapter(tuple[StableCut, ...]).dump_json(found, indent=1).decode())
         return
-    for one in found:
-        say(one.stable.words)
-        say(one.why if one.loads is None else one.loads.statement)
-        for note in one.stable.notes:
-            say(note)
+    for line in stability_lines(found):
+        say(line)
     say(
         "95 % intervals: of the pair's forces and of what gives way; worn edges damp slow cuts more"
     )

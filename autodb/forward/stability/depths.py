@@ -22,7 +22,7 @@ from autodb.forward.stability.lobes import Loop, limit_at, lines_for, loop_of
 from autodb.pairs.engaged import BANDS, BY_NAME, RPM
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import OWN, PairPosterior
-from autodb.wording import amount_words, listed, localized, msgid, phrase
+from autodb.wording import amount_words, listed, localized, phrase, shop_amount, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class StableDepth:
 
     ``chance`` that the planned depth chatters; ``chatter_Hz`` at the limit; ``any_speed_mm``: the
     depth below which no speed chatters; ``better``: speeds near, the deepest first. ``speeds_rpm``
-    with ``limit_mm``, and their ``low_mm`` and ``high_mm``: the lobes, infinite where none limits.
+    with ``limit_mm``, and their ``low_mm`` and ``high_mm``: the lobes, None where none limits.
     """
 
     name: str
@@ -68,9 +68,9 @@ class StableDepth:
     better: tuple[BetterSpeed, ...]
     notes: tuple[str, ...]
     speeds_rpm: tuple[float, ...]
-    limit_mm: tuple[float, ...]
-    low_mm: tuple[float, ...]
-    high_mm: tuple[float, ...]
+    limit_mm: tuple[float | None, ...]
+    low_mm: tuple[float | None, ...]
+    high_mm: tuple[float | None, ...]
 
     @property
     def words(self) -> str:
@@ -80,35 +80,37 @@ class StableDepth:
         else:
             limit = phrase(
                 "stable up to {depth}, chatter at {frequency}; {chance} chance that it chatters",
-                depth=_depth(self.depth_mm),
+                depth=depth_words(self.depth_mm),
                 frequency=amount_words(self.chatter_Hz or 0.0, "Hz", ".0f"),
                 chance=probability_words(self.chance),
             )
+        near = self.better_words
         return phrase(
             "cut '{name}', {planned} deep at {speed}: {limit}; at any speed up to {least}{better}",
             name=self.name or self.operation,
             planned=amount_words(self.planned_mm, "mm", ".3g"),
             speed=amount_words(self.speed_rpm, "rpm", ".0f"),
             limit=limit,
-            least=_depth(self.any_speed_mm),
-            better=self._better_words,
+            least=depth_words(self.any_speed_mm),
+            better=phrase("; near it {better}", better=listed(near)) if near else "",
         )
 
     @property
-    def _better_words(self) -> str:
-        said = [
+    def better_words(self) -> list[str]:
+        """Say the better speeds, each with its depth, the deepest first."""
+        return [
             phrase(
                 "{depth} at {speed}",
-                depth=_depth(one.depth_mm),
+                depth=depth_words(one.depth_mm),
                 speed=amount_words(one.speed_rpm, "rpm", ".0f"),
             )
             for one in self.better
         ]
-        return phrase("; near it {better}", better=listed(said)) if said else ""
 
 
-def _depth(one: Interval) -> str:
-    low, high = localized(f"{one.low:.3g}"), localized(f"{one.high:.3g}")
+def depth_words(one: Interval) -> str:
+    """Say a depth and its interval, in the reader's unit."""
+    low, high = (localized(f"{shop_amount(end, 'mm')[0]:.3g}") for end in (one.low, one.high))
     value = amount_words(one.value, "mm", ".3g")
     return phrase("{value} ({low} to {high})", value=value, low=low, high=high)
 
@@ -189,7 +191,7 @@ def _answered(
     spread = _spread(asked, tried, scale, loop.critical)
     low, high = (scale * np.exp(sign * NORMAL_95 * spread[1:]) for sign in (-1.0, 1.0))
     here = None if np.isinf(scale[0]) else _around(scale[0] * asked.depth_mm, spread[1])
-    lobes = [(asked.depth_mm * one[1:]).tolist() for one in (scale, low, high)]
+    lobes = [_finite(asked.depth_mm * one[1:]) for one in (scale, low, high)]
     allowed = (speeds >= NEAR[0] * planned_rpm) & (speeds <= NEAR[1] * planned_rpm)
     allowed &= speeds <= (fastest_rpm or np.inf)
     return StableDepth(
@@ -211,9 +213,9 @@ def _answered(
         ),
         notes=tuple(_notes(cut, asked)),
         speeds_rpm=tuple(speeds.tolist()),
-        limit_mm=tuple(lobes[0]),
-        low_mm=tuple(lobes[1]),
-        high_mm=tuple(lobes[2]),
+        limit_mm=lobes[0],
+        low_mm=lobes[1],
+        high_mm=lobes[2],
     )
 
 
@@ -236,6 +238,10 @@ def _spread(asked: _Asked, speeds_rpm: Array, scale: Array, critical: float) -> 
         both = np.isfinite(found) & np.isfinite(middle)
         off[k, both] = np.log(found[both] / middle[both])
     return np.asarray(np.sqrt(np.mean(off**2, axis=0)))
+
+
+def _finite(values: Array) -> tuple[float | None, ...]:
+    return tuple(one if np.isfinite(one) else None for one in values.tolist())
 
 
 def _around(value: float, spread: float) -> Interval:
@@ -272,7 +278,7 @@ def _notes(cut: JobCut, asked: _Asked) -> Sequence[str]:
     if cut.width_mm >= SHALLOW * 2.0 * float(np.max(asked.cuts.elements.radius_mm)):
         return ()
     return (
-        msgid(
+        stored_msgid(
             "engaged over a small part of a turn, it may chatter with half the tooth frequency at "
             "other depths; that is not in these limits"
         ),

@@ -7,6 +7,7 @@ has a column `frequency_Hz` and, of each axis, real and imaginary part: `x_real_
 """
 
 import csv
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,6 +18,7 @@ from pydantic import Field
 
 from autodb.errors import UnusableInput, near
 from autodb.files.toml import NotNegative, Positive, Section, read_toml
+from autodb.wording import amount_words, localized, phrase
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -74,6 +76,20 @@ def read_tool_point(path: Path) -> ToolPoint:
     if path.suffix.lower() == ".csv":
         return _measured(path)
     return of_modes(read_toml(path, ModesFile).mode, source=str(path))
+
+
+def modes_in_words(modes: Iterable[ModeSection]) -> Iterator[str]:
+    """Yield each mode in a line."""
+    for one in modes:
+        yield phrase(
+            "{axis} gives way at {frequency}, damping ratio {damping}, stiffness {stiffness}, "
+            "compliance known to ± {share} %",
+            axis=one.axis,
+            frequency=amount_words(one.frequency_Hz, "Hz", ".6g"),
+            damping=localized(f"{one.damping_ratio:g}"),
+            stiffness=amount_words(one.stiffness_N_m / MM, "N/mm", ".4g"),
+            share=localized(f"{100.0 * one.share:.3g}"),
+        )
 
 
 def of_modes(modes: tuple[ModeSection, ...], *, source: str) -> ToolPoint:

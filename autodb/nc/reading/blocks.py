@@ -6,6 +6,7 @@ Sinumerik are in ``sinumerik_lines``.
 """
 
 import re
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -133,7 +134,7 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
     if sum(text.count(one) for one in _NO_TEXT) > 2:
         raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
     text = text.split(_END_OF_FILE, 1)[0].replace("\r\n", "\n").replace("\r", "\n")
-    for number, raw in enumerate(text.split("\n"), 1):
+    for number, raw in enumerate(_split(text), 1):
         if brackets and _SIMULATOR.match(raw):
             continue
         plain = _without_comments(raw, brackets=brackets).upper()
@@ -141,6 +142,15 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
         plain = plain[skip.end() :] if skip else plain
         if plain.strip():
             yield WrittenLine(source, number, plain.strip(), skip is not None)
+
+
+def _split(text: str) -> Iterator[str]:
+    """Yield the lines of a text; a long one's are not all there at once."""
+    begin = 0
+    while (end := text.find("\n", begin)) >= 0:
+        yield text[begin:end]
+        begin = end + 1
+    yield text[begin:]
 
 
 def _without_comments(raw: str, *, brackets: bool) -> str:
@@ -213,3 +223,64 @@ def _no_word(rest: str, line: WrittenLine) -> UnusableInput:
     if re.match(r"[A-Z](?![\d.+=#\[-])", word):
         return line.refusal(word[0], "a word without a number; write one such as X20.5")
     return line.refusal(word, "not a letter and a number; write one such as X20.5")
+
+
+_LINE, _WORD, _NUMBER = "\x1d", "\x1e", "\x1f"
+"""Separators in a packed line (ASCII), which no text of a program has."""
+_SEPARATORS = frozenset({_LINE, _WORD, _NUMBER})
+
+
+class PackedLines:
+    """Lines by their places; those of plain words are packed, and come back as they were put in.
+
+    A program of a milled shape has hundreds of thousands of lines that are alike: a letter and a
+    number a few times over. As objects each takes 800 bytes.
+    """
+
+    def __init__(self) -> None:
+        self._text = bytearray()
+        self._begins = array("q", [0])
+        self._numbers = array("q")
+        self._sources: dict[str, int] = {}
+        self._named: list[str] = []
+
+    def __len__(self) -> int:
+        """Return how many lines are kept."""
+        return len(self._numbers)
+
+    def put(self, line: WrittenLine) -> int | None:
+        """Keep a line of plain words and return its place; None: it is of another kind."""
+        if line.settings or not all(map(_is_plain, line.words)):
+            return None
+        if not _SEPARATORS.isdisjoint(line.text):
+            return None
+        source = self._sources.setdefault(line.source, len(self._sources))
+        if source == len(self._named):
+            self._named.append(line.source)
+        words = _WORD.join(f"{one.name}{_NUMBER}{one.written}" for one in line.words)
+        packed = f"{source}{'/' if line.optional else ''}{_LINE}{line.text}{_LINE}{words}"
+        self._text += packed.encode()
+        self._begins.append(len(self._text))
+        self._numbers.append(line.line)
+        return len(self._numbers) - 1
+
+    def at(self, place: int) -> WrittenLine:
+        """Return the line of a place."""
+        packed = self._text[self._begins[place] : self._begins[place + 1]].decode()
+        source, text, rest = packed.split(_LINE)
+        made = (one.split(_NUMBER) for one in rest.split(_WORD)) if rest else ()
+        words = tuple(Word(name, written, float(written)) for name, written in made)
+        named = self._named[int(source.removesuffix("/"))]
+        return WrittenLine(named, self._numbers[place], text, source.endswith("/"), words)
+
+
+def _is_plain(word: object) -> bool:
+    """Return whether a word is a name and the number that is written behind it, and no more."""
+    if not isinstance(word, Word) or word.step is not None or word.arguments:
+        return False
+    if word.number is None or not _SEPARATORS.isdisjoint(word.name + word.written):
+        return False
+    try:
+        return float(word.written) == word.number
+    except ValueError:
+        return False

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from math import sqrt, tau
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.travels import Circle, ProgramMove, ToolPlace
+from autodb.nc.reading.travels import Circle, PackedMoves, ProgramMove, ToolPlace
 
 RadiusOf = Callable[[ProgramMove], float]
 """What gives the distance of a move's centre from the contour where the program does not, mm."""
@@ -75,13 +75,15 @@ class _Way:
 
 
 def beside_contours(
-    moves: Sequence[ProgramMove], radius_of: RadiusOf, *, round_corners: bool, source: str
-) -> tuple[list[ProgramMove], list[UnusableInput]]:
+    moves: PackedMoves, radius_of: RadiusOf, *, round_corners: bool, source: str
+) -> tuple[PackedMoves, list[UnusableInput]]:
     """Return moves of the centre, and what does not fit: a line for each.
 
     ``round_corners``: whether outer corners are gone around by an arc.
     """
-    out: list[ProgramMove] = []
+    if not moves.compensated:
+        return moves, []
+    out = PackedMoves()
     problems: list[UnusableInput] = []
     away: complex | None = None
     k = 0
@@ -103,7 +105,7 @@ def beside_contours(
             radius = radius_of(move) if move.beside[1] is None else move.beside[1]
             run = _Run(moves[k:last], radius, round_corners=round_corners, source=source)
             found, away = run.moved(away)
-            out += found
+            out.extend(found)
         except UnusableInput as error:
             problems.append(error)
         k = last

@@ -4,10 +4,12 @@ Loops and branches of every control become jumps to places in one list. A progra
 a section is a unit: where it begins and ends in that list.
 """
 
+from array import array
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine
+from autodb.nc.reading.blocks import PackedLines, WrittenLine
 from autodb.nc.reading.expressions import Expression
 
 
@@ -67,6 +69,41 @@ class Return:
 Instruction = RunLine | Jump | JumpToLabel | Count | Call | Return
 
 
+class Steps:
+    """Instructions in order; lines of plain words, the most of a long program, are packed."""
+
+    def __init__(self) -> None:
+        self._packed = PackedLines()
+        self._places = array("q")
+        self._others: dict[int, Instruction] = {}
+
+    def append(self, step: Instruction) -> None:
+        """Let an instruction stand behind the others."""
+        place = self._packed.put(step.line) if isinstance(step, RunLine) else None
+        if place is None:
+            self._others[len(self._places)] = step
+        self._places.append(-1 if place is None else place)
+
+    def __iadd__(self, steps: "Iterable[Instruction]") -> "Steps":
+        """Let instructions stand behind the others."""
+        for step in steps:
+            self.append(step)
+        return self
+
+    def __len__(self) -> int:
+        """Return how many instructions there are."""
+        return len(self._places)
+
+    def __getitem__(self, at: int) -> Instruction:
+        """Return the instruction of a place."""
+        place = self._places[at]
+        return self._others[at] if place < 0 else RunLine(self._packed.at(place))
+
+    def __iter__(self) -> Iterator[Instruction]:
+        """Give the instructions in order."""
+        return (self[at] for at in range(len(self)))
+
+
 @dataclass
 class Instructions:
     """All instructions of a program and its subprograms.
@@ -76,7 +113,7 @@ class Instructions:
     """
 
     source: str
-    steps: list[Instruction] = field(default_factory=list)
+    steps: Steps = field(default_factory=Steps)
     units: dict[str, tuple[int, int]] = field(default_factory=dict)
     labels: dict[str, list[int]] = field(default_factory=dict)
     problems: list[UnusableInput] = field(default_factory=list)

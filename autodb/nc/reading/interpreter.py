@@ -49,7 +49,7 @@ from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
 from autodb.nc.reading.targets import without
-from autodb.nc.reading.travels import ProgramMove
+from autodb.nc.reading.travels import PackedMoves
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
@@ -99,7 +99,7 @@ class Interpreter:
         self.runner = runner
         self.blade_of = blade_of
         self.radius_of = radius_of
-        self.moves: list[ProgramMove] = []
+        self.moves = PackedMoves()
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None

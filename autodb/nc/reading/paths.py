@@ -79,7 +79,7 @@ Feed = PerRev | FeedPerMinute
 Speed = Revolutions | CuttingSpeed
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Straight:
     start: Point
     end: Point
@@ -94,7 +94,7 @@ class _Straight:
         return _straight(self.start, self.end, shares)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Rapid(_Straight):
     """A rapid; some controls move each axis at its own speed, not along the straight line."""
 
@@ -102,7 +102,7 @@ class Rapid(_Straight):
     tool: str | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Linear(_Straight):
     """A straight move at a feed; ``thread``: it follows the spindle's angle."""
 

@@ -1,9 +1,11 @@
 """What a program makes the tool do, in three axes: rapids, straight moves, arcs and helices."""
 
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import atan2, dist, hypot, tau
-from typing import NamedTuple
+from struct import Struct
+from typing import NamedTuple, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,3 +115,105 @@ class ProgramMove:
 
 Record = Callable[[ProgramMove], None]
 """What keeps a move."""
+
+
+Said = TypeVar("Said")
+_PLACES = Struct("8d")
+"""Start, end and an arc's centre, as they lie in the numbers of a move."""
+
+
+class PackedMoves(Sequence[ProgramMove]):
+    """Moves of a program in three axes, in order; each is made anew where it is asked for.
+
+    As objects each takes 600 bytes; so it takes 76.
+    """
+
+    def __init__(self, moves: Iterable[ProgramMove] = ()) -> None:
+        self._places = array("d")
+        self._lines = array("q")
+        self._ways = array("i")
+        self._kept: list[_Way] = []
+        self._known: dict[_Way, int] = {}
+        self.extend(moves)
+
+    def append(self, move: ProgramMove) -> None:
+        """Keep a move behind the others."""
+        circle = move.circle
+        centre = (0.0, 0.0) if circle is None else circle.centre
+        turns = None if circle is None else (circle.plane, circle.left, circle.turns)
+        way = move.feed, move.speed, move.tool, move.thread, move.corner, move.beside, turns
+        found = self._known.setdefault(way, len(self._kept))
+        if found == len(self._kept):
+            self._kept.append(way)
+        self._places.extend((*move.start, *move.end, *centre))
+        self._lines.append(move.line)
+        self._ways.append(found)
+
+    def extend(self, moves: Iterable[ProgramMove]) -> None:
+        """Keep moves behind the others."""
+        for move in moves:
+            self.append(move)
+
+    def __len__(self) -> int:
+        """Return how many moves there are."""
+        return len(self._lines)
+
+    @overload
+    def __getitem__(self, place: int) -> ProgramMove: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[ProgramMove]: ...
+    def __getitem__(self, place: int | slice) -> ProgramMove | list[ProgramMove]:
+        """Return a move, or some."""
+        if isinstance(place, slice):
+            return [self._made(k) for k in range(*place.indices(len(self)))]
+        if not -len(self) <= place < len(self):
+            raise IndexError(place)
+        return self._made(place % len(self))
+
+    def __iter__(self) -> Iterator[ProgramMove]:
+        """Give the moves in order."""
+        return map(self._made, range(len(self)))
+
+    @property
+    def line_numbers(self) -> NDArray[np.int64]:
+        """The line of each move (m,)."""
+        return np.array(self._lines, dtype=np.int64)
+
+    @property
+    def ends_mm(self) -> NDArray[np.float64]:
+        """Start and end of each move (m, 6): x, y and z of both."""
+        return np.array(self._places, dtype=np.float64).reshape(-1, 8)[:, :6]
+
+    @property
+    def compensated(self) -> bool:
+        """Whether any move goes beside a contour."""
+        return any(way[5] is not None for way in self._kept)
+
+    def by_way(self, said: Callable[[ProgramMove], Said]) -> list[Said]:
+        """Return what is said of each move; asked once of those alike but for their places."""
+        known: dict[int, Said] = {}
+        for k, way in enumerate(self._ways):
+            if way not in known:
+                known[way] = said(self._made(k))
+        return [known[way] for way in self._ways]
+
+    def _made(self, k: int) -> ProgramMove:
+        x0, y0, z0, x, y, z, u, v = _PLACES.unpack_from(self._places, k * _PLACES.size)
+        feed, speed, tool, thread, corner, beside, turns = self._kept[self._ways[k]]
+        circle = None if turns is None else Circle(turns[0], (u, v), turns[1], turns[2])
+        return ProgramMove(
+            ToolPlace(x0, y0, z0), ToolPlace(x, y, z), feed, speed, self._lines[k], tool, circle,
+            thread, corner, beside,
+        )  # fmt: skip
+
+
+_Way = tuple[
+    Feed | None,
+    Speed | None,
+    str | None,
+    bool,
+    tuple[str, float, str] | None,
+    Beside | None,
+    tuple[str, bool, int] | None,
+]
+"""What moves have in common: feed, speed, tool, thread, corner, side, and how an arc turns."""

@@ -1,7 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from autodb.nc.reading.interpreter import Interpreter
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
 from autodb.nc.reading.runner import Runner, Values
 from autodb.nc.reading.state import ProgramState
-from autodb.nc.reading.travels import ProgramMove, ToolPlace
+from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
 MOST_SAID = 40
 """Refused words that one message names; of more it says how many. Chosen."""
@@ -40,7 +40,7 @@ class ReadProgram:
 
     source: str
     control: str
-    travels: tuple[ProgramMove, ...]
+    travels: PackedMoves
     stops: tuple[int, ...]
     rests: tuple[tuple[int, float], ...]
     notes: tuple[str, ...]
@@ -88,11 +88,15 @@ def program_text(path: Path) -> str:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
 
 
-def line_texts(text: str, *, source: str) -> dict[int, str]:
-    """Return what each line of a program says, without comment and number."""
+def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:
+    """Return what some lines of a program say, by number, without comment and number."""
     brackets = control_of(text, source=source) is not SINUMERIK
-    lines = numbered_lines(text, source=source, brackets=brackets)
-    return {line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split()) for line in lines}
+    lines = numbered_lines(text, source=source, brackets=brackets) if which else ()
+    return {
+        line.line: " ".join(re.sub(r"^N\d+\s*", "", line.text).split())
+        for line in lines
+        if line.line in which
+    }
 
 
 def _no_blade(_tool: str | None) -> None:
@@ -125,7 +129,7 @@ def turning_program(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
         control=control, highest_rpm=highest_rpm, blade_of=blade_of,
     )  # fmt: skip
-    moves = tuple(_turned(travel) for travel in done.travels)
+    moves = tuple(_turned_moves(done.travels))
     beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
     return TurningProgram(source, moves, done.stops, done.notes, beside)
 
@@ -170,7 +174,7 @@ def carried_out(
     if inch is None and not state.unit_said:
         state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(
-        source, written.name, tuple(moves), tuple(interpreter.stops),
+        source, written.name, moves, tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
 
@@ -266,9 +270,19 @@ def _also(others: Sequence[str]) -> str:
     return f" (so in line {', '.join(lines)}{more})"
 
 
-def _turned(travel: ProgramMove) -> Move:
+def _turned_moves(travels: Iterable[ProgramMove]) -> Iterator[Move]:
+    """Yield moves in the plane of the spindle's axis; where one ends, the next begins."""
+    at: Point | None = None
+    for travel in travels:
+        start = _point(travel.start)
+        move = _turned(travel, at if start == at and at is not None else start)
+        at = move.end
+        yield move
+
+
+def _turned(travel: ProgramMove, start: Point) -> Move:
     """Return a move in the plane of the spindle's axis."""
-    start, end = _point(travel.start), _point(travel.end)
+    end = _point(travel.end)
     if travel.feed is None or travel.speed is None:
         return Rapid(start, end, travel.line, travel.tool)
     if travel.circle is None:

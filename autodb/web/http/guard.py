@@ -24,7 +24,9 @@ from autodb.wording import phrase
 
 BODY_MOST = MIB
 """Bytes of a request's body, but where a route takes more."""
-BODY_MOST_OF = {"/batch": 64 * MIB}
+DYNAMICS_MOST = 8 * MIB
+"""Bytes of a file of a tool point's receptance. Chosen: 100 000 lines of a CSV."""
+BODY_MOST_OF = {"/batch": 64 * MIB, "/stability": DYNAMICS_MOST + 2 * BODY_MOST}
 """Bytes by how a path ends, beside what the settings' limits say."""
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'",

@@ -14,10 +14,11 @@ from autodb.web.pages import (
     recordings,
     scores,
     signing,
+    stability,
 )
 
 PAGES = (
-    signing, machines, mismatches, planner, program, recordings, health, pairs, scores, importing,
-    learning, choosing, machine,
+    signing, machines, mismatches, planner, program, stability, recordings, health, pairs, scores,
+    importing, learning, choosing, machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

@@ -72,7 +72,9 @@ def planner(
     except UnusableInput as error:
         said = error
     if not rows:
-        first = read_state(request, lambda session: _first(session, machine, known, material, tool))
+        first = read_state(
+            request, lambda session: first_cut(session, machine, known, material, tool)
+        )
         rows = [written_cut(first)]
     return service_page(
         request,
@@ -125,7 +127,7 @@ def limits_shown(answered: JobAnswer) -> dict[str, Any]:
     }
 
 
-def _first(
+def first_cut(
     session: Session, machine: str, known: Sequence[Listed], material: str, tool: str
 ) -> JobCut:
     """Return the cut that the form begins with: a usual one of the pair."""

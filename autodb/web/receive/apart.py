@@ -22,6 +22,7 @@ from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.files.job import Job
 from autodb.files.units import SI, shop_units
+from autodb.forward.stability.dynamics import ModeSection, of_modes, read_tool_point
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.looking import FileToLook
@@ -75,6 +76,37 @@ class ProgramToPredict:
         with presented(ENGLISH):  # programs get the same answer
             answer = answer_job(store, self.machine, job)
         return TypeAdapter(JobAnswer).dump_json(replace(answer, job=self.job))
+
+
+@dataclass(frozen=True)
+class JobStability:
+    """Say to what depth a job's cuts are stable; nothing is kept.
+
+    ``dynamics``: the file of the tool point, or what its ``modes`` are called where they are
+    stated.
+    """
+
+    machine: str
+    job: Job
+    dynamics: Path
+    modes: tuple[ModeSection, ...] = ()
+
+    @property
+    def path(self) -> Path:
+        """What a message calls it."""
+        return self.dynamics
+
+    def do(self, store: Store, _tell: Tell) -> bytes:
+        """Return the answer, as JSON."""
+        from autodb.agent.answer.bounds.stable import StableCut, stable_cuts
+        from autodb.agent.answer.looking_up import PairReader
+
+        stated = of_modes(self.modes, source=self.dynamics.name) if self.modes else None
+        point = read_tool_point(self.dynamics) if stated is None else stated
+        with presented(ENGLISH), store.reading() as session:  # programs get the same answer
+            basis = PairReader(session, self.machine).basis(self.job.material, self.job.tool)
+            found = stable_cuts(basis, self.job, point)
+        return TypeAdapter(tuple[StableCut, ...]).dump_json(found)
 
 
 @dataclass(frozen=True)
@@ -137,7 +169,10 @@ class MachineToLearn:
             return TypeAdapter(RefreshReport).dump_json(refresh(store, self.machine, progress=tell))
 
 
-Task = Import | ProgramToPredict | MismatchToExplain | RecordingToShow | FileToLook | MachineToLearn
+Task = (
+    Import | ProgramToPredict | JobStability | MismatchToExplain | RecordingToShow | FileToLook
+    | MachineToLearn
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,16 @@ def test_depths_are_said_beside_limits(asked: Cli) -> None:
     assert "stability lobes of cut 1" in page
 
 
+def test_what_a_machine_does_not_state_is_said_once(asked: Cli) -> None:
+    """Of two cuts, and of a machine without limits."""
+    Path("job.toml").write_text(JOB + JOB[JOB.index("[[cut]]") :].replace("rough", "more"), "utf-8")
+    asked("machine", "add", "bare")
+    said = asked(*ASKED, "--machine", "bare", "--plot", "lobes.html").out
+    assert said.count("states no limit") == 1
+    assert said.count("deep at 6000 rpm") == 2
+    assert Path("lobes.html").read_text("utf-8").count("states no limit") == 1
+
+
 def test_a_wide_interval_does_not_press_the_lobes_flat(asked: Cli) -> None:
     """With a compliance hardly known the upper end is far above the lobes: a line says where."""
     wide = "".join(MODES.format(axis=axis) + "share = 0.9\n" for axis in "xy")
@@ -94,6 +104,7 @@ def test_the_library_says_what_the_command_says(asked: Cli) -> None:
     asked("predict", "job.toml", "--tool-file", "tool.toml")  # keeps the tool's geometry
     found = machine.stability("job.toml", "tool-point.toml")
     assert found.to_dict()["cuts"] == theirs
+    assert "deep at 6000 rpm: stable up to" in found.lines[0]
     (row,) = found.to_pandas().to_dict("records")
     assert row["depth_mm_low"] < row["depth_mm"] < row["depth_mm_high"]
     assert row["loads_mm"] == theirs[0]["loads"]["value"]

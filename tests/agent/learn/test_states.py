@@ -308,7 +308,7 @@ def _last_as_long_as_is_said(cli: Cli) -> None:
     passed = [_true_N(age)["y"] > limit_N for age in ages.tolist()]
     true_min = ages[passed.index(True)] / 60.0
     asked = ("life", "part.toml", "--machine", "lathe-1", "--limit", f"force.y={limit_N}")
-    (one,) = json.loads(cli(*asked, "--json").out)["lives"]
+    (one,) = json.loads(cli(*asked, "--json").out)["edges"][0]["lives"]
     assert one["minutes"]["low"] < true_min < (one["minutes"]["high"] or np.inf)
     assert_allclose(one["minutes"]["value"], true_min, rtol=0.4)
     assert 0.0 < one["sure_min"] < one["minutes"]["value"]
@@ -320,12 +320,21 @@ def _last_as_long_as_is_said(cli: Cli) -> None:
     assert "\n".join(found.lines).split() == said.split()
     (row,) = found.to_pandas().to_dict("records")
     assert row["parts_low"] < row["parts"] < row["parts_high"]
-    assert found.to_dict()["lives"] == [one]
+    assert found.to_dict()["edges"][0]["lives"] == [one]
+    # Two edges of that tool, of which the second makes the same again: either may end first
+    Path("again.toml").write_text(Path("part.toml").read_text().replace("two cuts", "again"))
+    both = cli("life", "part.toml", "again.toml", *asked[2:]).out
+    assert "again, carbide insert: an edge lasts" in both
+    assert "the first edge to end is that of" in both
+    rows = autodb.open("autodb.sqlite3").machine("lathe-1").tool_life(
+        "part.toml", "again.toml", limits={"force.y": limit_N}
+    ).to_pandas()  # fmt: skip
+    assert rows["edge"].tolist() == ["two cuts, carbide insert", "again, carbide insert"]
     # So does a program that makes that cut
     Path("part.nc").write_text("G21 G99 G97 S1400.563 M3\nG0 X50 Z0\nG1 Z-60 F0.2\nG0 X60\nM30\n")
     program = "[program]\nfile = 'part.nc'\nstock_diameter_mm = 53.0\ndiameter = true\n"
     Path("nc.toml").write_text(JOB.split("[[cut]]", maxsplit=1)[0] + program)
-    (of_line,) = json.loads(cli("life", "nc.toml", *asked[2:], "--json").out)["lives"]
+    (of_line,) = json.loads(cli("life", "nc.toml", *asked[2:], "--json").out)["edges"][0]["lives"]
     assert_allclose(of_line["minutes"]["value"], one["minutes"]["value"], rtol=0.02)
     # With a machine's limit it stands in the prediction, too
     file = (ROOT / "sample_jobs" / "stepped_shaft" / "machine.toml").read_text()

@@ -44,7 +44,8 @@ DATA = re.compile(
             CHANNEL, r"\b[A-Z]\d\b", r"\{\w+\}",  # edges; what a page's script fills in
             r"\b(?:k_c1\.1|m_c|[Kkm]_\w+)\b", r"\b(?:chip|shear|friction|flow)_\w+",  # coefficients
             r"\b(?:included|corner|edge|relief|rake)_\w+",  # numbers of a tool
-            r"\b\w+_(?:mm|mm_rev|mm_tooth|m_min|rpm|deg|N_m)\b", r"axes\.[\w.]+",  # keys of files
+            r"\b\w+_(?:mm|mm_rev|mm_tooth|m_min|rpm|deg|N_m|Hz|ratio)\b",  # keys of files
+            r"axes\.[\w.]+",
             r"'[^']*'", r"^\s*cut\s*$", r"\bln\b", r"\bUTC\b", r"\bMiB\b", r"\brms\b", r"\bHz\b",
             r"\bR²|kJ|cm³|N/mm|min\b",
             *(rf"\b{re.escape(one)}\b" for one in OUR_UNITS),
@@ -58,6 +59,9 @@ DATA = re.compile(
 def marked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have every sentence marked that is looked up for who reads German."""
     monkeypatch.setattr(catalogues, "catalogue", lambda _language: Marked())
+
+
+MODE = "axis=x&frequency_Hz=603&damping_ratio=0.039&stiffness_N_m=5590"
 
 
 def _mismatch(store: Store) -> int:
@@ -81,6 +85,8 @@ def _pages(store: Store, pair: dict[str, str]) -> list[str]:
         f"{MACHINE}/plan?{urlencode(pair | CUT | {'speed_rpm': '900'})}",
         f"{MACHINE}/plan?{urlencode([('operation', 'turn')] * 51)}",
         f"{MACHINE}/plan?{urlencode({'material': 'brass', 'tool': 'HSS'} | CUT)}",
+        f"{MACHINE}/stability", f"{MACHINE}/stability?{cut}&{MODE}",
+        f"{MACHINE}/stability?{cut}&{MODE}&axis=y&damping_ratio=9", f"{MACHINE}/stability?{MODE}",
         f"{MACHINE}/mismatches", f"{MACHINE}/mismatches?decided=true", f"{MACHINE}/import",
         f"{MACHINE}/scores", f"{MACHINE}/recordings", f"{MACHINE}/recordings/2",
         f"{MACHINE}/recordings/4", f"{MACHINE}/recordings/99", f"{MACHINE}/health",

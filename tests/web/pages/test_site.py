@@ -62,6 +62,7 @@ def test_every_page_answers_and_loads_scripts_of_its_own_alone(
         f"{MACHINE}/scores", f"{MACHINE}/recordings", f"{MACHINE}/recordings/2",
         f"{MACHINE}/recordings/4", f"{MACHINE}/health",
         f"{MACHINE}/drives/z.current", f"/mismatches/{_open_mismatch(store)}",
+        f"{MACHINE}/stability",
     ]  # fmt: skip
     for path in pages:
         got = client.get(path)

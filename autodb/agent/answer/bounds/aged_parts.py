@@ -86,18 +86,23 @@ def part_of_cuts(basis: PredictionBasis, job: Job) -> AgedPart:
 
     return AgedPart(
         once=once,
-        cut_of=_begins([cut.name for cut in job.cut], [one or 0.0 for one in times]),
+        cut_of=_begins(
+            [cut.name for cut in job.cut],
+            [one or 0.0 for one in times],
+            range(1, len(job.cut) + 1),
+        ),
         part_s=part_s,
         path_mm=None if None in ways else sum(one or 0.0 for one in ways),
         at_ages=at_ages,
     )
 
 
-def part_of_program(basis: PredictionBasis, program: Followed) -> AgedPart:
-    """Return the part that the lines of a program make that cut."""
+def part_of_program(basis: PredictionBasis, program: Followed, which: Sequence[int]) -> AgedPart:
+    """Return the part that some lines of a program make, by their places: those of one edge."""
     from autodb.forward.along import ProgramLine, predict_lines
 
     posterior, tool = basis.known.posterior, basis.known.tool
+    own = [program.lines[k] for k in which]
 
     def aged(line: ProgramLine, age_s: float) -> ProgramLine:
         def old(rows: Sequence[Conditions]) -> tuple[Mapping[str, float], ...]:
@@ -109,24 +114,22 @@ def part_of_program(basis: PredictionBasis, program: Followed) -> AgedPart:
             widest=old([line.widest])[0],
         )  # fmt: skip
 
-    def at_ages(which: Sequence[int], ages_s: Array) -> list[list[PredictedCut]]:
-        lines = [aged(program.lines[k], age) for k in which for age in ages_s.tolist()]
+    def at_ages(some: Sequence[int], ages_s: Array) -> list[list[PredictedCut]]:
+        lines = [aged(own[k], age) for k in some for age in ages_s.tolist()]
         made = predict_lines(posterior, tool, lines, source=program.source)
         return _by_cut(basis.widened(made), len(ages_s))
 
-    once = [one[0] for one in at_ages(range(len(program.lines)), np.zeros(1))]
-    times = [float(line.time_s.sum()) for line in program.lines]
-    names = [line.name for line in program.lines]
-    return AgedPart(once, _begins(names, times), sum(times), None, at_ages)
+    once = [one[0] for one in at_ages(range(len(own)), np.zeros(1))]
+    times = [float(line.time_s.sum()) for line in own]
+    names = [line.name for line in own]
+    numbers = [k + 1 for k in which]
+    return AgedPart(once, _begins(names, times, numbers), sum(times), None, at_ages)
 
 
 def _by_cut(made: Sequence[PredictedCut], count: int) -> list[list[PredictedCut]]:
     return [list(made[at : at + count]) for at in range(0, len(made), count)]
 
 
-def _begins(names: Sequence[str], times: Sequence[float]) -> list[PartCut]:
+def _begins(names: Sequence[str], times: Sequence[float], numbers: Sequence[int]) -> list[PartCut]:
     before = accumulate(times, initial=0.0)
-    return [
-        PartCut(number, name, begin)
-        for number, (name, begin) in enumerate(zip(names, before, strict=False), start=1)
-    ]
+    return [PartCut(*one) for one in zip(numbers, names, before, strict=False)]

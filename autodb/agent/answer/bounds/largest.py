@@ -17,10 +17,17 @@ from autodb.errors import UnusableInput, near_words
 from autodb.files.job_cut import KEYS, LEAST, MOST_CUT, JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import LimitStanding, limit_standings
-from autodb.wording import amount_words, localized, msgid, phrase
+from autodb.wording import amount_words, localized, phrase, stored_msgid
 
 Wanted = Literal["feed", "depth", "speed"]
-WHAT: tuple[str, ...] = (msgid("feed"), msgid("depth"), msgid("speed"))
+WHAT: tuple[str, ...] = (stored_msgid("feed"), stored_msgid("depth"), stored_msgid("speed"))
+STATES_NONE = stored_msgid(
+    "machine '{machine}' states no limit; state one, such as axes.spindle.limits.torque_N_m, with "
+    "'autodb machine update'"
+)
+NONE_SMALL = stored_msgid(
+    "no {what} is small enough: {found} at {value}; state other numbers of the cut"
+)
 FASTEST_M_MIN = 2000.0
 """Cutting speed up to which is searched. Chosen: aluminium is milled so."""
 SMALLEST = 1e-3
@@ -80,13 +87,7 @@ def largest_value(
         found, _ = basis.predict([_with(cut, key, float(value)) for value in tried])
         stands = [limit_standings([one], limits) for one in found]
         if all(one.standing == "not entered" for one in stands[0]):
-            raise UnusableInput(
-                phrase(
-                    "machine '{machine}' states no limit; state one, such as "
-                    "axes.spindle.limits.torque_N_m, with 'autodb machine update'",
-                    machine=basis.machine,
-                )
-            )
+            raise UnusableInput(phrase(STATES_NONE, machine=basis.machine))
         kept = [_beyond(one, sure) is None for one in stands]
         first = kept.index(False) if False in kept else STEPS
         if first == 0:
@@ -100,9 +101,9 @@ def largest_value(
         over = _beyond(stands[0], sure)
         raise UnusableInput(
             phrase(
-                "no {what} is small enough: {limit} at {value}; state other numbers of the cut",
+                NONE_SMALL,
                 what=phrase(what),
-                limit="" if over is None else over.words,
+                found="" if over is None else over.words,
                 value=amount_words(float(tried[0]), unit, ".3g"),
             )
         )

@@ -18,7 +18,7 @@ from autodb.files.machine import AxisLimits
 from autodb.forward.limits import QUANTITIES, PredictedQuantity
 from autodb.forward.line_parts import Followed
 from autodb.forward.prediction import PredictedCut
-from autodb.forward.tool_life import EdgeLife, chances_of, edge_life, quantile_of
+from autodb.forward.tool_life import EdgeLife, PartCut, chances_of, edge_life, quantile_of
 from autodb.pairs.posterior import Wear
 from autodb.wording import amount_words, localized, phrase, phrase_many
 
@@ -42,15 +42,16 @@ SURE = 0.95
 class ToolLife:
     """How long an edge lasts in a job, the limit that ends it first at the front.
 
-    ``start_s``: the edge's age at first; ``part_s``: cutting time of a part, None where the job
-    does not state how far its cuts go; ``searched_s``: the oldest age that was looked at;
-    ``learnt_s``: that of the oldest edge behind the pair's wear. ``why``: no life is known, and
-    what would teach it.
+    ``edge``: what it is called beside others, else empty. ``start_s``: its age at first;
+    ``part_s``: cutting time of a part, None where the job does not state how far its cuts go;
+    ``searched_s``: the oldest age that was looked at; ``learnt_s``: that of the oldest edge behind
+    the pair's wear. ``why``: no life is known, and what would teach it.
     """
 
     job: str
     material: str
     tool: str
+    edge: str
     start_s: float
     part_s: float | None
     learnt_s: float | None
@@ -65,8 +66,14 @@ class ToolLife:
         """What a planner is told, a line each."""
         if self.why is not None:
             return (self.why, *self.notes)
-        said = [one.words for one in self.lives]
-        return (*said, *self._change, *self.notes)
+        return (*self.life_lines, *self.notes)
+
+    @property
+    def life_lines(self) -> tuple[str, ...]:
+        """How long it lasts by each limit, and when to change it; or why nobody knows."""
+        if self.why is not None:
+            return (self.why,)
+        return (*(one.words for one in self.lives), *self._change)
 
     @property
     def _change(self) -> tuple[str, ...]:
@@ -98,6 +105,31 @@ class ToolLife:
         )
 
 
+@dataclass(frozen=True)
+class LifeCourse:
+    """How the chance that an edge has passed its first limit grows: ``chances`` at ``ages_s`` (n,).
+
+    ``cut``: the one that passes it, in a part of ``part_s`` of cutting.
+    """
+
+    ages_s: Array
+    chances: Array
+    cut: PartCut
+    part_s: float
+
+    @property
+    def most_parts(self) -> int:
+        """How many parts begin within the ages that are searched."""
+        ahead_s = float(self.ages_s[-1] - self.ages_s[0]) - self.cut.begin_s
+        return max(int(ahead_s / self.part_s) + 1, 0) if ahead_s >= 0.0 else 0
+
+    def chance(self, parts: int) -> float:
+        """Return the chance that fewer than so many parts keep the limit."""
+        age_s = float(self.ages_s[0]) + self.cut.begin_s + (parts - 1) * self.part_s
+        z = [quantile_of(one) for one in self.chances.tolist()]
+        return float(chances_of(np.interp([age_s], self.ages_s, z))[0])
+
+
 def limit_stated(text: str, *, where: str) -> tuple[str, float]:
     """Return channel and limit of CHANNEL=VALUE; raises UnusableInput where it is none."""
     channel, _, value = text.partition("=")
@@ -121,33 +153,54 @@ def tool_life(
     sure: float = SURE,
     program: Followed | None = None,
 ) -> ToolLife:
+    """Return how long an edge lasts in a job's cuts, or all lines of its program; as `life_of`."""
+    which = () if program is None else range(len(program.lines))
+    return life_of(basis, job, limits=limits, sure=sure, program=program, which=which)[0]
+
+
+def life_of(
+    basis: PredictionBasis,
+    job: Job,
+    *,
+    limits: Mapping[str, float] | None = None,
+    sure: float = SURE,
+    program: Followed | None = None,
+    which: Sequence[int] = (),
+    edge: str = "",
+) -> tuple[ToolLife, LifeCourse | None]:
     """Return how long an edge lasts in a job's cuts, which it makes in turn, part after part.
 
-    ``program``: that of the job, followed, in place of its cuts: all lines are made by the edge.
+    The course is that of its first limit, None where no wear was learnt or parts do not count.
+    ``program``: that of the job, followed, in place of its cuts, and ``which`` lines of it the edge
+    makes, by their places; ``edge``: what it is called.
 
     ``limits``: by channel (force.x, torque.spindle, spindle.power), instead of the machine's;
     ``sure``: the probability with which they are kept by those parts that are surely made. Raises
     UnusableInput for another channel, where there is no limit, or where lengths are missing.
     """
-    _refuse_limits(limits or {})
+    refuse_limits(limits or {})
     basis = basis.of_lot(job.lot)
     start_s = 0.0 if program is not None else job.cut[0].cutting_time_s or 0.0
     found = ToolLife(
-        job.name, job.material, basis.known.tool.name, start_s, None, None, None, sure, (),
+        job.name, job.material, basis.known.tool.name, edge, start_s, None, None, None, sure, (),
         None, (),
     )  # fmt: skip
     wear = basis.known.posterior.wear
     if wear is None:
-        return replace(found, why=_not_learnt(basis))
-    part = part_of_cuts(basis, job) if program is None else part_of_program(basis, program)
+        return replace(found, why=_not_learnt(basis)), None
+    part = part_of_cuts(basis, job) if program is None else part_of_program(basis, program, which)
     oldest_s = max(BEYOND * wear.reference_s, 2.0 * start_s)
     more_s = np.geomspace(SOONEST * oldest_s, oldest_s - start_s, LOOKED_AT - 1)
     ages_s = start_s + np.concatenate([[0.0], more_s])
+    lives = _lives(basis, part, ages_s, limits=limits, sure=sure)
     found = replace(
         found, part_s=part.part_s, learnt_s=wear.reference_s, searched_s=oldest_s,
-        lives=_lives(basis, part, ages_s, limits=limits, sure=sure),
+        lives=tuple(one for one, _ in lives),
     )  # fmt: skip
-    return replace(found, notes=_notes(basis, found, part, program))
+    first, chances = lives[0]
+    cut = next(one for one in part.cut_of if one.number == first.cut)
+    course = None if part.part_s is None else LifeCourse(ages_s, chances, cut, part.part_s)
+    return replace(found, notes=_notes(basis, found, part)), course
 
 
 def _not_learnt(basis: PredictionBasis) -> str:
@@ -159,7 +212,8 @@ def _not_learnt(basis: PredictionBasis) -> str:
     )
 
 
-def _refuse_limits(limits: Mapping[str, float]) -> None:
+def refuse_limits(limits: Mapping[str, float]) -> None:
+    """Raise UnusableInput for a limit of another channel, or that is none."""
     channels = [one.channel for one in QUANTITIES]
     for channel, limit in limits.items():
         if channel not in channels:
@@ -187,8 +241,10 @@ def _lives(
     *,
     limits: Mapping[str, float] | None,
     sure: float,
-) -> tuple[EdgeLife, ...]:
-    """Return the lives until each limit is passed, by the cut that passes it first."""
+) -> list[tuple[EdgeLife, Array]]:
+    """Return the lives until each limit is passed, by the cut that passes it first, and the chances
+    at ages (n,) that it is; the first to end at the front.
+    """
     asked = [
         (k, what, limit)
         for k, cut in enumerate(part.once)
@@ -208,7 +264,7 @@ def _lives(
     assert wear is not None
     loaded = part.most_loaded(float(ages_s[-1]))
     asked = [one for one in asked if one[0] in loaded]
-    by_channel: dict[str, EdgeLife] = {}
+    by_channel: dict[str, tuple[EdgeLife, Array]] = {}
     for (k, what, limit), chance in zip(asked, _chances(part, wear, ages_s, asked), strict=True):
         one = edge_life(
             ages_s,
@@ -222,12 +278,13 @@ def _lives(
             sure=sure,
         )
         other = by_channel.get(what.channel)
-        if other is None or _rank(one) < _rank(other):
-            by_channel[what.channel] = one
-    return tuple(sorted(by_channel.values(), key=_rank))
+        if other is None or life_rank(one) < life_rank(other[0]):
+            by_channel[what.channel] = one, chance
+    return sorted(by_channel.values(), key=lambda found: life_rank(found[0]))
 
 
-def _rank(one: EdgeLife) -> tuple[float, float]:
+def life_rank(one: EdgeLife) -> tuple[float, float]:
+    """Return by what lives are sorted: the shortest first."""
     ends = one.minutes.value, one.minutes.low
     first, second = (np.inf if end is None else end for end in ends)
     return first, second
@@ -270,9 +327,7 @@ def _as_old(ages_s: Array, wear: Wear, off: float) -> Array:
     return np.asarray(wear.reference_s * (ages_s / wear.reference_s) ** more)
 
 
-def _notes(
-    basis: PredictionBasis, found: ToolLife, part: AgedPart, program: Followed | None
-) -> tuple[str, ...]:
+def _notes(basis: PredictionBasis, found: ToolLife, part: AgedPart) -> tuple[str, ...]:
     """Say what a life rests on beyond what was seen."""
     said = []
     learnt_s, oldest_s = found.learnt_s or 0.0, found.searched_s or 0.0
@@ -284,14 +339,6 @@ def _notes(
                 "what the wear learnt until then would become",
                 seen=amount_words(learnt_s / 60.0, "min", ".3g"),
                 searched=amount_words(oldest_s / 60.0, "min", ".3g"),
-            )
-        )
-    if program is not None and len(program.tools) > 1:
-        said.append(
-            phrase(
-                "the program cuts with tools {tools}: all lines count as made by one edge; split "
-                "it to ask of each",
-                tools=", ".join(program.tools),
             )
         )
     if any(one.state is not None for one in part.once):

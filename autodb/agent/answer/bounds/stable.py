@@ -1,5 +1,6 @@
 """To what depth the cuts of a job are stable, beside what the machine's limits allow."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from autodb.agent.answer.bounds.largest import Largest, largest_value
@@ -24,6 +25,27 @@ class StableCut:
     stable: StableDepth
     loads: Largest | None
     why: str
+
+
+def stability_lines(found: Sequence[StableCut]) -> tuple[str, ...]:
+    """Say what is known of each cut, and once why no depth by the limits is known of any."""
+    whys = why_of_all(found)
+    lines: list[str] = []
+    for one in found:
+        lines += [one.stable.words, *loads_words(one, whys), *one.stable.notes]
+    return (*lines, *whys)
+
+
+def loads_words(one: StableCut, known: Sequence[str] = ()) -> tuple[str, ...]:
+    """Say the depth that a cut's loads allow, or why none is known; ``known``: said elsewhere."""
+    said = one.why if one.loads is None else one.loads.statement
+    return () if said in known else (said,)
+
+
+def why_of_all(found: Sequence[StableCut]) -> tuple[str, ...]:
+    """Say why no depth by the limits is known, where the reason is the same for all cuts."""
+    whys = {one.why for one in found}
+    return tuple(whys - {""}) if len(whys) == 1 else ()
 
 
 def stable_cuts(basis: PredictionBasis, job: Job, point: ToolPoint) -> tuple[StableCut, ...]:

@@ -157,68 +157,74 @@ document.querySelectorAll("[data-learning]").forEach((section) => {
   next();
 });
 
-// A program that is dropped: sent with the pair and the bar, answered by a piece of the page.
-(() => {
-  const form = document.querySelector("[data-program]");
-  if (!form) return;
+// A file that is dropped on a form: sent with the question, answered by a piece of the page.
+const onDrop = (form, place, asked) => {
   const cuts = document.querySelector("form [name=material]").form;
   const file = form.querySelector("[type=file]");
-  const predict = () => {
-    const typed = (name) => form.elements[name].value;
-    const program = { stock_diameter_mm: typed("stock_diameter_mm"), stock_face_mm: typed("stock_face_mm") };
-    const { material, tool } = cuts.elements;
-    const job = { name: file.files[0].name, material: material.value, tool: tool.value, program };
+  const into = document.querySelector(place);
+  const ask = () => {
+    const { address, parts } = asked(cuts, file.files[0]);
     const sent = new FormData();
-    sent.append("job", JSON.stringify(job));
-    sent.append("program", file.files[0], file.files[0].name);
+    Object.entries(parts).forEach(([key, part]) => sent.append(key, part));
     const headers = { "X-CSRF-Token": document.body.dataset.csrf };
-    askPiece(form.dataset.program, { method: "POST", body: sent, headers }, {
+    askPiece(address, { method: "POST", body: sent, headers }, {
       status: form.querySelector("[role=status]"),
-      into: document.querySelector("#of-program"),
+      into,
       button: form.querySelector("button"),
     });
   };
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    predict();
+    ask();
   });
   form.addEventListener("dragover", (event) => event.preventDefault());
   form.addEventListener("drop", (event) => {
     event.preventDefault();
     file.files = event.dataTransfer.files;
-    if (form.reportValidity()) predict();
+    if (form.reportValidity()) ask();
+  });
+};
+
+// A program: with the pair and the bar.
+(() => {
+  const form = document.querySelector("[data-program]");
+  if (!form) return;
+  onDrop(form, "#of-program", (cuts, program) => {
+    const typed = (name) => form.elements[name].value;
+    const stock = { stock_diameter_mm: typed("stock_diameter_mm"), stock_face_mm: typed("stock_face_mm") };
+    const { material, tool } = cuts.elements;
+    const job = { name: program.name, material: material.value, tool: tool.value, program: stock };
+    return { address: form.dataset.program, parts: { job: JSON.stringify(job), program } };
   });
 })();
 
-// Cuts of a job: each operation shows the fields that it has; cuts are added and taken out.
+// A tool point: with the cuts, as they stand in their form.
 (() => {
-  const cuts = document.querySelector("[data-cuts]");
-  if (!cuts) return;
-  const keys = JSON.parse(cuts.dataset.cuts);
-  const all = () => [...cuts.querySelectorAll("fieldset")];
-  const show = (cut) => {
-    const shown = keys[cut.querySelector("[name=operation]").value];
-    cut.querySelectorAll("[data-key]").forEach((field) => {
-      const has = shown.includes(field.dataset.key);
-      field.hidden = !has;
-      if (!has) field.querySelector("input").value = "";
-    });
-  };
-  const number = () => all().forEach((cut, k) => {
-    cut.querySelector("legend").textContent = say("cut", { number: k + 1 });
-    cut.querySelector("[data-remove]").hidden = all().length === 1;
+  const form = document.querySelector("[data-dynamics]");
+  if (!form) return;
+  onDrop(form, "#of-file", (cuts, dynamics) => {
+    document.querySelector("#answer")?.remove();  // it was of the modes
+    const query = new URLSearchParams(new FormData(cuts));
+    return { address: `${form.dataset.dynamics}?${query}`, parts: { dynamics } };
   });
-  const begin = (cut) => {
-    cut.querySelector("[name=operation]").addEventListener("change", () => show(cut));
-    cut.querySelector("[data-remove]").addEventListener("click", () => {
-      cut.remove();
+})();
+
+// Groups of fields that are numbered, added and taken out, one at least.
+const beginGroups = (place, title, add, begin = () => {}) => {
+  const all = () => [...place.querySelectorAll("fieldset")];
+  const number = () => all().forEach((group, k) => {
+    group.querySelector("legend").textContent = say(title, { number: k + 1 });
+    group.querySelector("[data-remove]").hidden = all().length === 1;
+  });
+  const start = (group) => {
+    group.querySelector("[data-remove]").addEventListener("click", () => {
+      group.remove();
       number();
     });
-    show(cut);
+    begin(group);
   };
-  all().forEach(begin);
+  all().forEach(start);
   number();
-  const add = document.querySelector("[data-add]");
   if (!add) return;
   add.hidden = false;
   add.addEventListener("click", () => {
@@ -228,10 +234,35 @@ document.querySelectorAll("[data-learning]").forEach((section) => {
       field.value = last.querySelectorAll("input, select")[k].value;
     });
     last.after(made);
-    begin(made);
+    start(made);
     number();
-    made.querySelector("input").focus();
+    made.querySelector("input, select").focus();
   });
+};
+
+// Cuts of a job: each operation shows the fields that it has.
+(() => {
+  const cuts = document.querySelector("[data-cuts]");
+  if (!cuts) return;
+  const keys = JSON.parse(cuts.dataset.cuts);
+  const show = (cut) => {
+    const shown = keys[cut.querySelector("[name=operation]").value];
+    cut.querySelectorAll("[data-key]").forEach((field) => {
+      const has = shown.includes(field.dataset.key);
+      field.hidden = !has;
+      if (!has) field.querySelector("input").value = "";
+    });
+  };
+  beginGroups(cuts, "cut", document.querySelector("[data-add]"), (cut) => {
+    cut.querySelector("[name=operation]").addEventListener("change", () => show(cut));
+    show(cut);
+  });
+})();
+
+// Modes of a tool point.
+(() => {
+  const modes = document.querySelector("[data-modes]");
+  if (modes) beginGroups(modes, "mode", document.querySelector("[data-add-mode]"));
 })();
 
 // Files that are dropped: one with a side file is imported; of another it is shown first what its
