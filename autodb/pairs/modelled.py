@@ -133,7 +133,8 @@ class Modelled:
         assert worked.slopes is not None
         assert worked.off_slopes is not None
         found = errors[self._assumed]
-        slopes = worked.slopes[0] + np.tensordot(found, worked.slopes[1:] - worked.slopes[0], 1)
+        moved = (worked.slopes[1:] - worked.slopes[0]).reshape(len(found), worked.slopes[0].size)
+        slopes = worked.slopes[0] + (found @ moved).reshape(worked.slopes.shape[1:])
         slopes *= (1.0 + self._gains @ errors)[:, None]
         whole = np.column_stack([slopes + worked.off_slopes, self._by_errors(worked, errors)])
         return self._seen(worked, state), whole
@@ -149,9 +150,11 @@ class Modelled:
         for one in self._laws:
             beside += one.inside * (worked.off[0][:, one.columns] @ errors[one.place])
 
+        assumed = errors[self._assumed]
+
         def found(values: Array) -> Array:
-            moved = np.tensordot(errors[self._assumed], values[1:] - values[0], 1)
-            return np.asarray(values[0] + moved)
+            moved = (values[1:] - values[0]).reshape(len(assumed), values[0].size)
+            return np.asarray(values[0] + (assumed @ moved).reshape(values.shape[1:]))
 
         expected = found(whole) * (1.0 + self._gains @ errors) + beside
         return Seen(found(worked.parts), found(worked.off), expected)

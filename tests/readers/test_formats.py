@@ -241,8 +241,8 @@ def test_a_csv_of_many_blocks_names_the_row_at_fault(
 
 
 def test_a_summary_takes_the_memory_of_a_block(tmp_path: Path) -> None:
-    """256 MB of numbers (zeros that HDF5 does not store) pass through; what stays is a few MB."""
-    rows = 8_000_000
+    """128 MB of numbers (zeros that HDF5 does not store) pass through; what stays is a few MB."""
+    rows = 4_000_000
     path = tmp_path / "long.h5"
     with h5py.File(path, "w") as file:
         chunks = (1 << 20,)

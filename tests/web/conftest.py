@@ -16,11 +16,35 @@ from autodb.files.machine import LATHE
 from autodb.proofs.machines.lathe import fleets
 from autodb.store import Store, create_store, open_store
 from autodb.web.http.settings import Settings
+from autodb.web.receive import children
 from tests.helpers import shops
 from tests.helpers.asked import client_of
 from tests.helpers.browsing import CHROMIUM, Site, Watched
+from tests.helpers.forked_readers import ForkedReaders
 from tests.helpers.serving import served
 from tests.helpers.site import filled
+
+
+@pytest.fixture(scope="session")
+def readers() -> Iterator[ForkedReaders]:
+    """Return what forks processes that read what was sent."""
+    made = ForkedReaders()
+    yield made
+    made.end()
+
+
+@pytest.fixture(autouse=True)
+def _forked(
+    request: pytest.FixtureRequest, readers: ForkedReaders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Have services fork them, but where a test asks how they are started (``started``)."""
+    if "started" not in request.fixturenames:
+        monkeypatch.setattr(children, "subprocess", readers)
+
+
+@pytest.fixture
+def started() -> None:
+    """Have each process that reads started anew, as a service does."""
 
 
 @pytest.fixture(scope="session")

@@ -83,21 +83,23 @@ def limit_at(loop: Loop, periods_s: Array) -> tuple[Array, Array]:
     scale = np.full(len(periods_s), np.inf)
     frequency = np.full(len(periods_s), np.nan)
     omega = 2.0 * np.pi * loop.frequency_Hz
+    limited = np.isfinite(loop.scale)
+    line, branch = np.nonzero(limited[:-1] & limited[1:])
+    (low_omega, low_phase), (high_omega, high_phase) = (
+        (omega[one], loop.phase_rad[one, branch]) for one in (line, line + 1)
+    )
     for k, period in enumerate(periods_s.tolist()):
-        turns = (omega[:, None] * period - loop.phase_rad) / (2.0 * np.pi)
-        low, high = turns[:-1], turns[1:]
-        ends = loop.scale[:-1], loop.scale[1:]
-        crossed = (np.floor(low) != np.floor(high)) & (np.abs(high - low) < 0.5)
-        crossed &= np.isfinite(ends[0]) & np.isfinite(ends[1])
-        if not crossed.any():
+        low = (low_omega * period - low_phase) / (2.0 * np.pi)
+        high = (high_omega * period - high_phase) / (2.0 * np.pi)
+        whole = np.floor(low), np.floor(high)
+        at = np.flatnonzero((whole[0] != whole[1]) & (np.abs(high - low) < 0.5))
+        if not len(at):
             continue
-        line, branch = np.nonzero(crossed)
-        begun, ended = low[line, branch], high[line, branch]
-        share = (np.maximum(np.floor(begun), np.floor(ended)) - begun) / (ended - begun)
-        first, last = ends[0][line, branch], ends[1][line, branch]
+        share = (np.maximum(whole[0][at], whole[1][at]) - low[at]) / (high[at] - low[at])
+        first, last = loop.scale[line[at], branch[at]], loop.scale[line[at] + 1, branch[at]]
         found = first + share * (last - first)
         best = int(np.argmin(found))
         scale[k] = found[best]
-        there = loop.frequency_Hz[line[best]], loop.frequency_Hz[line[best] + 1]
+        there = loop.frequency_Hz[line[at[best]]], loop.frequency_Hz[line[at[best]] + 1]
         frequency[k] = there[0] + share[best] * (there[1] - there[0])
     return scale, frequency

@@ -20,7 +20,10 @@ from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.store import create_store
 from tests.helpers.campaigns import first
 
-pytestmark = pytest.mark.filterwarnings("ignore:This process .* is multi-threaded")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:This process .* is multi-threaded"),
+    pytest.mark.usefixtures("made_anew"),
+]
 PAUSE_S = 0.1
 ONLY_READ = {
     *(

@@ -19,6 +19,8 @@ from autodb.store.copies import connect
 from autodb.store.watched import Watched
 from tests.conftest import Cli
 
+pytestmark = pytest.mark.usefixtures("made_anew")
+
 MEGABYTES = 8
 READ: tuple[tuple[str, ...], ...] = (
     ("machine", "list"),

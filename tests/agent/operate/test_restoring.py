@@ -16,7 +16,7 @@ from autodb.store.restoring import restore
 from tests.conftest import ROOT, Cli
 from tests.helpers.kept import DB, URL, rows_of
 
-pytestmark = pytest.mark.usefixtures("one_law")
+pytestmark = pytest.mark.usefixtures("one_law", "made_anew")
 
 
 def test_restoring_brings_back_what_was_backed_up(

@@ -21,6 +21,7 @@ from tests.helpers.asked import detail
 from tests.helpers.sending import PREDICT, SEND, became_of, files_in, serving
 
 
+@pytest.mark.usefixtures("started")
 def test_what_takes_too_much_is_refused(
     url: str, operates: dict[str, str], tmp_path: Path, week: bytes
 ) -> None:

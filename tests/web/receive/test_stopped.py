@@ -45,6 +45,7 @@ def _reading(client: TestClient, sent: Any) -> int:
     return int(pid)
 
 
+@pytest.mark.usefixtures("started")
 def test_killed_in_the_middle_nothing_is_there(
     url: str, operates: dict[str, str], large: bytes, tmp_path: Path
 ) -> None:
