@@ -48,6 +48,7 @@ class JudgedPeers:
 
 
 JUDGED = TypeAdapter(JudgedPeers)
+GROUPS: TypeAdapter[list[PeerGroup]] = TypeAdapter(list[PeerGroup])
 
 
 def given_of(case: RealCase) -> RealGiven:
@@ -131,6 +132,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--runs", type=int, default=RUNS)
     parser.add_argument("--workers", type=int, choices=(1, 2), default=1)
+    parser.add_argument("--table", type=Path, help="the table as JSON, too")
     given = parser.parse_args()
     done = kept(given.out)
     given.out.write_bytes(b"".join(JUDGED.dump_json(one) + b"\n" for one in done))
@@ -140,8 +142,10 @@ def main() -> None:
             file.write(JUDGED.dump_json(one) + b"\n")
             file.flush()
             done.append(one)
-    rows = tuple(one.cells() for one in groups(done))
-    print(piped(TextTable("", PEER_HEADS, rows)), end="")
+    found = groups(done)
+    if given.table:
+        given.table.write_bytes(GROUPS.dump_json(found, indent=1))
+    print(piped(TextTable("", PEER_HEADS, tuple(one.cells() for one in found))), end="")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,8 @@ def tables(found: Sequence[Contest]) -> str:
 
 
 def _section(one: Contest) -> str:
-    commands = {f"    {_command(kept(rival.theirs.of))}\n": None for rival in one.rivals}
+    of = dict.fromkeys(cell.of for rival in one.rivals for cell in (rival.theirs, rival.ours))
+    commands = [f"    {_command(kept(name))}\n" for name in of]
     table = piped(TextTable("", HEADS, tuple(map(cells, one.rivals))))
     return f"## {one.job}\n\n{one.data}\n\n{table}\n{''.join(commands)}"
 

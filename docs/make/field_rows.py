@@ -205,10 +205,18 @@ CONCEALED = {
 """How a method on concealed cases was set up, by a part of its label."""
 
 
+NAMING = (
+    ("greedy search", "numpy", "greedy, all columns", ", orthogonal"),
+    ("SysIdentPy: FROLS", "0.9.0", "FROLS (SysIdentPy)", "; number of terms held out"),
+    ("pysindy: STLSQ", "2.1.0", "STLSQ (pysindy)", "; threshold and ridge held out"),
+)
+"""Methods on the cases of the proof of real axes: name, version, row of the table, set up."""
+
+
 def physics() -> Contest:
     """Return ways to find missing physics."""
-    real, ours = Cell("real", "Other methods", ("greedy, all columns",), "named"), "autodb explain"
-    greedy = "orthogonal, with the columns that the effects are made of"
+    ours = Cell("real", "Other methods", ("autodb explain",), "named")
+    others = Cell("real-peers", "", (), "named")
     return Contest(
         "Missing physics",
         "Fixed cases of `explain` with something hidden that can show; and real axes with an "
@@ -221,14 +229,15 @@ def physics() -> Contest:
             ),
             *(
                 Rival(
-                    "greedy search",
-                    "numpy",
-                    greedy,
+                    name,
+                    version,
+                    f"the columns that the effects are made of{setup}",
                     figure,
-                    replace(real, column=column),
-                    replace(real, row=(ours,), column=column),
+                    replace(others, row=(way,), column=column),
+                    replace(ours, column=column),
                     more,
                 )
+                for name, version, way, setup in NAMING
                 for figure, column, more in (
                     ("real axes: named", "named", True),
                     ("real axes: wrong names", "wrong", False),
