@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from docs.make.cells import VERDICTS, Cell
 from docs.make.kept import kept
 
+FROLS = "FROLS (SysIdentPy)"
 GREEDY = "greedy search with the generator's own columns"
 LEVEL = "95 % limit"
 
@@ -279,11 +280,11 @@ def explained() -> list[Figure]:
         value = Cell(proof, "Limits", (row,), "share")
         return Figure(job, what, value, interval=value.beside("exact"), cases=value.beside("cases"))
 
-    def found(proof: str, row: str, what: str, rival: tuple[str, str] | None) -> Figure:
-        beside = rival and (GREEDY, Cell(proof, "Other methods", rival[:1], rival[1]))
-        return Figure(job, what, Cell(proof, "Limits", (row,), "found"), rival=beside or None)
+    def found(proof: str, row: str, what: str, rival: tuple[str, Cell] | None) -> Figure:
+        return Figure(job, what, Cell(proof, "Limits", (row,), "found"), rival=rival)
 
-    whole, columns = "decidable, d ≥ 8: exactly the hidden terms", "greedy, all columns"
+    whole = "decidable, d ≥ 8: exactly the hidden terms"
+    wrong = Cell("real", "Other methods", ("greedy, all columns",), "wrong")
     return [
         share("explain", whole, "Clear cases that can be decided, named exactly"),
         share(
@@ -310,9 +311,9 @@ def explained() -> list[Figure]:
             "real",
             "real and injected: named",
             "Real axes: what is missing is named",
-            (columns, "named"),
+            (FROLS, Cell("real-peers", "", (FROLS,), "named")),
         ),
-        found("real", "real and injected: wrong", "Real axes: a wrong name", (columns, "wrong")),
+        found("real", "real and injected: wrong", "Real axes: a wrong name", (GREEDY, wrong)),
         found(
             "real",
             "nulls: own terms within 30 %",
@@ -323,7 +324,7 @@ def explained() -> list[Figure]:
             "force-tables",
             "injected: named",
             "Tables of forces, published: what is missing is named",
-            ("greedy, own columns", "named"),
+            (GREEDY, Cell("force-tables", "Other methods", ("greedy, own columns",), "named")),
         ),
     ]
 
