@@ -3,7 +3,7 @@
 What is stored, and what programs read, stays in English and in SI units.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -80,13 +80,24 @@ def _answer_in(language: Language = None, units: Units = None) -> None:
 
 
 @contextmanager
-def in_english(when: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT002 - reads as a sentence
+def in_english(when: bool = True) -> Iterator[None]:
     """Work in English and SI units: what is stored, and what programs read."""
     if not when:
         yield
         return
     with presented(ENGLISH):
         yield
+
+
+def for_reader(tell: Callable[[str], None]) -> Callable[[str], None]:
+    """Return what tells a line as its reader has it, also where the work is done in English."""
+    shown = presentation()
+
+    def told(line: str) -> None:
+        with presented(shown):
+            tell(again(line))
+
+    return told
 
 
 def again(text: str) -> str:
@@ -98,9 +109,9 @@ def again(text: str) -> str:
     return said_again(text)
 
 
-def headed(what: str, unit: str) -> str:
+def headed(what: str, unit: str = "") -> str:
     """Return the head of a column of numbers, with their unit as the reader has it."""
-    return f">{what} {shop_amount(1.0, unit)[1]}".replace("> ", ">")
+    return ">" + f"{what} {shop_amount(1.0, unit)[1]}".strip()
 
 
 def counted(value: float, unit: str, digits: int | None = None) -> str:

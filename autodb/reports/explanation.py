@@ -122,10 +122,14 @@ def told_statement(statement: str) -> Markup:
     """Return what was stated of a cause: what its effect does in the reader's language, where the
     vocabulary has it, the rest in English, as it was kept.
     """
+    return Markup(" ").join(map(told, statement_words(statement)))
+
+
+def statement_words(statement: str) -> list[Worded]:
+    """Return what was stated of a cause: what its effect does, and the rest as it was kept."""
     does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
     rest = statement.removeprefix(does).strip()
-    said = [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
-    return Markup(" ").join(map(told, said))
+    return [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
 
 
 def move_words(term: str, others: Sequence[str], text: str, called: Callable[[str], str]) -> Worded:

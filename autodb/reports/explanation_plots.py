@@ -202,9 +202,7 @@ def _against(
         x_title=figures.bracketed(channel_words(signal), unit or ""),
     )
     scale, regimes = figures.plot_scale(unit or ""), answer.where.regime
-    figures.shade(
-        made, [(scale * r.low, scale * r.high) for r in regimes if r.signal == signal]
-    )
+    figures.shade(made, [(scale * r.low, scale * r.high) for r in regimes if r.signal == signal])
     x = scale * trace.regime_signals[signal]
     for name, _, left in _curves(answer, trace):
         if left is not None:

@@ -23,8 +23,8 @@ SENTENCES = (
 amount or a name. Of an amount that another shares its unit with, ``size_low`` and ``size_high``
 are the ends of ``size``."""
 CAUSES, VALUES, TERM, OR = "causes", "values", "term", " or "
-"""Places of titles of causes, one after another, of quoted values, any of which holds, and of an
-effect by its name."""
+"""Places of titles of causes, one after another (``causes_other`` of more), of quoted values, any
+of which holds, and of an effect by its name."""
 QUOTED = r"'[^',;]*'(?: or '[^',;]*')*"
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
@@ -119,7 +119,7 @@ def _value(name: str, values: dict[str, str]) -> str:
         return word if language_of(word) == presentation().language else text
     if name == VALUES:
         return listed(text.split(OR), phrase(" or "))
-    if name == CAUSES:
+    if name.startswith(CAUSES):
         return listed(phrase(one) for one in text.split(", "))
     again = said_again(text)
     known = language_of(again) == presentation().language and again != text

@@ -94,12 +94,12 @@ def _filled(one: StoredSentence) -> tuple[str, dict[str, str]]:
         if name in SENTENCES:
             ours[name], theirs[name] = "time runs backwards: rows turned round", ""
             theirs[name] = catalogue("de").gettext(ours[name])
-        elif name == CAUSES:
+        elif name is not None and name.startswith(CAUSES):
             ours[name], theirs[name] = "a hard spot, weight on the table", ""
         elif name is not None:
             ours[name] = theirs[name] = f"'{name}'" if name == VALUES else f"Zq{len(ours)}"
-    if CAUSES in ours:
-        theirs[CAUSES] = ", ".join(map(catalogue("de").gettext, ours[CAUSES].split(", ")))
+    for name in (one for one in ours if one.startswith(CAUSES)):
+        theirs[name] = ", ".join(map(catalogue("de").gettext, ours[name].split(", ")))
     return one.english.format(**ours), theirs
 
 

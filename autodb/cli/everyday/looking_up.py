@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
+from autodb.cli._reader import headed, in_english
 from autodb.cli.everyday.predicting import (
     ToolPath,
     say_answer,
@@ -14,7 +15,6 @@ from autodb.cli.everyday.predicting import (
     show_predicted,
     stated_tool,
 )
-from autodb.cli._reader import in_english
 from autodb.wording import day, phrase
 
 if TYPE_CHECKING:
@@ -277,7 +277,7 @@ def _list(machine: str, pairs: "list[Listed]", *, json: bool) -> None:
         return
     rows = table(
         phrase("Work-tool pairs of '{machine}'", machine=machine),
-        *(phrase("material"), phrase("tool"), f">{phrase('cuts')}", f">{phrase('version')}"),
+        *(phrase("material"), phrase("tool"), headed(phrase("cuts")), headed(phrase("version"))),
         phrase("learnt"),
     )
     for pair in pairs:
