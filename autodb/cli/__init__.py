@@ -16,7 +16,7 @@ import typer
 from autodb import __version__
 from autodb.cli._common import Stopped
 from autodb.cli._listed import COMMANDS, GROUP_OF, READERS, examples_of
-from autodb.cli._reader import again, for_its_reader
+from autodb.cli._reader import for_its_reader, shown_again
 from autodb.files.excuses import excuse
 from autodb.wording import ENGLISH, Worded, language_of, presented
 
@@ -96,7 +96,7 @@ def _run(arguments: list[str] | None) -> int:
         if said is None:
             raise
         line = Worded(said, language_of(error))
-        typer.echo(f"autodb: {again(line)}", err=True)
+        typer.echo(f"autodb: {shown_again(line)}", err=True)
         return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
 

@@ -95,12 +95,12 @@ def for_reader(tell: Callable[[str], None]) -> Callable[[str], None]:
 
     def told(line: str) -> None:
         with presented(shown):
-            tell(again(line))
+            tell(shown_again(line))
 
     return told
 
 
-def again(text: str) -> str:
+def shown_again(text: str) -> str:
     """Return what was stored in English as its reader has it; what is not known stays as it is."""
     if presentation() == ENGLISH or language_of(text) != "en":
         return text
@@ -114,7 +114,7 @@ def headed(what: str, unit: str = "") -> str:
     return ">" + f"{what} {shop_amount(1.0, unit)[1]}".strip()
 
 
-def counted(value: float, unit: str, digits: int | None = None) -> str:
+def table_number(value: float, unit: str, digits: int | None = None) -> str:
     """Return a number of a table for the reader, in what ``headed`` says.
 
     ``digits``: after the mark of a number in our units; without them one, from 100 on none.
@@ -123,7 +123,7 @@ def counted(value: float, unit: str, digits: int | None = None) -> str:
 
 
 def interval(one: "Interval", unit: str, digits: int | None = None) -> str:
-    """Return 'value (low to high)' for the reader, with the digits of its value by ``counted``."""
+    """Return 'value (low to high)' for the reader, its digits as ``table_number`` has them."""
     shown = _digits(one.value, unit, digits)
     value, low, high = (_number(end, unit, shown) for end in (one.value, one.low, one.high))
     return phrase("{value} ({low} to {high})", value=value, low=low, high=high)

@@ -41,9 +41,7 @@ NEAR = 6.0
 """Ways of grouping whose score is no more above the best are named with it: odds of e³."""
 CEILING = 0.99
 SHOWS = stored_msgid("{channel}: {causes} shows in {count} of {n} recordings")
-UNNAMED = stored_msgid(
-    "{found}; their side files do not name all of these for every one: {causes}."
-)
+UNNAMED = stored_msgid("{found}; their side files do not name the {causes} of every one.")
 WITH_NONE = stored_msgid("{found} and goes with none of what their side files name.")
 SHARED_BY_ALL = stored_msgid(
     "{found}, which share their {causes}: nothing here tells which it sits in."

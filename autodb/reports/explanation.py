@@ -58,6 +58,16 @@ CERTAINTY = (
 )
 
 
+VARIABLES = (
+    msgid("direction in a corner of position × speed"), msgid("corner of position × speed"),
+    msgid("periodic in time"), msgid("periodic"), msgid("components"), msgid("direction"),
+    msgid("braking, with effort against the motion"), msgid("acceleration"), msgid("position"),
+    msgid("speed"), msgid("time"), msgid("tone"), msgid("bands"), msgid("at"),
+)  # fmt: skip
+"""What an effect without a name may depend on, beside channels."""
+_VARIABLE = rf"(?<![.\w])(?:{'|'.join(VARIABLES)})(?![.\w])"
+
+
 def render_explanation(explained: Explained) -> str:
     """Return the report of one explanation: a page that loads nothing from outside."""
     return figures.whole_page(
@@ -168,7 +178,10 @@ def candidate_words(name: str) -> str:
         term, rest = UNKNOWN, said.removeprefix(UNKNOWN).strip()
     rest = re.sub(r"\bways\b", "components", rest)
     words = term_words(term)
-    return phrase("{candidate} ({what})", candidate=words, what=rest) if rest else words
+    if not rest:
+        return words
+    what = re.sub(_VARIABLE, lambda found: phrase(found[0]), rest)
+    return phrase("{candidate} ({what})", candidate=words, what=what)
 
 
 def parameter_words(name: str) -> str:

@@ -18,7 +18,7 @@ from autodb.cli._common import (
     show,
     table,
 )
-from autodb.cli._reader import again, counted, headed, in_english, interval
+from autodb.cli._reader import headed, in_english, interval, shown_again, table_number
 from autodb.wording import ENGLISH, amount_words, listed, msgid, phrase, presentation, shop_amount
 
 if TYPE_CHECKING:
@@ -197,15 +197,15 @@ def show_figures(
     for cut, one in zip(cuts, figures, strict=True):
         rows.add_row(
             cut.name or phrase(cut.operation),
-            "" if one.time_s is None else counted(one.time_s, "s", 1),
-            "" if one.removal_cm3_min is None else counted(one.removal_cm3_min, "cm³/min", 1),
+            "" if one.time_s is None else table_number(one.time_s, "s", 1),
+            "" if one.removal_cm3_min is None else table_number(one.removal_cm3_min, "cm³/min", 1),
             "" if one.specific_N_mm2 is None else interval(one.specific_N_mm2, "N/mm²"),
             "" if one.energy_kJ is None else interval(one.energy_kJ, "kJ"),
         )
     show(rows)
     if totals is None or len(figures) == 1 or totals.time_s is None:
         return
-    removed = counted(totals.removed_cm3 or 0.0, "cm³", 1)
+    removed = table_number(totals.removed_cm3 or 0.0, "cm³", 1)
     said = [amount_words(totals.time_s, "s", ".1f"), f"{removed} {shop_amount(1.0, 'cm³')[1]}"]
     if totals.energy_kJ is not None:
         said.append(f"{interval(totals.energy_kJ, 'kJ')} kJ")
@@ -225,7 +225,7 @@ def say_answer(cuts: "Sequence[PredictedCut]", answer: AnswerOptions) -> None:
     for line in standings_in_words(answer.limits):
         say(line)
     for note in answer.notes:
-        say(again(note))
+        say(shown_again(note))
     say(phrase("95 % intervals; behind it: {behind}", behind=behind_words(answer.behind)))
 
 
@@ -258,8 +258,8 @@ def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
         name = cut.name or phrase(cut.operation)
         rows.add_row(
             phrase("{cut}: mean", cut=name) if cut.changes else name,
-            counted(cut.speed_rpm, "rpm", 0),
-            counted(cut.speed_m_min, "m/min", 0),
+            table_number(cut.speed_rpm, "rpm", 0),
+            table_number(cut.speed_m_min, "m/min", 0),
             *(
                 interval(v, "N") + (" *" if axis == cut.passive else "")
                 for axis, v in forces.items()
@@ -286,5 +286,5 @@ def _speeds(some: "Moment | Peaks") -> tuple[str, str]:
     from autodb.forward.prediction import Moment
 
     if isinstance(some, Moment):
-        return counted(some.speed_rpm, "rpm", 0), counted(some.speed_m_min, "m/min", 0)
+        return table_number(some.speed_rpm, "rpm", 0), table_number(some.speed_m_min, "m/min", 0)
     return "", ""

@@ -15,7 +15,7 @@ from autodb.cli._common import (
     until_stopped,
     working,
 )
-from autodb.cli._reader import again, in_english
+from autodb.cli._reader import in_english, shown_again
 from autodb.files.excuses import excuse
 from autodb.wording import day, phrase, presentation, presented
 
@@ -125,5 +125,5 @@ def _print(done: "RefreshReport", *, json: bool) -> None:
     from dataclasses import asdict
     from json import dumps
 
-    for line in [dumps(asdict(done))] if json else map(again, done.lines()):
+    for line in [dumps(asdict(done))] if json else map(shown_again, done.lines()):
         say(line)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, working
-from autodb.cli._reader import again, in_english
+from autodb.cli._reader import in_english, shown_again
 from autodb.cli.everyday.predicting import ToolPath, stated_tool
 
 JobFiles = Annotated[
@@ -83,4 +83,4 @@ def life_command(
         say(TypeAdapter(ToolLives).dump_json(found, indent=1).decode())
         return
     for line in found.lines:
-        say(again(line))
+        say(shown_again(line))

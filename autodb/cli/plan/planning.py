@@ -15,7 +15,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli._reader import again, headed, in_english
+from autodb.cli._reader import headed, in_english, shown_again
 from autodb.wording import amount_words, localized, msgid, phrase, phrase_many, shop_amount
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def _show(found: "ProposedCuts") -> None:
     if found.hardly:
         say(phrase(HARDLY))
     for statement in found.open:
-        say(again(statement))
+        say(shown_again(statement))
     if found.not_determined:
         missing = ", ".join(found.not_determined)
         say(

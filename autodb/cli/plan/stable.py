@@ -15,7 +15,7 @@ from autodb.cli._common import (
     say,
     working,
 )
-from autodb.cli._reader import again, in_english
+from autodb.cli._reader import in_english, shown_again
 from autodb.cli.everyday.predicting import ToolPath, stated_tool
 from autodb.wording import phrase
 
@@ -74,7 +74,7 @@ def stability_command(
         say(TypeAdapter(tuple[StableCut, ...]).dump_json(found, indent=1).decode())
         return
     for line in stability_lines(found):
-        say(again(line))
+        say(shown_again(line))
     say(
         phrase(
             "95 % intervals: of the pair's forces and of what gives way; worn edges damp slow cuts "

@@ -21,7 +21,7 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli._reader import again, counted, for_reader, in_english
+from autodb.cli._reader import for_reader, in_english, shown_again, table_number
 from autodb.cli.understand.fitting import AskedRecordings, level_command, train_command
 from autodb.wording import listed, localized, phrase, phrase_many, shop_amount
 
@@ -165,9 +165,9 @@ def _say_calibrated(done: "Calibrated", moved: list[tuple[str, ...]], *, stored:
     _show_calibrations(done.calibrations)
     for one, sentences in zip(done.calibrations, moved, strict=True):
         for sentence in sentences:
-            _say_of_axis(one, again(sentence))
+            _say_of_axis(one, shown_again(sentence))
     for sentence in done.left_out:
-        say(phrase("excluded: {what}", what=again(sentence)))
+        say(phrase("excluded: {what}", what=shown_again(sentence)))
     if not stored:
         say(phrase("not stored: give --machine NAME to keep it"))
     elif not any(done.new):
@@ -244,7 +244,7 @@ def _show_calibrations(done: "list[Calibration]") -> None:
 
 
 def _error(c: "Calibration", rmse: float) -> str:
-    return f"{counted(rmse, c.unit, 1)} {shop_amount(1.0, c.unit)[1]}"
+    return f"{table_number(rmse, c.unit, 1)} {shop_amount(1.0, c.unit)[1]}"
 
 
 def _of_calibration(c: "Calibration") -> Iterator[str]:
@@ -258,15 +258,16 @@ def _of_calibration(c: "Calibration") -> Iterator[str]:
         s.groups,
         channel=c.channel,
         cuts=s.n,
-        group=again(s.grouped_by),
+        group=shown_again(s.grouped_by),
     )
     yield phrase("RMSE {forms}", forms=c.trials_words())
     if c.domain is not None:
-        yield phrase("calibrated range: {what}", what=listed(map(again, c.domain.each(c.unit))))
+        ranges = listed(map(shown_again, c.domain.each(c.unit)))
+        yield phrase("calibrated range: {what}", what=ranges)
     for form in c.close:
-        yield phrase("{form} is nearly as good a form", form=again(form))
+        yield phrase("{form} is nearly as good a form", form=shown_again(form))
     if not c.offered:
-        yield again(c.verdict)
+        yield shown_again(c.verdict)
     yield from outlier_sentences(c.outliers)
     if c.transients:
         yield phrase_many(

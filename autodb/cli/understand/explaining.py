@@ -20,7 +20,7 @@ from autodb.cli._common import (
     say,
     working,
 )
-from autodb.cli._reader import again, in_english
+from autodb.cli._reader import in_english, shown_again
 from autodb.wording import listed, localized, phrase, shop_amount, significant
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ def _alone(recording: Path, look: Look, target: _Target, *, progress: Step) -> N
     progress("writing the report")
     write_answer(explained, folder, self_contained=target.self_contained)
     for note in explained.notes:
-        typer.echo(again(note), err=True)
+        typer.echo(shown_again(note), err=True)
     if target.json:
         say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
         return
@@ -188,7 +188,7 @@ def _several(recordings: list[Path], look: Look, target: _Target, *, progress: S
     write_together(alone, found, folder, self_contained=target.self_contained)
     for explained in alone:
         for note in explained.notes:
-            typer.echo(again(note), err=True)
+            typer.echo(shown_again(note), err=True)
     if target.json:
         say((folder / "together.json").read_text(encoding="utf-8").rstrip())
         return
@@ -197,9 +197,9 @@ def _several(recordings: list[Path], look: Look, target: _Target, *, progress: S
         _say_causes(explained, kept)
     say(phrase("together:"))
     for effect in found.effects:
-        say(f"  {again(effect.statement)}")
+        say(f"  {shown_again(effect.statement)}")
         if effect.to_tell_apart:
-            say(f"  {again(effect.to_tell_apart)}")
+            say(f"  {shown_again(effect.to_tell_apart)}")
     if not found.effects:
         nothing = phrase("no mismatch beyond noise in any of them")
         say(f"  {nothing}")
@@ -219,7 +219,7 @@ def _say_doubts(measured: "Recording | CutTable") -> None:
     from autodb.records.summary import summary_of
 
     for doubt in doubts(summary_of(measured), measured.side):
-        said = phrase("doubtful: {file}: {what}", file=measured.path, what=again(doubt))
+        said = phrase("doubtful: {file}: {what}", file=measured.path, what=shown_again(doubt))
         typer.echo(said, err=True)
 
 
@@ -253,7 +253,7 @@ def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
         say(phrase("{channel}: no mismatch beyond noise (rms {size})", channel=channel, size=rms))
     answers = explained.explanation.channels.values()
     for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
-        say(f"{term}: {again(effect_called(term).check)}")
+        say(f"{term}: {shown_again(effect_called(term).check)}")
 
 
 def _say_mismatch(
@@ -282,7 +282,7 @@ def _say_mismatch(
             cause=cause.term,
             kind=phrase(cause.kind),
             percent=f"{100 * cause.confidence:.0f}",
-            said=listed(map(again, statement_words(cause.statement)), " "),
+            said=listed(map(shown_again, statement_words(cause.statement)), " "),
         )
         say(f"  {_numbered(row)}{said}")
     cannot_tell = open_words(answer, str)

@@ -149,7 +149,7 @@ class Calibration:
         held = {name: scale * error for name, error in self.trials.items() if np.isfinite(error)}
         words = {name: said_again(name) for name in (*self.trials, taken)}
         rest = [f"{localized(significant(held[name]))} {words[name]}" for name in held]
-        first = words[taken]
+        first: str = words[taken]
         if taken in held:
             first = f"{localized(significant(held[taken]))} {unit} {words[taken]}"
             del rest[list(held).index(taken)]

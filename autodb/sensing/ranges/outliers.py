@@ -84,7 +84,7 @@ def outlier_sentences(named: Sequence[Outlier]) -> list[str]:
     """Return one sentence on outliers of the fit, and one on cuts that dominate it."""
     off = [one for one in named if one.off]
     alone = [one for one in named if one.alone]
-    said = []
+    said: list[str] = []
     if off:
         most = max(abs(one.studentised) for one in off)
         said.append(
