@@ -4,8 +4,10 @@ Sentences are put between marks where they are looked up, as for the pages of th
 programs read is the same bytes in every language.
 """
 
+import json
 import re
 import sqlite3
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from tests.conftest import Cli
 from tests.helpers.files import write
 from tests.helpers.marked_words import OPEN, Marked, left, left_of_page
 
+N_PER_LBF = 4.4482216152605
 PAIR = ("--material", "steel bar", "--tool", "carbide insert")
 CUT = ("--diameter", "50", "--depth", "1.5", "--feed", "0.2", "--speed", "220")
 LARGEST = ("lookup", *PAIR, *CUT[:4], *CUT[6:], "--largest", "feed")
@@ -109,3 +112,67 @@ def test_every_sentence_that_a_command_prints_is_looked_up(german: Cli, sample_j
     with closing(sqlite3.connect("autodb.sqlite3")) as database:
         assert OPEN not in "\n".join(database.iterdump())
     assert OPEN not in Path("out/explanation.json").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("one_law")
+def test_programs_read_the_same_bytes_in_every_language(
+    german: Cli, sample_jobs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = sample_jobs / "stepped_shaft" / "job.toml"
+    asked = (
+        ("lookup", *PAIR, *CUT, "--json"), ("lookup", "--json"), ("refresh", "--report", "--json"),
+        ("predictions", "score", "--json"), ("plan", job, "--json"), ("calibrate", "--json"),
+        ("predict", job, "--json", "--csv", "answer.csv", "--plot", "answer.html"),
+    )  # fmt: skip
+
+    def answers() -> list[str]:
+        said = [german(*one).out for one in asked]
+        said[-1] = re.sub(r'(?<="prediction_id": )\d+', "1", said[-1])
+        return [*said, Path("answer.csv").read_text("utf-8")]
+
+    theirs, page = answers(), Path("answer.html").read_text("utf-8")
+    for name in ("AUTODB_LANGUAGE", "AUTODB_UNITS"):
+        monkeypatch.delenv(name)
+    assert theirs == answers()
+    assert all(json.loads(one) for one in theirs[:-1])
+    assert '<html lang="de">' in page
+    assert "Kraft Y (Schnittkraft Fc) [lbf]" in page
+    assert "angenommen" in page  # also notes, which the JSON beside it has in English
+    assert '<span lang="en">' not in page
+
+
+def _numbers(line: str) -> list[float]:
+    return [float(one.replace(",", ".")) for one in re.findall(r"-?\d+(?:[.,]\d+)?", line)]
+
+
+@pytest.mark.usefixtures("one_law")
+def test_numbers_have_the_marks_and_the_units_of_the_reader(standard_learnt: Cli) -> None:
+    def row(*options: str) -> str:
+        said = standard_learnt("lookup", *PAIR, *CUT, *options).out
+        return next(line for line in said.splitlines() if re.match(r"  (turn|Längsdrehen) ", line))
+
+    ours, german, inch = row(), row("--language", "de"), row("--language", "de", "--units", "inch")
+    assert " to " in ours
+    assert "." in ours
+    assert " bis " in german
+    assert "." not in german + inch
+    assert _numbers(german) == _numbers(ours)
+    shop = np.array(_numbers(inch))
+    factors = [1.0, 0.3048, *[N_PER_LBF] * 9, *[1.355817948] * 3, *[745.6998716] * 3]
+    np.testing.assert_allclose(shop * factors, _numbers(ours), rtol=0.02, atol=0.06)
+
+
+def test_a_language_and_units_that_there_are_not_are_refused(
+    refused: Callable[..., str], cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cli("init")
+    assert "--language 'fr': there is none (there are: en, de)" in refused(
+        "lookup", "--language", "fr"
+    )
+    monkeypatch.setenv("AUTODB_UNITS", "ells")
+    assert "--units 'ells': there is none (there are: si, inch)" in refused("refresh")
+    monkeypatch.setenv("AUTODB_UNITS", INCH)
+    monkeypatch.setenv("AUTODB_LANGUAGE", "de")
+    assert "keine Maschine 'lathe-9'" in refused("lookup", "--machine", "lathe-9")
+    assert "no machine 'lathe-9'" in refused("lookup", "--machine", "lathe-9", "--language", "en")
+    assert "no machine 'lathe-9'" in refused("machine", "show", "lathe-9")
