@@ -93,7 +93,8 @@ def test_every_sentence_that_a_command_prints_is_looked_up(german: Cli, sample_j
     measured, simulated = _axis(here)
     asked = [
         ("lookup",), ("lookup", *PAIR, *CUT), LARGEST, ("lookup", "--machine", "lath-1"),
-        ("life", job), ("refresh",), ("refresh", "--report"), ("calibrate",),
+        ("life", job), ("refresh",), ("refresh", "--report"),
+        ("calibrate", "--card", "card.html"),
         ("stability", job, "--dynamics", "mode.toml", "--plot", "lobes.html"),
         ("explain", measured, "--simulation", simulated, "--out", "out"),
     ]  # fmt: skip
@@ -106,7 +107,7 @@ def test_every_sentence_that_a_command_prints_is_looked_up(german: Cli, sample_j
     said |= {(*one, "within limits"): german(*one) for one in asked}
     left_out = {one: _unsaid((did.out + did.err).splitlines()) for one, did in said.items()}
     assert {one: some for one, some in left_out.items() if some} == {}
-    pages = ("picture.html", "lobes.html", "out/report.html")
+    pages = ("card.html", "picture.html", "lobes.html", "out/report.html")
     left_in = {one: _unsaid(left_of_page(_page(one))) for one in pages}
     assert {one: some for one, some in left_in.items() if some} == {}
     with closing(sqlite3.connect("autodb.sqlite3")) as database:
