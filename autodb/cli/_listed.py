@@ -52,7 +52,7 @@ GROUP_OF = {name: group for group, commands in GROUPS.items() for name in comman
 READERS = frozenset(
     {
         "calibrate", "refresh", "predict", "lookup", "predictions score", "explain", "plan", "life",
-        "stability",
+        "stability", "sensors", "mismatch list", "mismatch show",
     }
 )  # fmt: skip
 """Commands that answer in the language and the units of their reader."""

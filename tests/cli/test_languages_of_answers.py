@@ -92,7 +92,8 @@ def test_every_sentence_that_a_command_prints_is_looked_up(german: Cli, sample_j
     (here / "mode.toml").write_text(MODE)
     measured, simulated = _axis(here)
     asked = [
-        ("lookup",), ("lookup", *PAIR, *CUT), LARGEST, ("lookup", "--machine", "lath-1"),
+        ("sensors",), ("mismatch", "list"), ("lookup",), ("lookup", *PAIR, *CUT),
+        LARGEST, ("lookup", "--machine", "lath-1"),
         ("life", job), ("refresh",), ("refresh", "--report"),
         ("calibrate", "--card", "card.html"),
         ("stability", job, "--dynamics", "mode.toml", "--plot", "lobes.html"),

@@ -16,8 +16,9 @@ from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
 from autodb.store import Store
 from autodb.wording import catalogues
+from tests.conftest import Cli
 from tests.helpers.asked import client_of
-from tests.helpers.marked_words import CLOSE, OPEN, Marked, left_of_page
+from tests.helpers.marked_words import CLOSE, OPEN, Marked, left, left_of_page
 from tests.helpers.site import STRANGE
 
 MACHINE = "/machines/lathe-1"
@@ -114,6 +115,24 @@ def test_decisions_are_said_in_german_and_stored_in_english(url: str, store: Sto
         dump = "\n".join(database.iterdump())
     assert OPEN not in dump
     assert CLOSE not in dump
+
+
+@pytest.mark.usefixtures("marked")
+def test_commands_say_mismatches_and_sensors_in_german(
+    url: str, store: Store, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")  # no sentence in several lines
+    at = ("--db", url, "--language", "de", "--units", "inch")
+    said = [
+        cli("mismatch", "list", "--machine", "lathe-1", "--all", *at),
+        cli("mismatch", "show", _mismatch(store), *at),
+        cli("sensors", "--machine", "lathe-1", *at),
+    ]
+    assert [one.code for one in said] == [0, 0, 0]
+    lines = [line for one in said for line in one.out.splitlines()]
+    assert len(lines) > 20
+    paper = re.compile(r"\([^()]*\)$|\bforce\.|\bspindle\b")
+    assert left(paper.sub(" ", line) for line in left(lines)) == []
 
 
 @pytest.mark.usefixtures("marked")
