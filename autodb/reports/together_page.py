@@ -7,7 +7,7 @@ from autodb.explain.several_recordings import FACTORS, ExplainedTogether, Locate
 from autodb.reports import amounts, figures
 from autodb.reports.explanation import certainty_words, parameter_words, term_words
 from autodb.reports.explanation_plots import channel_words
-from autodb.wording import phrase, phrase_many
+from autodb.wording import phrase
 
 
 def recording_folders(found: ExplainedTogether) -> list[str]:
@@ -20,9 +20,7 @@ def render_together(found: ExplainedTogether) -> str:
     """Return the page: what was recorded with what, and where each effect sits."""
     return figures.whole_page(
         "together.html.j2",
-        title=phrase_many(
-            "{count} recording", "{count} recordings together", len(found.recordings)
-        ),
+        title=phrase("{count} recordings together", count=len(found.recordings)),
         found=found,
         factors=[one for one in FACTORS if any(s.level(one) for s in found.recordings)],
         folders=recording_folders(found),
