@@ -130,3 +130,11 @@ def test_what_is_not_known_stays_in_english_as_a_whole(text: str) -> None:
 def test_every_advice_is_said_in_german() -> None:
     with presented(GERMAN):
         assert {language_of(said_again(one.check)) for one in all_terms() if one.check} == {"de"}
+
+
+def test_a_number_beside_an_amount_is_in_its_unit() -> None:
+    stored = "The simulation has gravity with level 82.4 N; the recording says 37.3 (35 to 39.6)."
+    sizes = [f"{value / N_PER_LBF:.3g}" for value in (82.4, 37.3, 39.6)]
+    with presented(Presentation("en", shop_units("inch"))):
+        found = said_again(stored)
+    assert f"level {sizes[0]} lbf; the recording says {sizes[1]} (7.9 to {sizes[2]})" in found

@@ -95,7 +95,8 @@ def calibrate_command(
     if network or of_table:
         asked = AskedRecordings(recordings or [], machine, columns, db)
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
-        (train_command if network else level_command)(asked)
+        with in_english():
+            (train_command if network else level_command)(asked)
         return
     from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card

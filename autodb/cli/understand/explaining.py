@@ -21,7 +21,7 @@ from autodb.cli._common import (
     working,
 )
 from autodb.cli._reader import in_english, shown_again
-from autodb.wording import listed, localized, phrase, shop_amount, significant
+from autodb.wording import localized, phrase, shop_amount, significant
 
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
@@ -277,14 +277,14 @@ def _say_mismatch(
     say(f"  {' '.join(filter(None, (headline(answer, trace), smaller_words(answer, trace))))}")
     for cause in answer.missing:
         row = kept.get((channel, cause.term, cause.kind))
-        said = phrase(
-            "{cause} ({kind}, {percent} % sure): {said}",
-            cause=cause.term,
+        name = phrase(
+            "{term} ({kind}, {percent} % sure)",
+            term=cause.term,
             kind=phrase(cause.kind),
             percent=f"{100 * cause.confidence:.0f}",
-            said=listed(map(shown_again, statement_words(cause.statement)), " "),
         )
-        say(f"  {_numbered(row)}{said}")
+        stated = " ".join(map(shown_again, statement_words(cause.statement)))
+        say(f"  {_numbered(row)}{name}: {stated}")
     cannot_tell = open_words(answer, str)
     if cannot_tell:
         said = phrase("what this recording cannot tell: {said}", said=cannot_tell)
