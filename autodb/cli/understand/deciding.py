@@ -20,7 +20,15 @@ from autodb.cli._common import (
 )
 from autodb.cli._reader import headed, in_english, shown_again
 from autodb.files.channels import unit_of
-from autodb.wording import day, listed, localized, msgid, phrase, shop_amount
+from autodb.wording import (
+    day,
+    listed,
+    listed_stretches,
+    localized,
+    msgid,
+    phrase,
+    shop_amount,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -233,8 +241,9 @@ def _places(row: "Mismatch") -> "Iterator[str]":
         place = msgid("of all cuts in the order of time {low} to {high}")
     elif row.recording.kind == "cuts":
         place = msgid("cuts {low} to {high}")
-    for low, high in row.intervals or ():
-        yield phrase(place, low=localized(f"{low:g}"), high=localized(f"{high:g}"))
+    for low, high, count in listed_stretches(row.intervals or ()):
+        said = phrase(place, low=localized(f"{low:g}"), high=localized(f"{high:g}"))
+        yield (said if count == 1 else phrase("{count} stretches {where}", count=count, where=said))
     for one in row.regime or ():
         scale, unit = shop_amount(1.0, unit_of(one["signal"]) or "")
         low, high = (localized(f"{scale * one[end]:.4g}") for end in ("low", "high"))
