@@ -246,7 +246,7 @@ def _places(row: "Mismatch") -> "Iterator[str]":
         yield (said if count == 1 else phrase("{count} stretches {where}", count=count, where=said))
     for one in row.regime or ():
         scale, unit = shop_amount(1.0, unit_of(one["signal"]) or "")
-        low, high = (localized(f"{scale * one[end]:.4g}") for end in ("low", "high"))
+        ends = [localized(f"{scale * one[end]:.4g}") for end in ("low", "high")]
         share = f"{100 * one['share']:.0f}"
         holds = phrase("{share} % of it", share=share)
         if one.get("rows") is not None:
@@ -254,7 +254,7 @@ def _places(row: "Mismatch") -> "Iterator[str]":
                 "{share} % of the squared error in {rows} % of the rows",
                 share=share, rows=f"{100 * one['rows']:.0f}",
             )  # fmt: skip
-        span = phrase("{low} to {high}", low=low, high=high)
+        span = phrase("{low} to {high}", low=ends[0], high=ends[1])
         where = f"{one['signal']} {span} {unit}".strip()
         yield listed([where, holds])
 
