@@ -172,7 +172,7 @@ def test_a_machine_says_so_and_a_trace_too(cli: Cli, tmp_path: Path) -> None:
     done = " ".join(cli("refresh", "--machine", "lathe-1").out.split())
     assert "new cuts are outside the calibrated range: feed speed" in done
     assert "their intervals are wider" in done
-    traced = [" ".join(cli("trace", "force", str(number)).out.split()) for number in range(1, 121)]
+    traced = [" ".join(cli("trace", "force", str(number)).out.split()) for number in range(1, 121, 7)]
     outside = [one for one in traced if "N outside the calibrated range: feed speed" in one]
     assert outside
     assert all("tapers.csv" in one for one in outside)
