@@ -66,9 +66,9 @@ def _kill_in_turn(path: Path, lives_s: list[float]) -> None:
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 def test_killed_again_and_again_no_cut_is_lost_or_comes_twice(lathe: Running, cli: Cli) -> None:
-    """Five lives of an agent while a lathe turns three bars; the same files, the same cuts."""
+    """Three lives of an agent while a lathe turns three bars; the same files, the same cuts."""
     lathe.when_read(Path("agent.toml"), SPEED)
-    lives = np.random.default_rng(140).uniform(0.3, 1.4, 5)
+    lives = np.random.default_rng(140).uniform(0.3, 1.4, 3)
     _kill_in_turn(Path("agent.toml"), lives.tolist())
     run_agent(Path("agent.toml"), all_in(3))
     same_as_said(LATHE)

@@ -80,6 +80,7 @@ def test_a_summary_comes_back_from_json_and_prints_every_table(tmp_path: Path) -
         assert all(len(row) == len(table.heads) for row in table.rows)
 
 
+@pytest.mark.campaign  # one at every change: test_fixed_cases.py
 def test_a_case_is_explained_and_scored() -> None:
     """A coulomb friction left out, clear as a machine's: named, and the current is corrected."""
     one = left_out.scored_case(draw_concealed(11, asked=PlannedCase(("coulomb",), 200.0)))

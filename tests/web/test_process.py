@@ -23,7 +23,6 @@ from tests.conftest import Cli
 from tests.helpers.asked import API, CUT, MILLED
 from tests.helpers.serving import self_signed, served, wait_for
 
-
 LINES = 600
 """Of a batch: it is answered long enough to be stopped in the middle."""
 
