@@ -23,9 +23,6 @@ from tests.conftest import Cli
 from tests.helpers.asked import API, CUT, MILLED
 from tests.helpers.serving import self_signed, served, wait_for
 
-LINES = 600
-"""Of a batch: it is answered long enough to be stopped in the middle."""
-
 
 def test_the_client_says_what_the_library_says(
     url: str, store: Store, pair: dict[str, str]
@@ -88,7 +85,7 @@ def test_stopped_it_answers_what_is_on_its_way(
                 code = run(["serve", "--port", str(port), "--db", url])
         finally:
             os._exit(code)
-    at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * LINES
+    at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000
     wait_for(at)
     path = f"{at}{API}/machines/lathe-0/lookup/batch"
     got: list[str] = []
@@ -97,7 +94,7 @@ def test_stopped_it_answers_what_is_on_its_way(
             if not got:
                 os.kill(child, signal.SIGTERM)
             got.append(line)
-    assert json.loads(got[-1]) == {"answered": LINES, "refused": 0}
+    assert json.loads(got[-1]) == {"answered": 3000, "refused": 0}
     assert os.waitpid(child, 0)[1] == 0
     first, *logged = log.read_text().splitlines()
     assert first == f"{at} (and {at}/api/v1): read-only; Ctrl-C stops it"

@@ -32,7 +32,7 @@ TOOL = {"diameter_mm": 10.0, "teeth": 4.0, "helix_deg": 30.0, "rake_deg": 0.0}
 RPM, RATE_HZ = 2400.0, 2000.0
 K_N_MM2, EDGE_N_MM = (1800.0, 600.0, 300.0), (20.0, 25.0, 0.0)
 OUT = (0.012, -0.004, -0.009, 0.001)
-T = np.arange(0.0, 0.75, 1.0 / RATE_HZ)
+T = np.arange(0.0, 0.9, 1.0 / RATE_HZ)
 ANGLE = 2.0 * np.pi * RPM / 60.0 * T
 
 
@@ -117,7 +117,7 @@ speed_rpm = 2400.0
 
 
 CUT = {"cutting.feed": 0.06, "cutting.depth": 2.0, "cutting.width": 3.0, "spindle.speed": RPM}
-INSIDE = (T > 0.1) & (T < 0.65)
+INSIDE = (T > 0.1) & (T < 0.8)
 
 
 def _recorded(

@@ -11,7 +11,7 @@ OPERATIONS = {("turn", "spindle"), ("turn", "z"), ("face", "spindle"), ("face", 
 
 @pytest.mark.parametrize(("seed", "cuts"), first(1, [(3, 52), (3, 64), (2, 64)]))
 def test_forces_of_every_operation_are_as_near_as_the_lathe_allows(seed: int, cuts: int) -> None:
-    """One lathe with magnetising currents, one that folds and logs no positions; 40 cuts to calibrate.
+    """One lathe with magnetising currents, one that folds and logs no positions.
 
     Errors are at most 1.6 times those of the lathe's own law fitted to ranges without noise: the
     95 % upper limit of 1.2 for ratios of 5 to 12 cuts whose own errors both share.
