@@ -136,7 +136,7 @@ def off(found: list[dict[str, Any]], truth: tuple[Any, Any]) -> tuple[float, flo
     return float(np.mean(errors)), float(np.mean(held))
 
 
-@pytest.mark.parametrize("term", first(3, SHOPS))
+@pytest.mark.parametrize("term", first(2, SHOPS))
 def test_a_confirmed_cause_of_a_pair_is_in_the_next_look_up(cli: Cli, term: str) -> None:
     shop = SHOPS[term]
     made(cli, shop, usual=shop.effect)

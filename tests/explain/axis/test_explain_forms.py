@@ -107,12 +107,17 @@ def test_a_pump_is_a_sine_in_the_answer_and_its_statement() -> None:
     assert f"{cause.parameters['amplitude'].value:.3g} A" in cause.statement
 
 
-def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
-    recording, simulation = _recording(9, 250.0)
+def _rough(recording: Recording) -> Array:
+    """Return friction of two places of the other axis, which no form describes."""
     y = recording["y.position"]
     rough = np.exp(-(((y - 0.55 * y.max()) / (0.07 * y.max())) ** 2))
     rough -= 0.7 * np.exp(-(((y - 0.3 * y.max()) / (0.06 * y.max())) ** 2))
-    cause = _unknown(recording, simulation, 0.3 * np.tanh(recording["x.velocity"] / 0.2) * rough)
+    return np.asarray(0.3 * np.tanh(recording["x.velocity"] / 0.2) * rough)
+
+
+def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
+    recording, simulation = _recording(9, 250.0)
+    cause = _unknown(recording, simulation, _rough(recording))
     assert cause.variables == ("x.direction", "y.position")
     assert SAID not in cause.statement
     assert set(cause.parameters) == {"size"}
