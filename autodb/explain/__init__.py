@@ -1,6 +1,7 @@
 """Explain: what did the simulation leave out, where, and how does the fit improve?"""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from autodb.files.channels import FORCES, axis_of, effort_channels, place_channe
 from autodb.records.tables import CutTable, Recording
 from autodb.records.timed import rows_of_file
 from autodb.terms.vocabulary import vocabulary
+
+if TYPE_CHECKING:
+    from autodb.explain.long_recordings import LongRecording
 
 Array = NDArray[np.float64]
 Includes = list[str] | dict[str, dict[str, Array]] | None
@@ -51,27 +55,29 @@ def explain(
     if isinstance(recording, CutTable):
         found = _cuts(recording, simulation, shared, order, names)
     else:
-        found = _over_time(recording, simulation, shared, order, includes)
+        rows = _rows_over_time(recording, shared, order)
+        found = _over_time(recording, simulation, shared, rows, includes)
+        notes += [] if rows.long is None else [rows.long.note]
         for channel in effort_channels(list(found)):
-            notes += _derived(recording, axis_of(channel), found[channel][1])
+            notes += _derived(rows, axis_of(channel), found[channel][1])
             notes += _unseen(recording, axis_of(channel))
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )
     traces = {name: trace for name, (_, trace) in found.items()}
-    return Explained(explanation, traces, tuple(notes), _at_rows(recording, simulation, traces))
+    if isinstance(recording, CutTable):
+        written = {"cut": recording.cut, **{n: trace.corrected for n, trace in traces.items()}}
+    else:
+        written = _at_rows(recording, simulation, rows.at_every_row(traces, simulation))
+    return Explained(explanation, traces, tuple(notes), written)
 
 
 def _at_rows(
-    recording: Recording | CutTable,
-    simulation: Recording | CutTable,
-    traces: dict[str, ChannelTrace],
+    recording: Recording, simulation: Recording | CutTable, traces: dict[str, ChannelTrace]
 ) -> dict[str, Array]:
     """Return each corrected channel at every row of the file: its simulation, as it is there, and
     the correction.
     """
-    if isinstance(recording, CutTable):
-        return {"cut": recording.cut, **{n: trace.corrected for n, trace in traces.items()}}
     written = {"t": recording.written["t"]}
     for name, trace in traces.items():
         if recording.timing.layout is None:
@@ -95,16 +101,60 @@ def _as_written(recording: Recording, simulation: Recording | CutTable, name: st
     return theirs.get(name) if same else None
 
 
-def _derived(recording: Recording, axis: str, trace: ChannelTrace) -> list[str]:
+@dataclass(frozen=True)
+class _Rows:
+    """Which rows of a simulation are a recording's, and what its drive efforts are searched in."""
+
+    recording: Recording
+    order: NDArray[np.intp]
+    long: "LongRecording | None"
+
+    @property
+    def searched(self) -> Recording:
+        """The recording, or means of its rows where it is long."""
+        return self.recording if self.long is None else self.long.means
+
+    def of(self, simulated: Array) -> Array:
+        """Return simulated values where they are searched in."""
+        values = simulated[self.order]
+        return values if self.long is None else self.long.rate.reduced(values)
+
+    def at_every_row(
+        self, traces: dict[str, ChannelTrace], simulation: Recording | CutTable
+    ) -> dict[str, ChannelTrace]:
+        """Return traces that have their correction at each row of the recording."""
+        if self.long is None:
+            return traces
+        found = dict(traces)
+        for name in effort_channels(list(traces)):
+            one, simulated = traces[name], simulation[name][self.order]
+            correction = self.long.at_every_row(one.corrected - one.simulation)
+            found[name] = replace(one, simulation=simulated, corrected=simulated + correction)
+        return found
+
+
+def _rows_over_time(recording: Recording, shared: list[str], order: NDArray[np.intp]) -> _Rows:
+    """Return how a recording over time is searched."""
+    from autodb.explain.long_recordings import long_recording
+
+    efforts = effort_channels(shared)
+    return _Rows(recording, order, long_recording(recording, efforts) if efforts else None)
+
+
+def _derived(rows: _Rows, axis: str, trace: ChannelTrace) -> list[str]:
     """Say what of an axis' motion was derived, from what, and with which filter."""
     from autodb.sensing.drives.moves.motion import DROWNED, protocol_of
 
+    recording = rows.recording
     names = [f"{axis}.{what}" for what in ("velocity", "acceleration")]
     missing = [name for name in names if name not in recording]
     if not missing:
         return []
     source = place_channel(axis) if names[0] in missing else names[0]
-    protocol = protocol_of(recording, axis, noise_share=DROWNED)
+    if rows.long is not None:
+        protocol = rows.long.derived_with[axis]
+    else:
+        protocol = protocol_of(recording, axis, noise_share=DROWNED)
     if trace.cutoff_hz is not None and trace.lowered:
         protocol = replace(protocol, cutoff_hz=trace.cutoff_hz, lowered=f" ({trace.lowered})")
     return [
@@ -162,7 +212,7 @@ def _over_time(
     recording: Recording,
     simulation: Recording | CutTable,
     shared: list[str],
-    order: NDArray[np.intp],
+    rows: _Rows,
     includes: Includes,
 ) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     """Explain drive efforts each by itself, and the force components together."""
@@ -179,30 +229,27 @@ def _over_time(
             f"{simulation.path}: no drive effort or force in common with the recording "
             f"({', '.join(shared) or 'nothing'}); use an axis current, or force.x"
         )
-    found = _axes(recording, simulation, efforts, order, includes) if efforts else {}
+    found = _axes(rows, simulation, efforts, includes) if efforts else {}
     if forces:
         from autodb.explain.waves.answers import explain_waves
 
-        parts = {n: simulation[n][order] for n in forces}
+        parts = {n: simulation[n][rows.order] for n in forces}
         names = sorted(set().union(*includes.values())) if isinstance(includes, dict) else includes
         found |= explain_waves(recording, parts, names)
     return found
 
 
 def _axes(
-    recording: Recording,
-    simulation: Recording | CutTable,
-    efforts: list[str],
-    order: NDArray[np.intp],
-    includes: Includes,
+    rows: _Rows, simulation: Recording | CutTable, efforts: list[str], includes: Includes
 ) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
     from autodb.explain.axis.look import explain_axis
 
+    recording = rows.searched
     if not isinstance(includes, dict):
-        return {n: explain_axis(recording, simulation[n][order], n, includes) for n in efforts}
-    parts = {n: {term: part[order] for term, part in includes[n].items()} for n in efforts}
+        return {n: explain_axis(recording, rows.of(simulation[n]), n, includes) for n in efforts}
+    parts = {n: {term: rows.of(part) for term, part in includes[n].items()} for n in efforts}
     return {
-        n: explain_axis(recording, simulation[n][order], n, list(parts[n]), parts[n])
+        n: explain_axis(recording, rows.of(simulation[n]), n, list(parts[n]), parts[n])
         for n in efforts
     }
 

@@ -113,7 +113,7 @@ class JobProgram(Section):
 
 
 class Job(Section):
-    """A job: machine, material, tool, and its cuts in order or the program that makes them.
+    """A job: material, tool, and its cuts in order or the program that makes them.
 
     ``lot``: of the material, such as a bar or a heat number; what was learnt of that lot alone then
     counts. ``bar``: the work, and ``shank``: the tool, as round bars that bend.

@@ -52,9 +52,3 @@ def geometry_of_code(text: str) -> dict[str, float]:
     if shape in SHAPES_DEG:
         found = {"included_deg": SHAPES_DEG[shape], **found}
     return found
-
-
-def edge_mm_of_code(text: str) -> float | None:
-    """Return the length of an insert's edge that its code tells, mm, or None."""
-    insert = _INSERT.search(re.sub(r"[\s\-_./]", "", text.upper()))
-    return None if insert is None else float(insert[2])

@@ -11,7 +11,8 @@ from markupsafe import Markup
 from autodb.explain.answer import Array, ChannelAnswer, ChannelTrace, Regime
 from autodb.files.channels import unit_of
 from autodb.reports import amounts, figures
-from autodb.wording import msgid, phrase
+from autodb.wording import listed_stretches, msgid, phrase
+from autodb.wording.sentences import MOST_LISTED
 
 AROUND = 0.2
 """Share of a located stretch that is drawn on each side of it."""
@@ -101,12 +102,16 @@ def _stretches(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[float, 
 def located(
     channel: dict[str, str], answer: ChannelAnswer, trace: ChannelTrace
 ) -> list[tuple[Markup, str | None]]:
-    """Draw each located stretch, ``AROUND`` of its length to both sides, at every sample.
+    """Draw each located stretch, ``AROUND`` of its length to both sides, at every sample; of more
+    than are listed, the longest.
 
     Each with what ``drawn_words`` says where it has more samples than are drawn.
     """
     found = []
-    for number, (low, high) in enumerate(_stretches(answer, trace), start=1):
+    shown = _stretches(answer, trace)
+    if len(shown) > MOST_LISTED:
+        shown = [max(shown, key=lambda one: one[1] - one[0])]
+    for number, (low, high) in enumerate(shown, start=1):
         around = AROUND * (high - low)
         near = part(trace, low - around, high + around)
         label = phrase("{channel}: the stretch where the mismatch sits", channel=channel["words"])
@@ -210,12 +215,14 @@ def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
     """Return where the mismatch sits, one line a stretch or a regime."""
     in_cuts = trace is not None and trace.x_name == "cut"
     lines = []
-    for low, high in answer.where.intervals:
+    for low, high, count in listed_stretches(answer.where.intervals):
         place = (
             phrase("Cuts {low} to {high}", low=f"{low:g}", high=f"{high:g}")
             if in_cuts
             else phrase("From {low} to {high} s", low=_second(low), high=_second(high))
         )
+        if count > 1:
+            place = phrase("{place}, in {count} stretches", place=place, count=count)
         if not _is_confined(answer):
             place = phrase("{place}: one of the causes; the others act all along", place=place)
         lines.append(place)
@@ -224,7 +231,7 @@ def where_words(answer: ChannelAnswer, trace: ChannelTrace | None) -> list[str]:
 
 def _is_confined(answer: ChannelAnswer) -> bool:
     """Whether every cause has a stretch of its own."""
-    return len(answer.missing) <= len(answer.where.intervals)
+    return len(answer.missing) <= len(listed_stretches(answer.where.intervals))
 
 
 def stretch_words(answer: ChannelAnswer) -> str:

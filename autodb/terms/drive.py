@@ -310,7 +310,7 @@ EXTERNAL_LOAD = Contribution(
         TermParameter("end", "s", "end of the interval", keyword="end_s"),
     ),
     needs=(),
-    statement="A load during one stretch of time that no motion explains: a cut, a push, a rub.",
+    statement="A load that no motion explains, while it lasts: a cut, a push, a rub.",
     excited_by="the same moves again without the load",
     source="P0 section 2.2, F_ext",
     check="Check what the machine did in that interval; a cut, a chip jammed under a cover, a "

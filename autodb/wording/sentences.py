@@ -1,9 +1,12 @@
 """Sentences, looked up in the reader's language."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from autodb.wording.presentation import presentation
+
+MOST_LISTED = 5
+"""Stretches that are listed one by one."""
 
 
 class Worded(str):
@@ -65,6 +68,17 @@ def listed(some: Iterable[str], separator: str = ", ") -> Worded:
     """Return texts one after another, in English where one of them is."""
     every = list(some)
     return Worded(separator.join(every), _language(every))
+
+
+def listed_stretches(
+    stretches: Sequence[tuple[float, float]],
+) -> list[tuple[float, float, int]]:
+    """Return stretches to be listed, each with how many it stands for: of more than
+    ``MOST_LISTED`` one, from where the first begins to where the last ends.
+    """
+    if len(stretches) <= MOST_LISTED:
+        return [(low, high, 1) for low, high in stretches]
+    return [(stretches[0][0], stretches[-1][1], len(stretches))]
 
 
 def _looked_up(language: str, one: str, many: str = "", count: int = 1) -> str:

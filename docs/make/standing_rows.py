@@ -253,7 +253,7 @@ def paired() -> list[Figure]:
                 ("inside", "force.x"),
             ),
             judged=Cell("pair-laws", laws, ("inside", "force.x"), "width × nominal"),
-            text="{0}, {1} × as wide as one's who knows the tool",
+            text="{0}, {1} × as wide as those of who knows the tool",
             limit="{0}, × as wide: {1}",
         ),
         Figure(

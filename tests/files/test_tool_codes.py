@@ -3,7 +3,7 @@
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.tool_codes import edge_mm_of_code, geometry_of_code
+from autodb.files.tool_codes import geometry_of_code
 
 KNOWN = {
     "CNMG120408": (80, 0.8, None),
@@ -35,8 +35,3 @@ def test_a_code_tells_shape_nose_and_entering_angle(code: str) -> None:
 @pytest.mark.parametrize("name", ["carbide insert", "ins", "mill D10", "TOOL 1", "face mill", ""])
 def test_a_name_that_is_no_code_tells_nothing(name: str) -> None:
     assert geometry_of_code(name) == {}
-    assert edge_mm_of_code(name) is None
-
-
-def test_an_insert_says_how_long_its_edge_is() -> None:
-    assert edge_mm_of_code("CNMG120408") == 12.0

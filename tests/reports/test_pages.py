@@ -240,6 +240,15 @@ def test_a_located_stretch_is_drawn_again_at_every_sample() -> None:
     assert "close up" not in explanation_fragment(explained(channel()))
 
 
+def test_many_stretches_are_one_line_and_the_longest_is_drawn() -> None:
+    stretches = tuple((2.0 * one, 2.0 * one + 0.4 + 0.01 * one) for one in range(8))
+    many = channel(friction()).model_copy(update={"where": Where(intervals=stretches)})
+    assert where_words(many, None) == ["From 0 to 14.5 s, in 8 stretches"]
+    html = explanation_fragment(explained(many))
+    assert html.count("close up") == 1
+    assert [one for one in traces(html) if 13.0 < decoded(one["x"]).min() < 14.0]
+
+
 def test_a_long_stretch_keeps_its_peaks_and_says_that_it_is_thinned() -> None:
     answer = channel(friction())
     wide = answer.model_copy(update={"where": Where(intervals=((2.0, 14.0),))})

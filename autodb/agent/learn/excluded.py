@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.posteriors import as_posterior, latest, version_chain
+from autodb.agent.rows.posteriors import as_posterior, chain_ids, latest
 from autodb.agent.rows.sensed_forces import usable
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
@@ -41,7 +41,7 @@ def excluded_cuts(
     usual = states[0]
     if usual is None:
         return []
-    versions = [one.id for row in states if row is not None for one in version_chain(row)]
+    versions = chain_ids(row for row in states if row is not None)
     seen = models.cutting_parameters_force.c
     learnt = (
         select(models.SensedForce.cut_id)

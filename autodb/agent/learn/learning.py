@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Container, Sequence
 from dataclasses import dataclass, field, replace
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
@@ -22,11 +23,11 @@ from autodb.agent.rows.posteriors import (
     as_posterior,
     began,
     begins,
+    chain_ids,
     latest,
     newest_version,
     pair_name,
     posterior_columns,
-    version_chain,
 )
 from autodb.agent.rows.sensed_forces import PairForces
 from autodb.agent.sense.sensed import as_observed
@@ -140,7 +141,7 @@ class _Pair:
         if all(_is_known(one, last.mismatches) for one in new):
             last.mismatches = causes
             return
-        seen, terms = seen_by(last), as_posterior(last).terms
+        seen, terms = seen_by(self._session, last), as_posterior(last).terms
         usual = self._but_of_states(but={str(one.confirmed_term) for one in causes})
         forces = to_learn(causes, usual, seen, terms)
         start = self._start(causes)
@@ -195,7 +196,7 @@ class _Pair:
         if terms.wear is not None:
             forces = self._of_known_wear(forces)
         base = self._still_counting(last, forces)
-        seen = seen_by(base)
+        seen = seen_by(self._session, base)
         fresh = [force for force in forces if force.id not in seen]
         if not fresh:
             return []
@@ -216,7 +217,9 @@ class _Pair:
     def _but_of_states(self, *, but: Collection[str]) -> Forces:
         """Return the forces that no other state than those of ``but`` has learnt."""
         states = newest_states(self._session, self._machine_id, self._found.pair.id)
-        elsewhere = {n for state in states if state.state not in but for n in seen_by(state)}
+        elsewhere = {
+            n for state in states if state.state not in but for n in seen_by(self._session, state)
+        }
         return [force for force in self._found.forces if force.id not in elsewhere]
 
     def _of_known_wear(self, forces: Forces) -> Forces:
@@ -241,7 +244,7 @@ class _Pair:
             assert usual is not None  # without one there is no other state
             start = begins(of_state(as_posterior(usual)), FROM_NORMAL.format(version=usual.version))
             base = self._still_counting(self._latest(name), self._found.forces)
-            known = seen_by(base)
+            known = seen_by(self._session, base)
             cuts = [*fresh, *(force for force in self._found.forces if force.id in known)]
             self._add(start, base, fresh, name, causes_of(self._session, cuts, [name]))
         named = {force.cut_id for forces in states.values() for force in forces}
@@ -251,7 +254,7 @@ class _Pair:
         self, last: models.CuttingParameters | None, forces: Forces
     ) -> models.CuttingParameters | None:
         """Return a version whose forces all count still, else None."""
-        return last if seen_by(last) <= {force.id for force in forces} else None
+        return last if seen_by(self._session, last) <= {force.id for force in forces} else None
 
     def _add(
         self,
@@ -264,7 +267,7 @@ class _Pair:
         """Add a version that has learnt ``fresh`` beside what ``base`` has."""
         if not fresh:
             return
-        seen = seen_by(base)
+        seen = seen_by(self._session, base)
         before = [force for force in self._found.forces if force.id in seen]
         known = {force.cut_id for force in before}
         if base is not None and len(known) >= AT_ONCE:
@@ -335,7 +338,10 @@ def _is_known(cause: models.Mismatch, known: Sequence[models.Mismatch]) -> bool:
     return recordings_of([cause]) <= recordings_of(alike)
 
 
-def seen_by(parameters: models.CuttingParameters | None) -> set[int]:
+def seen_by(session: Session, parameters: models.CuttingParameters | None) -> set[int]:
     """Return the sensed forces that a version and those before it learnt from."""
-    versions = [] if parameters is None else version_chain(parameters)
-    return {force.id for version in versions for force in version.forces}
+    if parameters is None:
+        return set()
+    seen = models.cutting_parameters_force.c
+    chain = seen.cutting_parameters_id.in_(chain_ids([parameters]))
+    return set(session.scalars(select(seen.sensed_force_id).where(chain)))

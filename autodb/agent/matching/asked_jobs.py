@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.rows.posteriors import as_posterior, version_chain
+from autodb.agent.rows.posteriors import as_posterior, chain_ids
 from autodb.agent.rows.sensed_forces import operation_of
 from autodb.files.job_cut import JobCut
 from autodb.forward.limits import QUANTITIES
@@ -132,11 +132,13 @@ class AskedCuts:
         """Return which cuts, by id, the prediction had learnt already."""
         prior = self.row.prior
         rows = [*self.row.parameters, *([] if prior is None else prior.parameters)]
-        versions = {one.id for row in rows for one in version_chain(row)}
         query = (
             select(models.SensedForce.cut_id)
             .join(models.CuttingParameters.forces)
-            .where(models.CuttingParameters.id.in_(versions), models.SensedForce.cut_id.in_(cuts))
+            .where(
+                models.CuttingParameters.id.in_(chain_ids(rows)),
+                models.SensedForce.cut_id.in_(cuts),
+            )
         )
         return set(self._session.scalars(query))
 

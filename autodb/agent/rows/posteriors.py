@@ -1,11 +1,11 @@
 """Posteriors about pairs as the database keeps them, and what each began with."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, func, select
+from sqlalchemy import ColumnElement, Select, func, select
 from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
@@ -182,6 +182,19 @@ def version_chain(parameters: models.CuttingParameters) -> list[models.CuttingPa
     return versions
 
 
+def chain_ids(versions: Iterable[models.CuttingParameters]) -> Select[tuple[int]]:
+    """Return the ids of versions and of those that they were built on, as a query: a chain of many
+    versions is long, and each holds a covariance.
+    """
+    made = models.CuttingParameters
+    first = select(made.id, made.previous_id).where(made.id.in_([one.id for one in versions]))
+    chain = first.cte("version_chain", recursive=True)
+    chain = chain.union(
+        select(made.id, made.previous_id).join(chain, made.id == chain.c.previous_id)
+    )
+    return select(chain.c.id)
+
+
 def resting_on(
     session: Session, machine_id: int, direct: ColumnElement[bool]
 ) -> list[models.CuttingParameters]:
@@ -191,9 +204,13 @@ def resting_on(
     """
     made = models.CuttingParameters
     own = made.machine_id == machine_id, made.undone_at.is_(None)
-    ids = set(session.scalars(select(made.id).where(*own, direct)))
+    resting = set(session.scalars(select(made.id).where(*own, direct)))
+    before = select(made.id, made.previous_id).where(made.machine_id == machine_id)
+    for number, previous in session.execute(before.order_by(made.id)):
+        if previous in resting:
+            resting.add(number)
     every = session.scalars(select(made).where(*own).order_by(made.id))
-    return [one for one in every if any(version.id in ids for version in version_chain(one))]
+    return [one for one in every if one.id in resting]
 
 
 def pair_name(pair: models.Pair) -> str:

@@ -19,6 +19,7 @@ from autodb.cli._common import (
     working,
 )
 from autodb.files.channels import unit_of
+from autodb.wording import listed_stretches
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -176,8 +177,9 @@ def _places(row: "Mismatch") -> "Iterator[str]":
     what, unit = ("cuts", "") if row.recording.kind == "cuts" else ("from", " s")
     if row.further:
         what = "of all cuts in the order of time"
-    for low, high in row.intervals or ():
-        yield f"{what} {low:g} to {high:g}{unit}"
+    for low, high, count in listed_stretches(row.intervals or ()):
+        some = "" if count == 1 else f"{count} stretches "
+        yield f"{some}{what} {low:g} to {high:g}{unit}"
     for one in row.regime or ():
         unit = f" {known}" if (known := unit_of(one["signal"])) else ""
         holds = f"{100 * one['share']:.0f} % of it"

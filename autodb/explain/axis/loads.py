@@ -20,6 +20,7 @@ from autodb.terms.drive import compliance, external_load_edged, tilt
 from autodb.terms.sensor import lag
 
 Array = NDArray[np.float64]
+Stretches = tuple[tuple[float, float], ...]
 
 RICHER = 4.0
 """Further evidence asked of a load that is not constant, beside a constant one. Chosen."""
@@ -36,6 +37,19 @@ LOWER = (1.0, 0.7, 0.5)
 """Shares of the cutoff at which an acceleration is filtered once more. Chosen."""
 LOAD_TRIES = 2000
 """Stretches that differ: 400 edges, pairs that overlap mostly look alike. Chosen."""
+LEVELS_APART = 8.0
+"""How many times their own scatter two levels are apart where a load comes and goes. Chosen."""
+NEAR_LEVEL = 0.25
+"""A level is reached within this share of the step between the two. Chosen."""
+SHORTEST_PULSE_S = 0.1
+"""A load that stays or goes for a shorter time did neither. Chosen."""
+MOST_PULSES = 55
+"""The ways in which a load could have come and gone more often are too many for a float."""
+SWITCHES = 400.0
+"""Moments at which a load may come or go, as far as they differ. Chosen."""
+BY_MOTION = 0.5
+"""Share of the coming and going that the motion tells, up to which it is none of a motion's laws.
+Chosen."""
 TURNING = "gravity over the angle"
 """Key of a weight that turns with a rotary axis."""
 
@@ -227,3 +241,107 @@ def _flanks(t_s: Array, low: float, high: float, ramp: float) -> Array:
         near = np.clip(1 - np.abs(t_s - at) / ramp, 0.0, None)
         columns += [near, near * np.sign(t_s - at)]
     return np.column_stack(columns)
+
+
+def pulsed_loads(s: AxisSignals, difference: Array) -> list[Candidate]:
+    """Return the load that comes and goes, where the difference (n,) keeps to two levels that no
+    motion tells; none else.
+    """
+    seen = loaded_rows(difference)
+    if seen is None:
+        return []
+    on = _lasting(s.t_s, seen)
+    stretches = _stretches(s.t_s, on)
+    if not 1 < len(stretches) <= MOST_PULSES or _told_by_motion(s, on) > BY_MOTION:
+        return []
+    form = CandidateForm(
+        lambda start, end: on.astype(np.float64),  # noqa: ARG005  # said, and told by `on`
+        {"start": stretches[0][0], "end": stretches[-1][1]},
+        names=("level",),
+        tries=SWITCHES ** (2 * len(stretches)),
+    )
+    return [
+        Candidate(
+            "external_load that comes and goes",
+            "external_load",
+            (form,),
+            ("t",),
+            static=True,
+            stretches=stretches,
+        )
+    ]
+
+
+def loaded_rows(difference: Array) -> NDArray[np.bool_] | None:
+    """Return which rows (n,) are at the level farther from zero, or None where the values keep to
+    no two levels.
+
+    A level holds until the other is reached, so that what is between them changes nothing.
+    """
+    low, high = _two_levels(difference)
+    step = high - low
+    upper, lower = difference >= high - NEAR_LEVEL * step, difference <= low + NEAR_LEVEL * step
+    known = np.flatnonzero(upper | lower)
+    if step <= 0 or not len(known):
+        return None
+    rows = np.arange(len(difference))
+    before = known[np.clip(np.searchsorted(known, rows, side="right") - 1, 0, None)]
+    after = known[np.clip(np.searchsorted(known, rows), None, len(known) - 1)]
+    crossed = difference >= low + 0.5 * step
+    is_high = np.where(upper[before] == upper[after], upper[before], crossed)
+    if is_high.all() or not is_high.any():
+        return None
+    scatter = 0.0
+    for state, level in ((is_high, high), (~is_high, low)):
+        scatter = max(scatter, 1.4826 * float(np.median(np.abs(difference[state] - level))))
+    if step < LEVELS_APART * scatter:
+        return None
+    return is_high if abs(high) > abs(low) else ~is_high
+
+
+def _lasting(t_s: Array, on: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which rows are on (n,), where what lasts too short goes on as it was before."""
+    first = np.flatnonzero(np.concatenate([[True], on[1:] != on[:-1]]))
+    ends = np.append(t_s[first[1:]], t_s[-1])
+    lasts = ends - t_s[first] >= SHORTEST_PULSE_S
+    lasts[0] |= not lasts.any()
+    since = np.maximum.accumulate(np.where(lasts, np.arange(len(first)), -1))
+    states = on[first[np.where(since < 0, np.argmax(lasts), since)]]
+    return np.asarray(np.repeat(states, np.diff(np.append(first, len(on)))))
+
+
+def _two_levels(values: Array) -> tuple[float, float]:
+    """Return the medians of the values below and above the cut that parts them best."""
+    cut = float(np.mean(np.quantile(values, (0.02, 0.98))))
+    low = high = cut
+    for _ in range(50):
+        above = values > cut
+        if above.all() or not above.any():
+            return cut, cut
+        low, high = float(np.median(values[~above])), float(np.median(values[above]))
+        if 0.5 * (low + high) == cut:
+            break
+        cut = 0.5 * (low + high)
+    return low, high
+
+
+def _told_by_motion(s: AxisSignals, on: NDArray[np.bool_]) -> float:
+    """Return the share of the coming and going that position, speed, direction and acceleration
+    tell.
+    """
+    given = np.column_stack(
+        [np.ones_like(s.t_s), s.position, s.velocity, np.abs(s.velocity), s.sense, s.acceleration]
+    )
+    given = given / np.maximum(np.abs(given).max(axis=0), 1e-300)
+    state = on - on.mean()
+    rest = state - given @ np.linalg.lstsq(given, state, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / float(state @ state)
+
+
+def _stretches(t_s: Array, on: NDArray[np.bool_]) -> Stretches:
+    """Return from when to when [s] rows are on, half a row beyond the first and the last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
+    between = np.concatenate([[t_s[0]], 0.5 * (t_s[1:] + t_s[:-1]), [t_s[-1]]])
+    return tuple(
+        (float(between[first]), float(between[last])) for first, last in edges.reshape(-1, 2)
+    )

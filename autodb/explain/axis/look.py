@@ -1,6 +1,6 @@
 """Explain one axis effort over time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -19,7 +19,7 @@ from autodb.explain.answer import (
 )
 from autodb.explain.axis.causes import causes
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
-from autodb.explain.axis.loads import TURNING
+from autodb.explain.axis.loads import TURNING, pulsed_loads
 from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.reading import AxisReading, parts_of_causes, signals_of_causes
 from autodb.explain.axis.scan import Left, proposals_of_axis
@@ -188,8 +188,8 @@ class AxisField:
 
     def standing(self) -> list[Candidate]:
         """Return every candidate but those that scans find."""
-        s = self.signals
-        return self._open([*candidates_of_axis(s), *unknown_candidates(s)])
+        s, pulsed = self.signals, pulsed_loads(self.signals, self.bench.difference)
+        return self._open([*candidates_of_axis(s), *pulsed, *unknown_candidates(s)])
 
     def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
         """Return the effects that act on others, on all that has been found."""
@@ -274,7 +274,7 @@ def _answer(
     difference, correction = trace.recording - trace.simulation, reading.correction
     parts = parts_of_causes(found, reading)
     missing, takes = largest_first(found, parts, correction=correction, difference=difference)
-    intervals = tuple(_interval(c) for c in reading.everything if c.candidate.interval is not None)
+    intervals = tuple(one for choice in reading.everything for one in _intervals(choice))
     acted = {} if intervals else signals_of_causes(missing, reading, recording)
     answer = ChannelAnswer(
         unit=reading.unit,
@@ -286,8 +286,11 @@ def _answer(
     return answer, replace(trace, corrected=trace.simulation + correction, takes=takes)
 
 
-def _interval(choice: Choice) -> tuple[float, float]:
-    return choice.shape.shape["start"], choice.shape.shape["end"]
+def _intervals(choice: Choice) -> Sequence[tuple[float, float]]:
+    """Return the stretches that an effect is confined to."""
+    if choice.candidate.interval is None:
+        return choice.candidate.stretches
+    return [(choice.shape.shape["start"], choice.shape.shape["end"])]
 
 
 def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:

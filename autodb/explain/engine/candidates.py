@@ -69,19 +69,19 @@ class Candidate:
     ``key`` is unique; ``term`` a name of the vocabulary or `unknown`; ``detail`` gives columns that
     take up what every form may get wrong, freed while further effects are sought; ``bar`` is
     further evidence asked of it; ``excludes`` the terms that it is not named together with;
-    ``interval`` the stretch that it is confined to, where it is; ``scanned``: found by a scan of
-    what was left, and dropped with it; ``loose`` gives columns that hold no level of the effect and
-    are free in the final fit, so that what its shape gets wrong in passing does not pull its level.
-    ``anew`` builds one that a scan found over other signals; None: it does not repeat.
-    ``mistaken`` gives columns that it may be mistaken for: where they explain more beside it than
-    it does, it must be worth it beside them. ``sure``: its shape follows from what is recorded and
-    simulated alone. ``static``: it adds to the others as position, speed, acceleration or the clock
-    say, and changes none of them, or is a factor's change of known ones; such laws come before
-    all others. ``needs``: terms of which
-    plain rows must hold one beside it: there is no dip of a friction that is not there.
-    ``part_of``: what it has to show together with others. ``first``:
-    it changes all that is recorded in a way that no static law looks like. ``coarse``: its forms
-    stand far apart, and are tuned before more is looked for. ``usual``: how many times as many
+    ``interval`` the stretch that it is confined to, where it is, ``stretches`` those in which it
+    comes and goes; ``scanned``: found by a scan of what was left, and dropped with it; ``loose``
+    gives columns that hold no level of the effect and are free in the final fit, so that what its
+    shape gets wrong in passing does not pull its level. ``anew`` builds one that a scan found over
+    other signals; None: it does not repeat. ``mistaken`` gives columns that it may be mistaken for:
+    where they explain more beside it than it does, it must be worth it beside them. ``sure``: its
+    shape follows from what is recorded and simulated alone. ``static``: it adds to the others as
+    position, speed, acceleration or the clock say, and changes none of them, or is a factor's
+    change of known ones; such laws come before all others. ``needs``: terms of which plain rows
+    must hold one beside it: there is no dip of a friction that is not there. ``part_of``: what it
+    has to show together with others. ``first``: it changes all that is recorded in a way that no
+    static law looks like. ``coarse``: its forms stand far apart, and are tuned before more is
+    looked for. ``usual``: how many times as many
     machines have it as have another; it decides where nothing recorded does.
     """
 
@@ -93,6 +93,7 @@ class Candidate:
     bar: float = 0.0
     excludes: frozenset[str] = frozenset()
     interval: tuple[float, float] | None = None
+    stretches: tuple[tuple[float, float], ...] = ()
     scanned: bool = False
     loose: Callable[[], Array] | None = None
     anew: Callable[[Any], "Candidate"] | None = None

@@ -26,7 +26,7 @@ from autodb.web.pages.reading import read_state
 from autodb.web.receive.apart import MismatchToExplain
 from autodb.web.routes.machines import Number
 from autodb.web.service import Reads, allowed, made_apart, service_of
-from autodb.wording import day, listed, phrase
+from autodb.wording import day, listed, listed_stretches, phrase
 
 router = APIRouter()
 SEE_OTHER = 303
@@ -120,7 +120,7 @@ def _shown(request: Request, number: int, *, said: object = "", status: int = 20
         row = mismatch(session, number)
         evidence: dict[str, object] = {
             "recordings": [(one.id, Path(one.path).name) for one in row.recordings],
-            "intervals": [(low, high) for low, high in row.intervals or ()],
+            "intervals": listed_stretches(row.intervals or ()),
             "parameters": row.parameters,
         }
         return mismatch_said(session, row), evidence
