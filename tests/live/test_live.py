@@ -3,6 +3,7 @@
 import time
 from pathlib import Path
 
+import pytest
 from numpy.testing import assert_allclose
 
 from autodb.agent.operate.health import read_health
@@ -84,6 +85,7 @@ def test_a_server_that_is_restarted_is_read_again(cli: Cli) -> None:
         assert any(line.endswith("; trying again") for line in said)
 
 
+@pytest.mark.campaign  # over OPC UA at every change: the test above
 def test_an_mtconnect_agent_that_is_restarted_is_read_from_its_beginning(lathe: Running) -> None:
     """It counts anew, and what it had kept is gone: both sides of a gap in a pause are whole."""
     lathe.begin(_restarted(lathe, _late_in_pause(LATHE), speed=SPEED))

@@ -58,6 +58,7 @@ def test_an_interrupted_proof_goes_on_and_ends_the_same(tmp_path: Path, after: i
     assert _files(tmp_path / "one") == _files(tmp_path / "two")
 
 
+@pytest.mark.campaign
 def test_two_workers_find_what_one_finds(tmp_path: Path) -> None:
     counts: list[int] = []
     quick = proof("pairs")

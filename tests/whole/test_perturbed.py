@@ -13,6 +13,7 @@ STILL = 1e-5
 EVERY = dict(inputs())
 
 
+@pytest.mark.campaign
 def test_a_rounding_moves_nothing() -> None:
     whole, off = (case(1, perturb) for perturb in (as_it_is, rounded(1)))
     assert off.names == whole.names

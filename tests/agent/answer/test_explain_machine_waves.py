@@ -231,7 +231,8 @@ def _peaks(cli: Cli) -> list[dict[str, float]]:
     return found
 
 
-@pytest.mark.parametrize("angle_deg", first(1, [np.degrees(ANGLE) - 30.0, None]))
+@pytest.mark.campaign
+@pytest.mark.parametrize("angle_deg", [np.degrees(ANGLE) - 30.0, None])
 def test_nothing_missing_where_nothing_is(milled: Cli, angle_deg: Array | None) -> None:
     """Neither with an angle whose zero is elsewhere, nor without one; 3 % more force is tuning."""
     waves = waves_N(_learnt(), ToolOf("mill-10", TOOL), "side-up", CUT, ANGLE).T

@@ -280,7 +280,7 @@ def _on_write(call: Callable[[], object]) -> Callable[[], None]:
 
 
 @pytest.mark.filterwarnings(FORKS)
-@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("share", first(1, [0.5, 0.2, 0.9]))
 def test_a_kill_at_a_write_loses_nothing_and_counts_nothing_twice(
     work: Path, undisturbed: State, writes: int, share: float
 ) -> None:

@@ -254,6 +254,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.campaign  # of an axis at every change: tests/terms/test_a_term_from_outside.py
 def test_recordings_are_explained_together(cli: Cli, files: Path, tmp_path: Path) -> None:
     done = cli(
         "explain", files / "cut.csv", files / "other.csv", "--simulation",
