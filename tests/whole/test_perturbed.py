@@ -1,7 +1,6 @@
 """No answer hangs on a rounding; a thousandth of the noise moves none by a tenth of its interval.
 
-A case perturbed once; all of them, and sample jobs, by `make campaigns`, and as often as one
-likes by `python -m tests.by_hand.perturbed`.
+By `make campaigns`, and as often as one likes by `python -m tests.by_hand.perturbed`.
 """
 
 import pytest
