@@ -30,8 +30,7 @@ from tests.helpers.campaigns import first
 from tests.helpers.servers import Server, wait_for
 
 pytestmark = pytest.mark.usefixtures("one_law")
-FILES, CUTS = 2, 3
-SEED = 12
+FILES, CUTS, SEED = 2, 3, 12
 JOB = RECORDINGS.parent / "job.toml"
 
 
