@@ -13,7 +13,6 @@ from pydantic import Field, PositiveInt, ValidationError, model_validator
 
 from autodb.errors import UnusableInput, near
 from autodb.files.toml import Finite, Positive, Section, read_toml
-from autodb.files.tool_bit import SUFFIX, tool_of_bit
 
 ToolKind = Literal["turning_insert", "end_mill", "drill"]
 Angle = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
@@ -91,10 +90,16 @@ class ToolFile(Section):
         return self
 
 
+BIT = ".fctb"
+"""Suffix of a tool bit of FreeCAD."""
+
+
 def read_tool(path: Path) -> ToolFile:
     """Read a tool file, or a tool bit of FreeCAD; raises UnusableInput with file and key."""
-    if path.suffix.lower() != SUFFIX:
+    if path.suffix.lower() != BIT:
         return read_toml(path, ToolFile)
+    from autodb.files.tool_bit import tool_of_bit  # few shops have them
+
     try:
         said = tool_of_bit(path)
         return ToolFile.model_validate(said)

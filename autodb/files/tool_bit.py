@@ -13,7 +13,6 @@ from pydantic_core import from_json
 
 from autodb.errors import UnusableInput
 
-SUFFIX = ".fctb"
 UNITS = {"": 1.0, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4, "°": 1.0, "deg": 1.0}
 """Millimetres or degrees a unit; a number without one is in these."""
 KINDS = {
