@@ -16,6 +16,7 @@ from autodb.agent.ingest.framed import import_table, kept_table
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.operate.refreshing import refresh
+from autodb.agent.operate.withdrawing import read_again
 from autodb.agent.rows.machines import limits_of_machine
 from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.agent.sense.identifying import check_moves, identify_on_machine
@@ -62,25 +63,30 @@ class ShopMachine:
         units: Units | None = None,
         name: str | None = None,
         folder: str | os.PathLike[str] | None = None,
+        again: bool = False,
     ) -> ImportResult:
         """Import a recording or a table of cuts: a file, or a data frame.
 
         A file enters once. A data frame is kept as a Parquet file in ``folder``, beside the
         database without it, from which later answers read it again; of one with the ``name`` of an
         earlier one only what is new counts, as of a file that grows. ``columns``: which column is
-        which channel, or all that a side file says; ``units``: by column or channel.
+        which channel, or all that a side file says; ``units``: by column or channel. ``again``:
+        what was read of it with another side file is withdrawn, and it is read as that says now.
 
         Raises UnusableInput with the column and row; then nothing is stored.
         """
+        instead = read_again if again else None
         one = taken(recording, columns=columns, units=units, name=name or "frame")
         with opened_database(self.url) as store:
             if isinstance(one, OnDisk):
                 _refuse_name(one.path, name, folder)
-                done = import_file(store, one.path, machine=self.name, columns=one.columns)
+                done = import_file(
+                    store, one.path, machine=self.name, columns=one.columns, instead=instead
+                )
             else:
                 done = import_table(
                     store, one.table, machine=self.name, side=one.side, name=name,
-                    folder=None if folder is None else Path(folder),
+                    folder=None if folder is None else Path(folder), instead=instead,
                 )  # fmt: skip
         return ImportResult(done)
 

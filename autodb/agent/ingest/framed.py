@@ -11,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.arrival import named_by
-from autodb.agent.ingest.importing import Imported, KeepAt, import_file, whole_file
+from autodb.agent.ingest.importing import Imported, KeepAt, TakeBack, import_file, whole_file
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
@@ -63,7 +63,7 @@ def kept_table(
 
 def import_table(
     store: Store, table: pa.Table, *, machine: str, side: SideFile, name: str | None = None,
-    folder: Path | None = None,
+    folder: Path | None = None, instead: TakeBack | None = None,
 ) -> Imported:  # fmt: skip
     """Import a table in memory as ``import_file`` imports a file; raises what that raises."""
     with kept_table(store, table, name=name, folder=folder) as kept:
@@ -72,7 +72,9 @@ def import_table(
             lies_at(session, one.recording_id, kept.path)
 
         keep = KeepAt(kept.path, also, kept.came_as)
-        return import_file(store, kept.path, machine=machine, columns=side, kept=keep)
+        return import_file(
+            store, kept.path, machine=machine, columns=side, kept=keep, instead=instead
+        )
 
 
 def lies_at(session: Session, recording: int, path: Path) -> None:

@@ -33,6 +33,9 @@ from autodb.records.tables import CutTable
 from autodb.store import Store, models
 from autodb.timing import Timing
 
+TakeBack = Callable[[Session, models.StoredRecording], object]
+"""Has a recording count no more, with what was derived from it."""
+
 
 @dataclass(frozen=True)
 class Imported:
@@ -44,7 +47,8 @@ class Imported:
     ``timing``: what its stamps are, a sentence for each time base.
 
     ``cuts`` are new; ``again`` were there, of a file that came in before under its name or with the
-    same content, and ``replaced`` had another content then. ``notes``: how the file is written,
+    same content, and ``replaced`` had another content then. ``unpaired`` new ones say no work
+    material or no tool: nothing is learnt of them. ``notes``: how the file is written,
     what of it is not read, and what was left out of the averages of a raw recording's cut.
     """
 
@@ -60,6 +64,7 @@ class Imported:
     withdrawn: str | None = None
     looked_at: bool = False
     timing: tuple[str, ...] = ()
+    unpaired: int = 0
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,7 @@ def import_file(
     progress: Callable[[str], None] | None = None,
     kept: KeepAt | None = None,
     looked_at: bool = False,
+    instead: TakeBack | None = None,
 ) -> Imported:
     """Import one recording or cut table of a machine; a second time says it is already there.
 
@@ -91,6 +97,8 @@ def import_file(
     the cut is kept that its side file states. Currents take the axis' sign
     from the machine. Of a file that came in before under its name only what is new counts
     (``redelivered``). What is only ``looked_at`` does not count, until it is imported.
+    ``instead``: takes back what is there of the file with another side file, in the transaction
+    that has it in as it is read now; None: what is there holds.
 
     Raises UnusableInput, SetAside of a raw cut that nothing can be learned from; then nothing is
     written.
@@ -101,8 +109,9 @@ def import_file(
     with store.reading() as session:
         machine_id = working_machine(session, machine).id
         known = _known(session, machine_id, sha256, source.side)
+        again = known is not None and known.other_side and instead is not None
         before = None if known else _same_series(session, machine_id, source, came_as)
-    if known is not None:
+    if known is not None and not again:
         return _once_more(store, machine, known, kept, looked_at=looked_at)
     named = source.side.recording.machine
     if named is not None and named != machine:
@@ -117,6 +126,12 @@ def import_file(
         owner = find_machine(session, machine)
         # another agent may have been faster, or it was there in other bytes
         done = _known(session, owner.id, sha256, source.side, row.content)
+        if done is not None and done.other_side and instead is not None:
+            there = session.get_one(models.StoredRecording, done.recording_id)
+            if there.withdrawn_at is None:
+                instead(session, there)
+                session.flush()
+            done = None
         if done is None:
             row.delivered_as = str(came_as.resolve())
             if kept is not None:
@@ -255,6 +270,7 @@ def _keep(
         again=found.there,
         replaced=len(found.replaced),
         timing=time_sentences(recording),
+        unpaired=sum(cut.pair_id is None and cut.pair is None for cut in found.new),
     )
 
 
@@ -315,7 +331,11 @@ def _known(
     found = session.scalar(
         select(models.StoredRecording)
         .where(models.StoredRecording.machine_id == machine_id, alike)
-        .order_by(models.StoredRecording.sha256 != sha256, models.StoredRecording.id)
+        .order_by(
+            models.StoredRecording.sha256 != sha256,
+            models.StoredRecording.withdrawn_at.is_not(None),
+            models.StoredRecording.id.desc(),
+        )
         .limit(1)
     )
     return None if found is None else _as_known(found, other_side=found.side != _said(side))

@@ -18,7 +18,9 @@ from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
-from autodb.wording import phrase
+from autodb.wording import phrase, stored_msgid
+
+READ_AGAIN = stored_msgid("its file was read again with another side file")
 
 
 @dataclass
@@ -62,13 +64,19 @@ def withdraw(
                     number=number,
                 )
             )
-        cuts = counted_cuts(row)
-        done = Withdrawn(number, len(cuts), _taken_back(session, row))
-        row.withdrawn_at, row.withdrawn_why = models.now(), why
-        for cut in cuts:
-            cut.superseded_at = row.withdrawn_at
+        done = withdrawn_now(session, row, why)
         also(session, number)
         return done
+
+
+def withdrawn_now(session: Session, row: models.StoredRecording, why: str) -> Withdrawn:
+    """Have a recording count no more, with all that was derived from it."""
+    cuts = counted_cuts(row)
+    done = Withdrawn(row.id, len(cuts), _taken_back(session, row))
+    row.withdrawn_at, row.withdrawn_why = models.now(), why
+    for cut in cuts:
+        cut.superseded_at = row.withdrawn_at
+    return done
 
 
 def take_again(store: Store, machine: str, number: int, *, also: Also = nothing_else) -> Withdrawn:
@@ -79,6 +87,7 @@ def take_again(store: Store, machine: str, number: int, *, also: Also = nothing_
         row = _recording(session, machine, number)
         if row.withdrawn_at is None:
             return Withdrawn(number, 0, already=True)
+        _refuse_a_second(session, row)
         anew(session, row, since=row.withdrawn_at)
         row.withdrawn_at = row.withdrawn_why = None
         also(session, number)
@@ -98,6 +107,31 @@ def _recording(session: Session, machine: str, number: int) -> models.StoredReco
             )
         )
     return row
+
+
+def read_again(session: Session, row: models.StoredRecording) -> Withdrawn:
+    """Withdraw a recording whose file is read again, as its side file says now."""
+    return withdrawn_now(session, row, READ_AGAIN)
+
+
+def _refuse_a_second(session: Session, row: models.StoredRecording) -> None:
+    """Raise UnusableInput where the file of a withdrawn recording counts as another one."""
+    alike = models.StoredRecording
+    other = session.scalar(
+        select(alike.id).where(
+            alike.machine_id == row.machine_id,
+            alike.sha256 == row.sha256,
+            alike.withdrawn_at.is_(None),
+        )
+    )
+    if other is not None:
+        raise UnusableInput(
+            phrase(
+                "recording {number} was read again as recording {other}; withdraw that one first",
+                number=row.id,
+                other=other,
+            )
+        )
 
 
 def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:

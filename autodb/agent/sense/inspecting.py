@@ -80,6 +80,7 @@ def _cut(session: Session, of: OfCut) -> models.Cut:
         select(models.StoredRecording).where(
             models.StoredRecording.machine_id == owner.id,
             models.StoredRecording.sha256 == checksum(of.recording),
+            models.StoredRecording.withdrawn_at.is_(None),
         )
     )
     if recording is None:

@@ -24,6 +24,14 @@ if TYPE_CHECKING:
     from autodb.agent.ingest.importing import Imported
     from autodb.store import Store
 
+Again = Annotated[
+    bool,
+    typer.Option(
+        "--again",
+        help="Read a file that is there once more, where its side file says something else now: "
+        "what was read of it before is withdrawn.",
+    ),
+]
 Files = Annotated[
     list[Path], typer.Argument(readable=False, help="Recordings, cut tables or material cards.")
 ]
@@ -33,6 +41,7 @@ def import_(
     files: Files,
     machine: MachineName = None,
     columns: Columns = None,
+    again: Again = False,
     json: Json = False,
     db: Database = None,
 ) -> None:
@@ -60,7 +69,7 @@ def import_(
         with opened_store(db) as store:
             done = each_used(
                 recordings,
-                lambda file: _import(store, file, machine, columns, quiet=json),
+                lambda file: _import(store, file, machine, columns, again=again, quiet=json),
                 tell=complain if json else say,
             )
         if json:
@@ -80,13 +89,17 @@ def _import_cards(store: "Store", file: Path) -> None:
 
 
 def _import(
-    store: "Store", file: Path, machine: str, columns: Path | None, *, quiet: bool
+    store: "Store", file: Path, machine: str, columns: Path | None, *, again: bool, quiet: bool
 ) -> "tuple[Path, Imported]":
     """Import one file, say what became of it unless ``quiet``, and return it."""
     from autodb.agent.ingest.importing import import_file
+    from autodb.agent.operate.withdrawing import read_again
 
     with working(f"importing {file.name}") as progress:
-        done = import_file(store, file, machine=machine, columns=columns, progress=progress)
+        done = import_file(
+            store, file, machine=machine, columns=columns, progress=progress,
+            instead=read_again if again else None,
+        )  # fmt: skip
     if not quiet:
         _say_imported(file, done)
     return file, done
@@ -97,9 +110,16 @@ def _say_imported(file: Path, done: "Imported") -> None:
     if done.withdrawn is not None:
         what = f"withdrawn ({done.withdrawn}), it does not count"
     if done.other_side:
-        what += " (with another side file, which still holds)"
+        what += " (with another side file, which still holds; --again reads it with this one)"
     again = f", {done.again} more are there already" if done.again else ""
     counted = f"{done.rows} rows, {done.cuts} cuts{again}"
     say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
+    if done.unpaired:
+        beside = file.with_suffix(".toml").name
+        say(
+            f"{file.name}: nothing is learnt of {done.unpaired} cuts that say no work material or "
+            f"no tool: state [recording] work and [tool] name in {beside}, then: autodb import "
+            f"{file.name} --again"
+        )
     for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
         say(f"{file.name}: {note}")

@@ -35,8 +35,30 @@ def side_file_of(found: Sequence[ProposedBase], name: str) -> str:
     lines = [f"# no operation is known for {_text(text)}" for text in unknown]
     written = side_text(proposed_side(found), because)
     return "\n".join(
-        [f"# proposed by 'autodb look {name}'; check it", written.rstrip(), *lines, ""]
+        [
+            f"# proposed by 'autodb look {name}'; check it",
+            written.rstrip(),
+            *lines,
+            *_of_all_rows(found),
+            "",
+        ]
     )
+
+
+def _of_all_rows(found: Sequence[ProposedBase]) -> Iterator[str]:
+    """Yield how to say of all rows at once what no column of a table of cuts says."""
+    cuts = [one for one in found if one.holds_cuts]
+    said = {one.channel for base in cuts for one in base.proposals}
+    if not cuts or {"work.material", "tool"} <= said:
+        return
+    yield "# of cuts nothing is learnt while nobody says of what material and with which tool;"
+    yield "# where all are alike, without the '#' and with your names:"
+    if "work.material" not in said:
+        yield "# [recording]"
+        yield '# work = "C45"  # as jobs call it'
+    if "tool" not in said:
+        yield "# [tool]"
+        yield '# name = "CNMG 120408"'
 
 
 def side_text(side: SideFile, because: Mapping[str, str] | None = None) -> str:

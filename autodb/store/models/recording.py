@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint
+from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint, text
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import Base, now
@@ -11,6 +11,8 @@ from autodb.store.models.work import Pair
 
 class StoredRecording(Base):
     """One imported file, known by its checksum; the side file is kept as it was read.
+
+    A file that was read again, as its side file said then, is there once more; only one counts.
 
     ``delivered_as``: the path that it came in under, ``path`` where it lies; NULL: the same.
     ``stored_path``: where our own copy lies, with its checksum; NULL: there is only ``path``.
@@ -25,7 +27,14 @@ class StoredRecording(Base):
 
     __tablename__ = "recording"
     __table_args__ = (
-        UniqueConstraint("machine_id", "sha256"),
+        Index(
+            "uq_recording_counting",
+            "machine_id",
+            "sha256",
+            unique=True,
+            sqlite_where=text("withdrawn_at IS NULL"),
+            postgresql_where=text("withdrawn_at IS NULL"),
+        ),
         CheckConstraint("kind IN ('cuts', 'series')"),
         CheckConstraint(
             "(stored_path IS NULL) = (stored_sha256 IS NULL)", name="ck_recording_stored_copy"
