@@ -21,7 +21,7 @@ from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.calibrations import used_beyond
 from autodb.agent.rows.catalogue import refuse_other_geometry
-from autodb.agent.rows.owner import Owner
+from autodb.agent.rows.machines import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
 from autodb.cutting import tools
 from autodb.errors import near_words
