@@ -30,10 +30,9 @@ from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
 from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
-from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
-from autodb.forward.scored import AS_STATED, Width, wider
-from autodb.forward.undecided import UndecidedCuts
+from autodb.forward.scored import AS_STATED, Width
+from autodb.forward.widening import UndecidedCuts, wider, with_room_for_wear
 from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
 from autodb.store import models
 from autodb.wording import amount_words, listed, localized, msgid, phrase, shop_amount

@@ -15,7 +15,7 @@ from autodb.agent.rows.mismatches import NEW_EDGE, SINCE
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts, forces_of_cuts, usable
-from autodb.forward.undecided import UndecidedCuts, placed
+from autodb.forward.widening import UndecidedCuts, placed
 from autodb.pairs.forecast import forecast
 from autodb.store import models
 
