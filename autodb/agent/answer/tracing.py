@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
-from autodb.agent.answer.said_of_terms import terms_words
+from autodb.agent.answer.notes import terms_words
 from autodb.agent.ingest.importing import time_sentences
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
