@@ -1,11 +1,13 @@
-"""What the cuts behind a posterior were: their operations, and the ranges of what they state."""
+"""What a pair learnt from, its cuts' operations and the ranges of what they state, and what not."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.rows.posteriors import as_posterior, chain_ids, latest
+from autodb.agent.rows.sensed_forces import usable
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
 from autodb.store import models
 from autodb.store.models.learning import cutting_parameters_force
@@ -62,3 +64,50 @@ def learnt_from(session: Session, parameters_id: int) -> LearntFrom:
         if low:
             ranges[name] = (min(low), max(high))
     return LearntFrom(frozenset(row[0] for row in rows), ranges)
+
+
+def newest_states(
+    session: Session, machine_id: int, pair_id: int
+) -> list[models.CuttingParameters]:
+    """Return the newest version of each state of a pair but the usual one."""
+    names = session.scalars(
+        select(models.CuttingParameters.state)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.state.is_not(None),
+        )
+        .distinct()
+    )
+    rows = [latest(session, machine_id, pair_id, name) for name in names.all()]
+    return [row for row in rows if row is not None]
+
+
+def excluded_cuts(
+    session: Session, machine_id: int, pair_id: int, *, upto: int
+) -> Sequence[models.Cut]:
+    """Return cuts of a pair, up to an id, that are sensed and of no state that it has learnt."""
+    states = [latest(session, machine_id, pair_id), *newest_states(session, machine_id, pair_id)]
+    usual = states[0]
+    if usual is None:
+        return []
+    versions = chain_ids(row for row in states if row is not None)
+    seen = models.cutting_parameters_force.c
+    learnt = (
+        select(models.SensedForce.cut_id)
+        .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
+        .where(seen.cutting_parameters_id.in_(versions))
+    )
+    query = select(models.Cut).where(
+        models.Cut.recording.has(machine_id=machine_id),
+        models.Cut.pair_id == pair_id,
+        models.Cut.id <= upto,
+        models.Cut.superseded_at.is_(None),
+        models.Cut.id.in_(
+            select(models.SensedForce.cut_id).where(models.SensedForce.value_N.is_not(None))
+        ),
+        models.Cut.id.not_in(learnt),
+    )
+    cuts = session.scalars(query.order_by(models.Cut.id)).all()
+    worn = as_posterior(usual).wear is not None
+    return [cut for cut in cuts if usable(cut) and (not worn or CUTTING_TIME in cut.conditions)]
