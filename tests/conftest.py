@@ -180,7 +180,8 @@ def cli(
     from autodb.cli import run
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("AUTODB_DB", raising=False)
+    for name in ("AUTODB_DB", "AUTODB_LANGUAGE", "AUTODB_UNITS"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("COLUMNS", "200")
 
     def call(*arguments: object) -> Ran:

@@ -15,8 +15,10 @@ import typer
 
 from autodb import __version__
 from autodb.cli._common import Stopped
-from autodb.cli._listed import COMMANDS, GROUP_OF, examples_of
+from autodb.cli._listed import COMMANDS, GROUP_OF, READERS, examples_of
+from autodb.cli._reader import for_its_reader, shown_again
 from autodb.files.excuses import excuse
+from autodb.wording import ENGLISH, Worded, language_of, presented
 
 INTERRUPTED = 130
 YOUNG = 20_000
@@ -69,6 +71,11 @@ def _alone(
 
 def run(arguments: list[str] | None = None) -> int:
     """Run one command and return its exit status: 0 answered, 2 unusable input, 130 interrupted."""
+    with presented(ENGLISH):  # until a command says for whom it answers
+        return _run(arguments)
+
+
+def _run(arguments: list[str] | None) -> int:
     from typer.exceptions import TyperException
 
     try:
@@ -88,7 +95,8 @@ def run(arguments: list[str] | None = None) -> int:
         said = excuse(error)
         if said is None:
             raise
-        typer.echo(f"autodb: {said}", err=True)
+        line = Worded(said, language_of(error))
+        typer.echo(f"autodb: {shown_again(line)}", err=True)
         return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
 
@@ -108,6 +116,8 @@ def _command(name: str, place: str) -> Any:
     command.name, command.rich_help_panel = name, GROUP_OF[name]
     for path, one in _with_those_below(name, command):
         one.epilog = examples_of(path)
+        if path in READERS:
+            for_its_reader(one)
         for parameter in one.params:
             parameter.help = as_written(parameter.help)
     return command

@@ -49,6 +49,13 @@ GROUPS = {
 """Where each command is, by group and name, in the order of the help: module and name in it."""
 COMMANDS = {name: place for commands in GROUPS.values() for name, place in commands.items()}
 GROUP_OF = {name: group for group, commands in GROUPS.items() for name in commands}
+READERS = frozenset(
+    {
+        "calibrate", "refresh", "predict", "lookup", "predictions score", "explain", "plan", "life",
+        "stability", "sensors", "mismatch list", "mismatch show",
+    }
+)  # fmt: skip
+"""Commands that answer in the language and the units of their reader."""
 EXAMPLES = """
 autodb demo
 autodb demo --out try-it

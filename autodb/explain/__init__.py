@@ -12,6 +12,7 @@ from autodb.files.channels import FORCES, axis_of, effort_channels, place_channe
 from autodb.records.tables import CutTable, Recording
 from autodb.records.timed import rows_of_file
 from autodb.terms.vocabulary import vocabulary
+from autodb.wording import stored_msgid
 
 if TYPE_CHECKING:
     from autodb.explain.long_recordings import LongRecording
@@ -19,6 +20,19 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Includes = list[str] | dict[str, dict[str, Array]] | None
 """Names of terms, or by channel the terms with what each contributes, (n,)."""
+NOT_IN_RECORDING = stored_msgid("{file}: '{name}' is not in the recording, ignored")
+DERIVED = stored_msgid(
+    "{names} derived from {source}: 4th-order Butterworth at {cutoff} forwards and backwards, "
+    "central differences"
+)
+DERIVED_LOWERED = stored_msgid(
+    "{names} derived from {source}: 4th-order Butterworth at {cutoff} ({why}) forwards and "
+    "backwards, central differences"
+)
+UNSEEN = stored_msgid(
+    "{names} are not looked for: rows written on change do not show when a motion begins and ends; "
+    "record {place} on every row, or {velocity} besides"
+)
 
 __all__ = ["Explained", "explain"]
 
@@ -42,7 +56,7 @@ def explain(
     _check_names(names)
     order = _rows(recording, simulation)
     notes = [
-        f"{simulation.path}: '{name}' is not in the recording, ignored"
+        NOT_IN_RECORDING.format(file=simulation.path, name=name)
         for name in simulation.channels
         if name not in recording and name not in ("t", "cut")
     ]
@@ -157,10 +171,10 @@ def _derived(rows: _Rows, axis: str, trace: ChannelTrace) -> list[str]:
         protocol = protocol_of(recording, axis, noise_share=DROWNED)
     if trace.cutoff_hz is not None and trace.lowered:
         protocol = replace(protocol, cutoff_hz=trace.cutoff_hz, lowered=f" ({trace.lowered})")
-    return [
-        f"{' and '.join(missing)} derived from {source}: 4th-order Butterworth at "
-        f"{protocol.cutoff_hz:g} Hz{protocol.lowered} forwards and backwards, central differences"
-    ]
+    derived, cutoff = " and ".join(missing), f"{protocol.cutoff_hz:g} Hz"
+    why = protocol.lowered.removeprefix(" (").removesuffix(")")
+    said = DERIVED_LOWERED if why else DERIVED
+    return [said.format(names=derived, source=source, cutoff=cutoff, why=why)]
 
 
 def _unseen(recording: Recording, axis: str) -> list[str]:
@@ -170,10 +184,8 @@ def _unseen(recording: Recording, axis: str) -> list[str]:
     names = sorted(unseen_terms(recording, axis))
     if not names:
         return []
-    return [
-        f"{', '.join(names)} are not looked for: rows written on change do not show when a motion "
-        f"begins and ends; record {place_channel(axis)} on every row, or {axis}.velocity besides"
-    ]
+    every = place_channel(axis)
+    return [UNSEEN.format(names=", ".join(names), place=every, velocity=f"{axis}.velocity")]
 
 
 def _check_names(includes: list[str] | None) -> None:

@@ -16,6 +16,7 @@ from autodb.files.channels import LINEAR_AXES, axis_of, place_channel
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import DROWNED, axis_motion, protocol_of
 from autodb.sensing.drives.moves.protocol import FilterProtocol
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,10 @@ LEAST_HZ = 16.0
 """Means a second at least, however long it is: three of a ripple of 20 mm at 100 mm/s. Chosen."""
 CHUNK = 1_000_000
 """Rows of which motion is derived at a time, so that it takes a fixed memory."""
+SEARCHED = stored_msgid(
+    "{file}: {rows} rows are searched, and their errors counted, as means of {count} each: {rate} "
+    "a second; corrections are written at every row"
+)
 BESIDE_S = 2.0
 """Time on either side of a chunk that its filter sees: 50 periods of the default cutoff."""
 
@@ -44,11 +49,10 @@ class LongRecording:
     @property
     def note(self) -> str:
         """Say what was searched."""
-        return (
-            f"{self.recording.path}: {len(self.recording)} rows are searched, and their errors "
-            f"counted, as means of {self.rate.factor} each: {self.means.timing.rate_hz:.4g} a "
-            "second; corrections are written at every row"
-        )
+        return SEARCHED.format(
+            file=self.recording.path, rows=len(self.recording), count=self.rate.factor,
+            rate=f"{self.means.timing.rate_hz:.4g}",
+        )  # fmt: skip
 
     def at_every_row(self, correction: Array) -> Array:
         """Return a correction of means (m,) at every row (n,), straight between their middles."""

@@ -23,10 +23,13 @@ from autodb.explain.answer import Cause, ChannelAnswer, IntervalValue
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import CutTable, Recording
 from autodb.terms.vocabulary import effect_called
+from autodb.wording import msgid, stored_msgid
 
 Array = NDArray[np.float64]
 
-FACTORS = ("machine", "tool", "material", "sensor", "calibration")
+FACTORS = (
+    msgid("machine"), msgid("tool"), msgid("material"), msgid("sensor"), msgid("calibration"),
+)  # fmt: skip
 PAIR = "pair"
 SCALE = ("shear", "gain")
 """Terms of one recording that are one effect in several: all of a force is larger or smaller."""
@@ -37,6 +40,24 @@ BLIND = 3.0
 NEAR = 6.0
 """Ways of grouping whose score is no more above the best are named with it: odds of e³."""
 CEILING = 0.99
+SHOWS = stored_msgid("{channel}: {causes} shows in {count} of {n} recordings")
+UNNAMED = stored_msgid("{found}; their side files do not name the {causes} of every one.")
+WITH_NONE = stored_msgid("{found} and goes with none of what their side files name.")
+SHARED_BY_ALL = stored_msgid(
+    "{found}, which share their {causes}: nothing here tells which it sits in."
+)
+WITH_ONE = stored_msgid("{found} and goes with the {causes}.")
+WITH_SEVERAL = stored_msgid(
+    "{found} and goes with the {causes}; or with the {causes_other}, which change with it here."
+)
+SWAPPED = stored_msgid(
+    "Repeat {one} with the {causes} of {other} and all else as it is: what sits in the {causes} "
+    "changes with it, what sits in the {causes_other} stays."
+)
+CHANGED = stored_msgid(
+    "Repeat {one} with another {causes} and all else as it is: what sits in the {causes} changes "
+    "with it, what sits in the {causes_other} stays."
+)
 
 
 class _Part(BaseModel):
@@ -260,27 +281,25 @@ def _score(seen: _Seen, groups: tuple[int, ...] | None) -> float | None:
 
 def _statement(seen: _Seen, channel: str, seats: Sequence[Seat]) -> str:
     count, n = int(np.count_nonzero(seen.y)), len(seen.y)
-    what = "a change of scale" if seen.term == "scale" else seen.term.replace("_", " ")
-    shown = f"{channel}: {what} shows in {count} of {n} recordings"
+    what = msgid("a change of scale") if seen.term == "scale" else seen.term.replace("_", " ")
+    shown = SHOWS.format(channel=channel, causes=what, count=count, n=n)
     where = _where(seen.term)
     unsaid = [factor for factor in where if _groups(seen, factor) is None]
     if len(unsaid) == len(where):
-        words = " or ".join(map(_words, unsaid))
-        return f"{shown}; their side files do not name the {words} of every one."
+        return UNNAMED.format(found=shown, causes=", ".join(map(_words, unsaid)))
     if not seats:
-        return f"{shown} and goes with none of what their side files name."
-    first = _words(seats[0].factor)
+        return WITH_NONE.format(found=shown)
+    others = ", ".join(_words(seat.factor) for seat in seats)
     if np.ptp(_groups(seen, seats[0].factor) or (0,)) == 0:
-        others = ", ".join(_words(seat.factor) for seat in seats)
-        return f"{shown}, which share their {others}: nothing here tells which it sits in."
+        return SHARED_BY_ALL.format(found=shown, causes=others)
     if len(seats) == 1:
-        return f"{shown} and goes with the {first}."
-    others = " or ".join(_words(seat.factor) for seat in seats[1:])
-    return f"{shown} and goes with the {first}; or with the {others}, which change with it here."
+        return WITH_ONE.format(found=shown, causes=others)
+    first, _, rest = others.partition(", ")
+    return WITH_SEVERAL.format(found=shown, causes=first, causes_other=rest)
 
 
 def _words(factor: str) -> str:
-    return "work-tool pair" if factor == PAIR else factor
+    return msgid("work-tool pair") if factor == PAIR else factor
 
 
 def _separating(seen: _Seen, seats: Sequence[Seat]) -> str | None:
@@ -298,8 +317,7 @@ def _separating(seen: _Seen, seats: Sequence[Seat]) -> str | None:
         ),
         None,
     )
-    swap = f"the {_words(first)} of {other.recording}" if other else f"another {_words(first)}"
-    return (
-        f"Repeat {strong.recording} with {swap} and all else as it is: what sits in the "
-        f"{_words(first)} changes with it, what sits in the {_words(second)} stays."
-    )
+    both = {"causes": _words(first), "causes_other": _words(second)}
+    if other is None:
+        return CHANGED.format(one=strong.recording, **both)
+    return SWAPPED.format(one=strong.recording, other=other.recording, **both)

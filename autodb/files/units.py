@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from autodb.errors import UnusableInput
-from autodb.wording import ShopUnit, phrase, presentation
+from autodb.wording import Presentation, ShopUnit, phrase, presentation
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
@@ -126,6 +126,11 @@ def shop_units(system: str) -> Mapping[str, ShopUnit]:
         ours: ShopUnit(name, 1.0 / conversion(name, to=ours, where=name)[0])
         for ours, name in _INCH.items()
     }
+
+
+def presentation_of(language: str, system: str) -> Presentation:
+    """Return for whom something is said: in a language, by its code, and a system of units."""
+    return Presentation(language, shop_units(system))
 
 
 def shown_system() -> str:

@@ -12,6 +12,8 @@ from typing import Literal
 import numpy as np
 from scipy.special import stdtrit
 
+from autodb.wording import amount_words, localized, phrase
+
 COVERAGE = 0.9545
 """Share that an expanded uncertainty with k = 2 covers of a normal distribution."""
 Evaluation = Literal["A", "B"]
@@ -90,7 +92,9 @@ class UncertaintyBudget:
 
     def total(self) -> str:
         """Return the combined and the expanded uncertainty in words."""
-        return (
-            f"combined standard uncertainty {self.combined:.3g} {self.unit}, expanded "
-            f"{self.expanded:.3g} {self.unit} (k = {self.coverage_factor:.2f})"
+        return phrase(
+            "combined standard uncertainty {combined}, expanded {expanded} (k = {k})",
+            combined=amount_words(self.combined, self.unit, ".3g"),
+            expanded=amount_words(self.expanded, self.unit, ".3g"),
+            k=localized(f"{self.coverage_factor:.2f}"),
         )

@@ -15,14 +15,16 @@ from autodb.sensing.drives.fit.axis_model import Identified, IdentifiedTerm, amp
 from autodb.sensing.drives.fit.drive_errors import BANDWIDTHS_HZ, DriveErrors
 from autodb.sensing.drives.fit.thermal import thermal_state
 from autodb.terms.vocabulary import term_called
-from autodb.wording import localized, phrase
+from autodb.wording import localized, msgid, phrase
 
 Array = NDArray[np.float64]
 
 MAP_PX = 360
 TOLD_HZ = (1.0, 10.0)
 """Bandwidths at which the error of each state is stated."""
-STATES = ("in steady motion", "while the speed changes", "shortly after a reversal")
+STATES = (
+    msgid("in steady motion"), msgid("while the speed changes"), msgid("shortly after a reversal"),
+)  # fmt: skip
 
 
 def render_axis(model: Identified, moves: Recording) -> str:
@@ -30,7 +32,7 @@ def render_axis(model: Identified, moves: Recording) -> str:
     found = field(moves, model.axis, model.protocol, model.terms, model.off_law)
     return figures.whole_page(
         "axis.html.j2",
-        title=f"{moves.path.name}: axis {model.axis}",
+        title=phrase("{file}: axis {axis}", file=moves.path.name, axis=model.axis),
         name=moves.path.name,
         axis=model.axis,
         channel=model.channel,
@@ -53,7 +55,9 @@ def render_axis(model: Identified, moves: Recording) -> str:
 
 
 def _percent(share: float) -> str:
-    return "not known" if np.isnan(share) else f"{100.0 * share:.2f}\u00a0%"
+    if np.isnan(share):
+        return phrase("not known")
+    return f"{localized(f'{100.0 * share:.2f}')}\u00a0%"
 
 
 def field_plots(found: EffortField, axis: str, unit: str) -> list[tuple[str, Markup]]:
@@ -120,7 +124,7 @@ def _errors(errors: DriveErrors | None, unit: str) -> list[tuple[str, list[str]]
         return []
     at = [BANDWIDTHS_HZ.index(hz) for hz in TOLD_HZ]
     return [
-        (name, [amounts.quantity(errors.rms[row][column], unit) for row in at])
+        (phrase(name), [amounts.quantity(errors.rms[row][column], unit) for row in at])
         for column, name in enumerate(STATES)
     ]
 
@@ -129,12 +133,16 @@ def _warmth(model: Identified) -> str:
     """Say what is known of the axis' warming."""
     drop = next((t for t in model.fitted if (t.term, t.parameter) == ("warmup", "drop")), None)
     if drop is None:
-        return (
+        return phrase(
             "Warming is not in this model: friction is that of these moves, and falls by up to a "
             "fifth as an axis runs warm."
         )
     share = amounts.plus_minus(100.0 * drop.value, 100.0 * NORMAL_95 * (drop.sd or 0.0), "%")
-    return f"Warm after long running at 10 000 mm/min, friction is {share} lower than cold."
+    return phrase(
+        "Warm after long running at {speed}, friction is {share} lower than cold.",
+        speed=amounts.quantity(10_000.0, "mm/min"),
+        share=share,
+    )
 
 
 def _thermal(model: Identified, moves: Recording) -> str:
@@ -143,7 +151,10 @@ def _thermal(model: Identified, moves: Recording) -> str:
     if state is None:
         return ""
     begin, end, most = (f"{100.0 * x:.0f}\u00a0%" for x in (state.begin, state.end, state.most))
-    return (
-        f"Thermal state: at the begin of these moves, taken as cold, {begin} of that loss; {end} "
-        f"at the end; {most} when it was warmest."
+    return phrase(
+        "Thermal state: at the begin of these moves, taken as cold, {begin} of that loss; {end} at "
+        "the end; {most} when it was warmest.",
+        begin=begin,
+        end=end,
+        most=most,
     )

@@ -58,6 +58,16 @@ CERTAINTY = (
 )
 
 
+VARIABLES = (
+    msgid("direction in a corner of position × speed"), msgid("corner of position × speed"),
+    msgid("periodic in time"), msgid("periodic"), msgid("components"), msgid("direction"),
+    msgid("braking, with effort against the motion"), msgid("acceleration"), msgid("position"),
+    msgid("speed"), msgid("time"), msgid("tone"), msgid("bands"), msgid("at"),
+)  # fmt: skip
+"""What an effect without a name may depend on, beside channels."""
+_VARIABLE = rf"(?<![.\w])(?:{'|'.join(VARIABLES)})(?![.\w])"
+
+
 def render_explanation(explained: Explained) -> str:
     """Return the report of one explanation: a page that loads nothing from outside."""
     return figures.whole_page(
@@ -122,10 +132,14 @@ def told_statement(statement: str) -> Markup:
     """Return what was stated of a cause: what its effect does in the reader's language, where the
     vocabulary has it, the rest in English, as it was kept.
     """
+    return Markup(" ").join(map(told, statement_words(statement)))
+
+
+def statement_words(statement: str) -> list[Worded]:
+    """Return what was stated of a cause: what its effect does, and the rest as it was kept."""
     does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
     rest = statement.removeprefix(does).strip()
-    said = [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
-    return Markup(" ").join(map(told, said))
+    return [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
 
 
 def move_words(term: str, others: Sequence[str], text: str, called: Callable[[str], str]) -> Worded:
@@ -164,7 +178,10 @@ def candidate_words(name: str) -> str:
         term, rest = UNKNOWN, said.removeprefix(UNKNOWN).strip()
     rest = re.sub(r"\bways\b", "components", rest)
     words = term_words(term)
-    return phrase("{candidate} ({what})", candidate=words, what=rest) if rest else words
+    if not rest:
+        return words
+    what = re.sub(_VARIABLE, lambda found: phrase(found[0]), rest)
+    return phrase("{candidate} ({what})", candidate=words, what=what)
 
 
 def parameter_words(name: str) -> str:

@@ -164,11 +164,16 @@ def _near(
 
 
 def _curves(answer: ChannelAnswer, trace: ChannelTrace) -> list[tuple[str, Array, Array | None]]:
-    """Name, values, and what they leave; without a mismatch nothing was corrected."""
-    rows: list[tuple[str, Array, Array | None]] = [(msgid("recording"), trace.recording, None)]
-    rows.append((msgid("simulation"), trace.simulation, trace.recording - trace.simulation))
+    """Name, values, and what they leave, in the reader's unit; without a mismatch nothing was
+    corrected.
+    """
+    scale = figures.plot_scale(answer.unit)
+    recording, simulation = scale * trace.recording, scale * trace.simulation
+    rows: list[tuple[str, Array, Array | None]] = [(msgid("recording"), recording, None)]
+    rows.append((msgid("simulation"), simulation, recording - simulation))
     if answer.mismatch:
-        rows.append((msgid("corrected"), trace.corrected, trace.recording - trace.corrected))
+        corrected = scale * trace.corrected
+        rows.append((msgid("corrected"), corrected, recording - corrected))
     return rows
 
 
@@ -201,8 +206,9 @@ def _against(
         [figures.bracketed(phrase("Residual"), answer.unit)],
         x_title=figures.bracketed(channel_words(signal), unit or ""),
     )
-    figures.shade(made, [(r.low, r.high) for r in answer.where.regime if r.signal == signal])
-    x = trace.regime_signals[signal]
+    scale, regimes = figures.plot_scale(unit or ""), answer.where.regime
+    figures.shade(made, [(scale * r.low, scale * r.high) for r in regimes if r.signal == signal])
+    x = scale * trace.regime_signals[signal]
     for name, _, left in _curves(answer, trace):
         if left is not None:
             mark = {"size": 5, "opacity": 0.45}

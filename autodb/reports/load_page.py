@@ -15,10 +15,15 @@ from autodb.files.targets import hidden, replace_by
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.reports import amounts, figures
 from autodb.sensing.drives.reconstruct import DriveLoad
+from autodb.wording import amount_words, localized, msgid, phrase
 
 Array = NDArray[np.float64]
 
 MARKS = ("standing", "turned", "outside", "braking", "at_limit")
+MARK_WORDS = {
+    "standing": msgid("standing"), "turned": msgid("turned"), "outside": msgid("outside"),
+    "braking": msgid("braking"), "at_limit": msgid("at limit"),
+}  # fmt: skip
 PLOT_PX = 420
 
 
@@ -62,7 +67,7 @@ def render_loads(name: str, t_s: Array, sensed: Sequence[ReconstructedLoad]) -> 
     """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "loads.html.j2",
-        title=f"{name}: load on the axes",
+        title=phrase("{file}: load on the axes", file=name),
         name=name,
         version=__version__,
         axes=[_shown(t_s, one) for one in sensed],
@@ -71,21 +76,26 @@ def render_loads(name: str, t_s: Array, sensed: Sequence[ReconstructedLoad]) -> 
 
 def _shown(t_s: Array, sensed: ReconstructedLoad) -> dict[str, object]:
     load = sensed.load
-    sizes = (("Largest", np.max(np.abs(load.value))), ("Root mean square", load_rms(load.value)))
+    largest, rms = float(np.max(np.abs(load.value))), load_rms(load.value)
+    sizes = ((phrase("Largest"), largest), (phrase("Root mean square"), rms))
     return {
-        "name": f"{load.axis.upper()} axis",
+        "name": phrase("{axis} axis", axis=load.axis.upper()),
         "plot": _plot(t_s, load),
         "model": sensed.model,
         "scale": scale_words(sensed),
         "bandwidth": amounts.quantity(load.bandwidth_hz, "Hz"),
-        "figures": [(what, amounts.quantity(float(size), load.unit)) for what, size in sizes],
+        "figures": [(what, amounts.quantity(size, load.unit)) for what, size in sizes],
         "sure": amounts.quantity(NORMAL_95 * float(np.median(load.sd)), load.unit),
         "shares": [
-            (mark.replace("_", " "), f"{100.0 * float(np.mean(getattr(load, mark))):.3g} %")
+            (phrase(MARK_WORDS[mark]), _percent(100.0 * float(np.mean(getattr(load, mark)))))
             for mark in MARKS
             if getattr(load, mark).any()
         ],
     }
+
+
+def _percent(percent: float, form: str = ".3g") -> str:
+    return f"{localized(f'{percent:{form}}')} %"
 
 
 def load_rms(values: Array) -> float:
@@ -99,25 +109,30 @@ def scale_words(sensed: ReconstructedLoad) -> str:
         return sensed.said
     if sensed.scale is not None:
         percent = 100.0 * NORMAL_95 * sensed.scale.share
-        return (
-            f"force constant {sensed.scale.per_ampere:.4g} {sensed.scale.unit}/A ± {percent:.2g} % "
-            f"(95 %), by {sensed.scale.source}; that error is common to all rows and not in their "
-            "sd"
+        return phrase(
+            "force constant {constant} ± {share} (95 %), by {source}; that error is common to all "
+            "rows and not in their sd",
+            constant=amount_words(sensed.scale.per_ampere, f"{sensed.scale.unit}/A", ".4g"),
+            share=_percent(percent, ".2g"),
+            source=sensed.scale.source,
         )
     if sensed.load.unit == "A":
-        return (
+        return phrase(
             "in amperes; for newtons, determine the force constant with 'autodb scale', state "
             "torque constant and screw pitch in the machine's file, or use --newtons-per-ampere"
         )
-    return f"the drive's effort is in {sensed.load.unit}"
+    return phrase("the drive's effort is in {unit}", unit=sensed.load.unit)
 
 
 def _plot(t_s: Array, load: DriveLoad) -> object:
-    made = figures.figure([f"Load of {load.axis} [{load.unit}]"], x_title="Time [s]")
-    half = NORMAL_95 * load.sd
+    title = figures.bracketed(phrase("Load of {axis}", axis=load.axis), load.unit)
+    made = figures.figure([title], x_title=phrase("Time [s]"))
+    scale = figures.plot_scale(load.unit)
+    value, half = scale * load.value, scale * NORMAL_95 * load.sd
     edge = {"width": 1.0}
-    for values, name in ((load.value - half, "95 %, low"), (load.value + half, "95 %, high")):
+    ends = ((value - half, phrase("95 %, low")), (value + half, phrase("95 %, high")))
+    for values, name in ends:
         made.add_trace(figures.line_trace(t_s, values, tone="simulation", name=name, line=edge))
-    made.add_trace(figures.line_trace(t_s, load.value, tone="corrected", name="load"))
-    label = f"load of {load.axis} over time with its 95 % interval"
+    made.add_trace(figures.line_trace(t_s, value, tone="corrected", name=phrase("load")))
+    label = phrase("load of {axis} over time with its 95 % interval", axis=load.axis)
     return figures.as_html(made, f"load-{load.axis}", height_px=PLOT_PX, label=label)

@@ -33,7 +33,7 @@ def render_scores(found: PredictionScores) -> str:
     """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "scored.html.j2",
-        title=f"{found.machine}: predicted and made",
+        title=phrase("{machine}: predicted and made", machine=found.machine),
         machine=found.machine,
         by_basis=found.by_basis,
         plot=plot_of_scores(found),

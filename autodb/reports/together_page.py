@@ -7,6 +7,7 @@ from autodb.explain.several_recordings import FACTORS, ExplainedTogether, Locate
 from autodb.reports import amounts, figures
 from autodb.reports.explanation import certainty_words, parameter_words, term_words
 from autodb.reports.explanation_plots import channel_words
+from autodb.wording import phrase
 
 
 def recording_folders(found: ExplainedTogether) -> list[str]:
@@ -19,7 +20,7 @@ def render_together(found: ExplainedTogether) -> str:
     """Return the page: what was recorded with what, and where each effect sits."""
     return figures.whole_page(
         "together.html.j2",
-        title=f"{len(found.recordings)} recordings together",
+        title=phrase("{count} recordings together", count=len(found.recordings)),
         found=found,
         factors=[one for one in FACTORS if any(s.level(one) for s in found.recordings)],
         folders=recording_folders(found),
@@ -28,6 +29,7 @@ def render_together(found: ExplainedTogether) -> str:
         heading=heading,
         certainty_words=certainty_words,
         parameter_words=parameter_words,
+        factor_words=phrase,
     )
 
 
@@ -38,8 +40,9 @@ def file_name(path: str) -> str:
 
 def heading(effect: Located) -> str:
     """Return what an effect is and where it shows, in shop words."""
-    what = "a change of scale" if effect.term == "scale" else term_words(effect.term)
-    return f"{channel_words(effect.channel)}: {what}"
+    scale = effect.term == "scale"
+    what = phrase("a change of scale") if scale else term_words(effect.term)
+    return phrase("{channel}: {what}", channel=channel_words(effect.channel), what=what)
 
 
 def effect_number(value: IntervalValue | None) -> str:

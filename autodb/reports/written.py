@@ -6,19 +6,21 @@ from pathlib import Path
 from plotly.offline import get_plotlyjs, get_plotlyjs_version
 
 from autodb.files.targets import write_text
+from autodb.wording import msgid, phrase
 
 LIBRARY = f"plotly-{get_plotlyjs_version()}.min.js"
 """The script beside the pages of a folder; pages of another version have another beside them."""
 LIBRARIES = "plotly-*.min.js"
-MISSING = (
-    f"Put {LIBRARY} beside this page to see its plots: it was written with the page. "
-    "With --self-contained it is in the page."
+MISSING = msgid(
+    "Put {file} beside this page to see its plots: it was written with the page. With "
+    "--self-contained it is in the page."
 )
 
 
 def library_tag(place: str = "") -> str:
     """Return what loads the script of plots from beside a page, or from another place."""
-    return f'<script src="{place}{LIBRARY}" data-missing="{escape(MISSING)}"></script>'
+    missing = escape(phrase(MISSING, file=LIBRARY))
+    return f'<script src="{place}{LIBRARY}" data-missing="{missing}"></script>'
 
 
 def contained(page: str) -> str:

@@ -22,6 +22,7 @@ from autodb.files.dynamometer import (
     of_component,
 )
 from autodb.fitting.uncertainty import Evaluation, limits_as_standard
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -34,9 +35,12 @@ is less. Chosen."""
 ENOUGH_REPEATS = 4
 """Degrees of freedom from which on the scatter of repeats bounds the noise. Chosen."""
 CERTIFICATE, CROSSTALK, DRIFT, MOUNTING, NOISE = (
-    "dynamometer certificate", "cross-talk", "drift", "mounting", "noise of the dynamometer",
+    stored_msgid("dynamometer certificate"), stored_msgid("cross-talk"), stored_msgid("drift"),
+    stored_msgid("mounting"), stored_msgid("noise of the dynamometer"),
 )  # fmt: skip
-WHOLE = "uncertainty as stated"
+WHOLE = stored_msgid("uncertainty as stated")
+TAKEN = stored_msgid("not stated; {share} of the force is taken in its place")
+WITHIN = stored_msgid("limit {share} of the force, rectangular")
 PARTS = (CERTIFICATE, CROSSTALK, DRIFT, MOUNTING)
 """What a budget of a measured force names in any case."""
 K_OF_WHOLE = 2.0
@@ -121,14 +125,14 @@ class ForceStatement:
         percent = of_component(stated.certificate_percent, component)
         if percent is None:
             share = DEFAULT_SHARE
-            said = f"not stated; {100.0 * share:g} % of the force is taken in its place"
+            said = TAKEN.format(share=f"{100.0 * share:g} %")
         else:
             share = 0.01 * percent / stated.certificate_k
             said = f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}"
         yield self._shared(component, CERTIFICATE, share=share, source=said)
         percent = of_component(stated.mounting_percent, component)
         if percent is not None:
-            said = f"limit {percent:g} % of the force, rectangular"
+            said = WITHIN.format(share=f"{percent:g} %")
             share = limits_as_standard(0.01 * percent)
             yield self._shared(component, MOUNTING, share=share, source=said)
         percent = of_component(stated.crosstalk_percent, component)

@@ -21,10 +21,10 @@ SENTENCES = (
 )  # fmt: skip
 """Places of a stored sentence that hold stored sentences; what stands in others is a number, an
 amount or a name. Of an amount that another shares its unit with, ``size_low`` and ``size_high``
-are the ends of ``size``."""
+are the ends of ``size``, and ``size_now`` another."""
 CAUSES, VALUES, TERM, OR = "causes", "values", "term", " or "
-"""Places of titles of causes, one after another, of quoted values, any of which holds, and of an
-effect by its name."""
+"""Places of titles of causes, one after another (``causes_other`` of more), of quoted values, any
+of which holds, and of an effect by its name."""
 QUOTED = r"'[^',;]*'(?: or '[^',;]*')*"
 SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
@@ -108,7 +108,7 @@ def _whole(text: str) -> Worded | None:
 
 def _value(name: str, values: dict[str, str]) -> str:
     """Return what stands in a place, for the reader."""
-    text, whole = values[name], re.sub("_(low|high)$", "", name)
+    text, whole = values[name], re.sub("_(low|high|now)$", "", name)
     if whole != name and whole in values:
         _, _, unit = values[whole].partition(" ")
         return amount_again(f"{text} {unit}").rpartition(" ")[0] if unit else amount_again(text)
@@ -119,7 +119,7 @@ def _value(name: str, values: dict[str, str]) -> str:
         return word if language_of(word) == presentation().language else text
     if name == VALUES:
         return listed(text.split(OR), phrase(" or "))
-    if name == CAUSES:
+    if name.startswith(CAUSES):
         return listed(phrase(one) for one in text.split(", "))
     again = said_again(text)
     known = language_of(again) == presentation().language and again != text

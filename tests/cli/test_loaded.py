@@ -11,7 +11,7 @@ from tests.helpers.files import write
 
 PAIR = ("--material", "steel bar", "--tool", "carbide insert")
 ONE_CUT = ("--diameter", "50", "--depth", "1.5", "--feed", "0.2", "--speed", "220")
-HEAVY = {"scipy", "pandas", "pyarrow", "plotly"}
+HEAVY = {"scipy", "pandas", "pyarrow", "plotly", "babel"}  # babel reads what is said in German
 
 
 MAPPERS = "mappers-set-up"

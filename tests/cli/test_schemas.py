@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
-import numpy as np
 import pandas as pd
 import pytest
 from pydantic import ValidationError
 
 from autodb.cli.develop.schemas import FORMATS, texts, unit_of_key
 from tests.conftest import ROOT, Cli
+from tests.helpers.trapezoids import current, moves
 
 JOBS = ROOT / "sample_jobs"
 SAMPLES = [
@@ -94,16 +94,14 @@ def test_bad_files_are_refused_by_schema_and_reader(name: str, content: dict[str
     assert not _accepts(name, content)
 
 
-def test_what_explain_writes_is_an_explanation(cli: Cli, sample_jobs: Path) -> None:
-    moves = sample_jobs / "stepped_shaft" / "recordings" / "air-moves.csv"
-    table = pd.read_csv(moves).iloc[:3000]
-    direction = np.sign(np.gradient(table["z.position"].to_numpy()))
-    table.to_csv("moves.csv", index=False)
-    table["z.current"] = table["z.current"] - 0.5 * direction
-    table[["t", "z.current"]].to_csv("simulation.csv", index=False)
+def test_what_explain_writes_is_an_explanation(cli: Cli) -> None:
+    moved = moves(2, seconds=20.0)
+    simulation = {"t": moved["t"], "x.current": current(moved, 3, coulomb=0.0)}
+    pd.DataFrame({**moved, "x.current": current(moved, 2)}).to_csv("moves.csv", index=False)
+    pd.DataFrame(simulation).to_csv("simulation.csv", index=False)
     done = cli("explain", "moves.csv", "--simulation", "simulation.csv", "--json")
     answer = json.loads(done.out)
-    assert answer["channels"]["z.current"]["missing"]
+    assert answer["channels"]["x.current"]["missing"]
     assert _accepts("explanation", answer)
 
 

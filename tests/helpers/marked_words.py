@@ -2,16 +2,49 @@
 
 import json
 import re
+from collections.abc import Iterable
 from gettext import NullTranslations
 from html.parser import HTMLParser
 from string import Formatter
 from typing import Any
+
+from autodb.files.channels import OUR_UNITS
+from autodb.terms.vocabulary import all_terms
+from tests.helpers.site import STRANGE
 
 OPEN, CLOSE = "⟦", "⟧"
 _MARKED = re.compile(f"{OPEN}[^{OPEN}{CLOSE}]*{CLOSE}")
 _READ_ALOUD = ("aria-label", "title", "placeholder", "alt")
 _UNREAD = ("script", "style", "code", "title")
 _VOID = ("meta", "link", "input", "br", "hr", "img", "progress")
+
+NAMES = (
+    STRANGE, "lathe-1", "lath-1", "steel bar", "carbide insert", "Schruppen", "autodb", "English",
+    "later-week", "brass", "HSS", "operator", "operate",
+)  # fmt: skip
+"""What people, files and programs are called."""
+CHANNEL = (
+    r"\b(?:[xyzwuvabc]|spindle|force|torque|cutting|tool|work|job|pocket|chip)(?:[._][a-z_]+)+"
+)
+DATA = re.compile(
+    "|".join(
+        (
+            *map(re.escape, NAMES),
+            *(rf"\b{one.name}\b" for one in all_terms()),
+            *(rf"\b{one.name}\b" for term in all_terms() for one in term.parameters),
+            r"[\w.-]*\.(?:csv|toml|sqlite3|json|nc|parquet)\b", r"(?:/[\w.-]+){2,}",  # files
+            CHANNEL, r"\b[A-Z]\d\b", r"\{\w+\}",  # edges; what a page's script fills in
+            r"\b(?:k_c1\.1|m_c|[Kkm]_\w+)\b", r"\b(?:chip|shear|friction|flow)_\w+",  # coefficients
+            r"\b(?:included|corner|edge|relief|rake)_\w+",  # numbers of a tool
+            r"\b\w+_(?:mm|mm_rev|mm_tooth|m_min|rpm|deg|N_m|Hz|ratio)\b",  # keys of files
+            r"axes\.[\w.]+",
+            r"'[^']*'", r"^\s*cut\s*$", r"\bln\b", r"\bUTC\b", r"\bMiB\b", r"\brms\b", r"\bHz\b",
+            r"\bR²|kJ|cm³|N/mm|min\b",
+            *(rf"\b{re.escape(one)}\b" for one in OUR_UNITS),
+            r"\b(?:lbf|ksi|hp|in|ft|inch)\b", r"\be[+-]\d+",
+        )
+    )
+)  # fmt: skip
 
 
 class Marked(NullTranslations):
@@ -38,6 +71,18 @@ class Marked(NullTranslations):
 def unmarked(text: str) -> str:
     """Return what of a text was not looked up."""
     return _MARKED.sub(" ", text)
+
+
+def left(texts: Iterable[str]) -> list[str]:
+    """Return what of texts that are said in German was looked up nowhere, and is no data either."""
+    rest = [DATA.sub(" ", unmarked(text)) for text in texts]
+    return [text for text in rest if re.search(r"[A-Za-zÄÖÜäöüß]{2,}", text)]
+
+
+def left_of_page(html: str) -> list[str]:
+    """Return what a page says in no language, of the whole of it, or of a piece."""
+    whole = html if html.startswith("<!doctype") else f'<html lang="de">{html}</html>'
+    return left(text for text, language in Read(whole).texts if language == "de")
 
 
 class Read(HTMLParser):

@@ -36,6 +36,7 @@ def test_a_machine_whose_clock_is_set_cuts_on(cli: Cli, off_s: float) -> None:
     assert {cut.pair_id for cut in cuts_stored()} == {1}  # the tool was said once, at the beginning
 
 
+@pytest.mark.campaign  # of MTConnect, and of what is heard: the other tests here
 def test_a_clock_that_is_set_in_a_cut_parts_it(cli: Cli) -> None:
     del cli
     place = MILL.cuts[0][0] + 200

@@ -16,6 +16,7 @@ from autodb.live.agentfile import read_agentfile
 from autodb.live.journal import Journal
 from autodb.proofs.machines.served.mtconnect import MtConnectServer
 from tests.conftest import Cli
+from tests.helpers.campaigns import first
 from tests.helpers.running_machine import (
     Running,
     connected,
@@ -65,15 +66,21 @@ def _kill_in_turn(path: Path, lives_s: list[float]) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
-def test_killed_again_and_again_no_cut_is_lost_or_comes_twice(lathe: Running, cli: Cli) -> None:
-    """Five lives of an agent while a lathe turns three bars; the same files, the same cuts."""
+@pytest.mark.parametrize(("times", "beside"), first(1, [(3, False), (5, True)]))
+def test_killed_again_and_again_no_cut_is_lost_or_comes_twice(
+    lathe: Running, cli: Cli, times: int, beside: bool
+) -> None:
+    """Lives of an agent while a lathe turns three bars; the same files as of one life, byte by
+    byte, where one is lived ``beside``."""
     lathe.when_read(Path("agent.toml"), SPEED)
-    lives = np.random.default_rng(140).uniform(0.3, 1.4, 5)
+    lives = np.random.default_rng(140).uniform(0.3, 1.4, times)
     _kill_in_turn(Path("agent.toml"), lives.tolist())
     run_agent(Path("agent.toml"), all_in(3))
     same_as_said(LATHE)
     assert len(cuts_stored()) == 3
     assert cli("doctor").code == 0
+    if not beside:
+        return
     killed = _checksums()
     shutil.rmtree("inbox")
     shutil.rmtree("agent-journal")

@@ -15,6 +15,7 @@ from autodb.nc import DIALECTS
 from autodb.nc.placing import Lane, lane_distance_mm
 from autodb.standard import read_protocol, run_order
 from tests.helpers import nc
+from tests.helpers.campaigns import first
 from tests.helpers.nc_cases import (
     CLEAR_MM,
     LATHE,
@@ -27,15 +28,14 @@ from tests.helpers.nc_cases import (
 )
 
 Places = dict[str, NDArray[np.float64]]
-DRAWS = 50
 CASES = list(itertools.product(SHIPPED, DIALECTS))
 
 
-def _drawn(dialect: str) -> list[Case]:
+def _drawn(dialect: str, draws: int) -> list[Case]:
     """Return random protocols for a dialect, on a lathe and on a mill, that fit."""
     draw = np.random.default_rng(11)
     makers: Sequence[Callable[[np.random.Generator, str], Case]] = (bar_case, block_case)
-    return [make(draw, dialect) for make in makers for _ in range(DRAWS)]
+    return [make(draw, dialect) for make in makers for _ in range(draws)]
 
 
 def _inside(case: Case, at: Places, grown_mm: float = 0.0) -> NDArray[np.bool_]:
@@ -113,10 +113,11 @@ def test_a_shipped_program_keeps_to_the_machine(name: str, dialect: str) -> None
     _check(case_of(name, dialect))
 
 
+@pytest.mark.parametrize("draws", first(1, [15, 50]))
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_drawn_programs_keep_to_the_machine(dialect: str) -> None:
+def test_drawn_programs_keep_to_the_machine(dialect: str, draws: int) -> None:
     made = 0
-    for case in _drawn(dialect):
+    for case in _drawn(dialect, draws):
         try:
             _ = case.text
         except UnusableInput as error:
@@ -124,7 +125,7 @@ def test_drawn_programs_keep_to_the_machine(dialect: str) -> None:
             continue
         _check(case)
         made += 1
-    assert made > 1.5 * DRAWS
+    assert made > 1.5 * draws
 
 
 @pytest.mark.parametrize(("name", "dialect"), CASES)

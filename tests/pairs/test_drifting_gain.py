@@ -55,7 +55,7 @@ def test_it_is_named_on_wearing_edges_too() -> None:
     assert sum(isinstance(one, GainDrift) and one.component == 1 for one in found) >= 3
 
 
-@pytest.mark.parametrize("seed", first(2, range(4)))
+@pytest.mark.parametrize("seed", first(1, range(4)))
 @pytest.mark.parametrize("what", [{}, {"pair": 0.15}, {"work": SHARE}, {"worn": 0.2}])
 def test_nothing_else_is_taken_for_it(what: dict[str, float], seed: int) -> None:
     assert drifted_gain(_shop(seed, **what)) is None

@@ -58,6 +58,7 @@ def test_an_interrupted_proof_goes_on_and_ends_the_same(tmp_path: Path, after: i
     assert _files(tmp_path / "one") == _files(tmp_path / "two")
 
 
+@pytest.mark.campaign
 def test_two_workers_find_what_one_finds(tmp_path: Path) -> None:
     counts: list[int] = []
     quick = proof("pairs")
@@ -80,6 +81,7 @@ def test_a_summary_comes_back_from_json_and_prints_every_table(tmp_path: Path) -
         assert all(len(row) == len(table.heads) for row in table.rows)
 
 
+@pytest.mark.campaign  # one at every change: test_fixed_cases.py
 def test_a_case_is_explained_and_scored() -> None:
     """A coulomb friction left out, clear as a machine's: named, and the current is corrected."""
     one = left_out.scored_case(draw_concealed(11, asked=PlannedCase(("coulomb",), 200.0)))

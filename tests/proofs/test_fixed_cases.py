@@ -40,7 +40,12 @@ def _answered(seed: int) -> ScoredCase:
 
 
 def test_one_case() -> None:
-    _scores_hold([_answered(ONE)], missed=0)
+    """It is explained, scored, and the measured channel corrected."""
+    one = _answered(ONE)
+    _scores_hold([one], missed=0)
+    assert (one.refused, one.exact) == ("", True)
+    assert one.recovery is not None
+    assert one.recovery < 0.5
 
 
 @pytest.mark.campaign

@@ -100,6 +100,7 @@ def test_where_a_tool_cuts_is_seen(cut: RecordedTable) -> None:
         engaged(slow)
 
 
+@pytest.mark.campaign
 def test_a_run_is_summed_up() -> None:
     """One table: the gate's shape, ours nearer than P4's model by three and more."""
     run = Finished(SEED, tuple(table_run.run_table(SEED)))

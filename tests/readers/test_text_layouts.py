@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.readers import open_bases
 
-DRAWS = 120 * int(os.environ.get("AUTODB_MUTATIONS", "1"))
+DRAWS = 48 * int(os.environ.get("AUTODB_MUTATIONS", "1"))
 SEED = 3901
 ABOVE = (
     "Machine: lathe 4",

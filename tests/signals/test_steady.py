@@ -35,7 +35,7 @@ def _phases(
 
 
 @pytest.mark.parametrize("count", first(1, [3, 1]))
-@pytest.mark.parametrize("hertz", [0.4, 1.2, 4.0])
+@pytest.mark.parametrize("hertz", first(1, [0.4, 1.2, 4.0]))
 def test_a_fraction_of_a_period_is_read_beside_what_follows(hertz: float, count: int) -> None:
     """0.75 s of air at 0.4 Hz is 0.3 of a period: read within 5 %, and its standard error is true.
 

@@ -29,8 +29,8 @@ from tests.conftest import Cli
 from tests.helpers.campaigns import first
 from tests.helpers.servers import Server, wait_for
 
-FILES, CUTS = 2, 3
-SEED = 12
+pytestmark = pytest.mark.usefixtures("one_law")
+FILES, CUTS, SEED = 2, 3, 12
 JOB = RECORDINGS.parent / "job.toml"
 
 

@@ -14,7 +14,7 @@ from tests.helpers.fuzzed import CORPUS, TARGETS
 from tests.helpers.mutations import MUTATIONS, Edit, mutated
 
 TIMES = int(os.environ.get("AUTODB_MUTATIONS", "1"))
-EXAMPLES = {"nc": 250, "toml": 200, "upload": 150}
+EXAMPLES = {"nc": 120, "toml": 80, "upload": 80}
 
 
 def _kept(name: str) -> list[Path]:

@@ -1,7 +1,6 @@
 """No answer hangs on a rounding; a thousandth of the noise moves none by a tenth of its interval.
 
-A case perturbed once; all of them, and sample jobs, by `make campaigns`, and as often as one
-likes by `python -m tests.by_hand.perturbed`.
+By `make campaigns`, and as often as one likes by `python -m tests.by_hand.perturbed`.
 """
 
 import pytest
@@ -13,6 +12,7 @@ STILL = 1e-5
 EVERY = dict(inputs())
 
 
+@pytest.mark.campaign
 def test_a_rounding_moves_nothing() -> None:
     whole, off = (case(1, perturb) for perturb in (as_it_is, rounded(1)))
     assert off.names == whole.names

@@ -94,12 +94,12 @@ def _filled(one: StoredSentence) -> tuple[str, dict[str, str]]:
         if name in SENTENCES:
             ours[name], theirs[name] = "time runs backwards: rows turned round", ""
             theirs[name] = catalogue("de").gettext(ours[name])
-        elif name == CAUSES:
+        elif name is not None and name.startswith(CAUSES):
             ours[name], theirs[name] = "a hard spot, weight on the table", ""
         elif name is not None:
             ours[name] = theirs[name] = f"'{name}'" if name == VALUES else f"Zq{len(ours)}"
-    if CAUSES in ours:
-        theirs[CAUSES] = ", ".join(map(catalogue("de").gettext, ours[CAUSES].split(", ")))
+    for name in (one for one in ours if one.startswith(CAUSES)):
+        theirs[name] = ", ".join(map(catalogue("de").gettext, ours[name].split(", ")))
     return one.english.format(**ours), theirs
 
 
@@ -130,3 +130,11 @@ def test_what_is_not_known_stays_in_english_as_a_whole(text: str) -> None:
 def test_every_advice_is_said_in_german() -> None:
     with presented(GERMAN):
         assert {language_of(said_again(one.check)) for one in all_terms() if one.check} == {"de"}
+
+
+def test_a_number_beside_an_amount_is_in_its_unit() -> None:
+    stored = "The simulation has gravity with level 82.4 N; the recording says 37.3 (35 to 39.6)."
+    sizes = [f"{value / N_PER_LBF:.3g}" for value in (82.4, 37.3, 39.6)]
+    with presented(Presentation("en", shop_units("inch"))):
+        found = said_again(stored)
+    assert f"level {sizes[0]} lbf; the recording says {sizes[1]} (7.9 to {sizes[2]})" in found

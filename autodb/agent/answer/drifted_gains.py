@@ -86,19 +86,23 @@ def sensed_beside_expected(
 ) -> list[SensedBesideExpected]:
     """Return what the newest calibration of each component has sensed in the newest recordings."""
     current = {rows[0].id for rows in sensed}
-    force, cut = models.SensedForce, models.Cut
-    newest = session.scalars(
-        select(cut.recording_id)
+    force, cut, recording = models.SensedForce, models.Cut, models.StoredRecording
+    sensed_by_them = (
+        select(cut.id)
         .join(force, force.cut_id == cut.id)
         .where(
-            cut.recording.has(machine_id=owner.id),
+            cut.recording_id == recording.id,
             cut.id <= span.upto,
             cut.superseded_at.is_(None),
             force.calibration_id.in_(current),
             force.value_N.is_not(None),
         )
-        .distinct()
-        .order_by(cut.recording_id.desc())
+        .exists()
+    )
+    newest = session.scalars(
+        select(recording.id)
+        .where(recording.machine_id == owner.id, sensed_by_them)
+        .order_by(recording.id.desc())
         .limit(NEWEST)
     ).all()
     if not newest:

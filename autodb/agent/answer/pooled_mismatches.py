@@ -26,6 +26,9 @@ from autodb.wording import stored_msgid
 
 MOST = 400
 """Cuts that are explained together at most, of the newest recordings. Chosen: some 10 s of work."""
+LOOKED_BACK = 10_000
+"""Cuts of a pair among which excluded ones are looked for, the newest: older ones were new once.
+Chosen."""
 EXPLAINING = stored_msgid("explaining {called}")
 
 
@@ -110,7 +113,7 @@ def _of_pair(
 
     Of those that hold excluded cuts; of all, where it is explained for what they are ``about``.
     """
-    excluded = excluded_cuts(session, owner.id, pair.id, upto=strange.upto)
+    excluded = excluded_cuts(session, owner.id, pair.id, upto=strange.upto, newest=LOOKED_BACK)
     there = {cut.recording_id: cut.recording for cut in excluded}
     if about is not None:
         there = {row.id: row for row in _recordings_of(session, owner, pair, strange.upto)}
@@ -127,21 +130,20 @@ def _of_pair(
 def _recordings_of(
     session: Session, owner: models.Machine, pair: models.Pair, upto: int
 ) -> Sequence[models.StoredRecording]:
-    """Return the recordings with cuts of a pair that count, the newest MOST at most."""
-    query = (
-        select(models.StoredRecording)
-        .join(models.Cut)
+    """Return the recordings of a pair's newest MOST cuts that count."""
+    recording, cut = models.StoredRecording, models.Cut
+    newest = (
+        select(cut.recording_id)
         .where(
-            models.StoredRecording.machine_id == owner.id,
-            models.Cut.pair_id == pair.id,
-            models.Cut.id <= upto,
-            models.Cut.superseded_at.is_(None),
+            cut.recording.has(machine_id=owner.id),
+            cut.pair_id == pair.id,
+            cut.id <= upto,
+            cut.superseded_at.is_(None),
         )
-        .distinct()
-        .order_by(models.StoredRecording.id.desc())
+        .order_by(cut.id.desc())
         .limit(MOST)
     )
-    return session.scalars(query).all()
+    return session.scalars(select(recording).where(recording.id.in_(newest))).all()
 
 
 def _held_by(session: Session, owner: models.Machine, pair: models.Pair) -> set[int]:

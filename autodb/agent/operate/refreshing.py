@@ -180,12 +180,13 @@ class _Pass:
 
     def _stirred(self) -> set[int]:
         """Return the pairs, by id, of old cuts that have new forces: a part was inspected, say."""
+        of_old = select(models.SensedForce.cut_id).where(
+            models.SensedForce.id > self.span.force, models.SensedForce.cut_id <= self.span.old
+        )
         pairs = (
             select(models.Cut.pair_id)
-            .join(models.SensedForce, models.SensedForce.cut_id == models.Cut.id)
             .where(
-                models.SensedForce.id > self.span.force,
-                models.SensedForce.cut_id <= self.span.old,
+                models.Cut.id.in_(of_old),
                 models.Cut.pair_id.is_not(None),
                 models.Cut.recording.has(machine_id=self._owner.id),
             )

@@ -20,6 +20,8 @@ from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.store import models
 from autodb.wording import amount_words, listed, msgid, phrase, phrase_many
 
+OF_IT = msgid("of it")
+"""Unit of an error that is a share of what is sensed."""
 RANGE, INSPECTED, TOGETHER = msgid("current range"), msgid("finished part"), msgid("together")
 
 
@@ -115,9 +117,7 @@ def _others(session: Session, owner: models.Machine) -> Iterator[Sensor]:
             diameter=amount_words(bar["diameter_mm"], "mm"),
             length=amount_words(bar["length_mm"], "mm"),
         )
-        yield replace(
-            _over_time(row, INSPECTED, source, msgid("its stiffness alone")), unit="of it"
-        )
+        yield replace(_over_time(row, INSPECTED, source, msgid("its stiffness alone")), unit=OF_IT)
     for row in newest(session, owner.id, FUSION):
         names = listed(map(phrase, (row.model or {})["names"]), phrase(" and "))
         yield _over_time(row, TOGETHER, names, msgid("held-out recordings"))

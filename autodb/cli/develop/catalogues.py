@@ -31,7 +31,7 @@ METHODS = (("*.py", "python", IN_CODE), ("*.j2", "jinja2", IN_TEMPLATES))
 OURS = "from autodb.wording"
 WIDTH = 100
 HEADER = """\
-# Sentences of the pages; brought up to date by python -m autodb.cli.develop.catalogues
+# What is said, brought up to date by python -m autodb.cli.develop.catalogues
 msgid ""
 msgstr ""
 "Language: {language}\\n"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, show, table
+from autodb.cli._reader import headed, in_english
 from autodb.cli.everyday.predicting import (
     ToolPath,
     say_answer,
@@ -14,6 +15,7 @@ from autodb.cli.everyday.predicting import (
     show_predicted,
     stated_tool,
 )
+from autodb.wording import day, phrase
 
 if TYPE_CHECKING:
     from autodb.agent.answer.looking_up import Listed
@@ -151,7 +153,11 @@ def lookup(
         raise UnusableInput("a cut needs --material and --tool")
     if cut is None and lot is not None:
         raise UnusableInput("--lot goes with a cut; state one, or leave --lot out")
-    with opened_machine(db, machine) as (store, name), store.reading() as session:
+    with (
+        in_english(json),
+        opened_machine(db, machine) as (store, name),
+        store.reading() as session,
+    ):
         pair_reader = PairReader(session, name)
         if cut is None:
             _list(name, pair_reader.pairs(material, tool), json=json)
@@ -262,16 +268,21 @@ def _list(machine: str, pairs: "list[Listed]", *, json: bool) -> None:
         return
     if not pairs:
         say(
-            f"machine '{machine}' has no fitted pair yet; run 'autodb refresh' to fit pairs to "
-            "its cuts"
+            phrase(
+                "machine '{machine}' has no fitted pair yet; run 'autodb refresh' to fit pairs to "
+                "its cuts",
+                machine=machine,
+            )
         )
         return
     rows = table(
-        f"Work-tool pairs of '{machine}'", "material", "tool", ">cuts", ">version", "learnt"
+        phrase("Work-tool pairs of '{machine}'", machine=machine),
+        *(phrase("material"), phrase("tool"), headed(phrase("cuts")), headed(phrase("version"))),
+        phrase("learnt"),
     )
     for pair in pairs:
         rows.add_row(
-            pair.material, pair.tool, f"{pair.cuts}", f"{pair.version}", pair.learnt_at[:10]
+            pair.material, pair.tool, f"{pair.cuts}", f"{pair.version}", day(pair.learnt_at[:10])
         )
     show(rows)
 

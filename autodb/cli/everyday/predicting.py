@@ -1,6 +1,7 @@
 """`predict`: what a machine answers for a job."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol
 
@@ -17,6 +18,8 @@ from autodb.cli._common import (
     show,
     table,
 )
+from autodb.cli._reader import headed, in_english, interval, shown_again, table_number
+from autodb.wording import ENGLISH, amount_words, listed, msgid, phrase, presentation, shop_amount
 
 if TYPE_CHECKING:
     from autodb.agent.answer.predicting import JobAnswer, Predicted
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
     from autodb.files.machine import AxisLimits
     from autodb.forward.cut_figures import CutFigures, JobTotals
     from autodb.forward.limits import Exceeding, LimitStanding
-    from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut
+    from autodb.forward.prediction import Moment, Peaks, PredictedCut
 
 JobFile = Annotated[
     Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts to predict.")
@@ -74,22 +77,27 @@ def predict_command(
     other = None if beside is None else read_job(beside)
     stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
     with opened_machine(db, machine) as (store, name):
-        answer = predict_job(store, name, asked, tool=stated)
-        same = stated if other is not None and other.tool == asked.tool else None
-        compared = () if other is None else (answer, answer_job(store, name, other, tool=same))
-        limits = limits_of_machine(store, name)
+        with in_english(json):
+            answer = predict_job(store, name, asked, tool=stated)
+            same = stated if other is not None and other.tool == asked.tool else None
+            compared = () if other is None else (answer, answer_job(store, name, other, tool=same))
+        limits, drawn = limits_of_machine(store, name), answer
+        if json and plot is not None and presentation() != ENGLISH:  # its notes for the reader
+            shown = answer_job(store, name, asked, tool=stated)
+            drawn = replace(answer, notes=shown.notes)
     if csv is not None:
         _write_table(answer, limits, csv)
     if plot is not None:
-        _write_picture(answer, limits, plot, self_contained=self_contained)
+        _write_picture(drawn, limits, plot, self_contained=self_contained)
     if json:
         _say_as_json(answer, compared)
         return
     _say_predicted(answer, compared)
-    for what, path in (("table", csv), ("picture", plot)):
+    for what, path in ((msgid("table: {file}"), csv), (msgid("picture: {file}"), plot)):
         if path is not None:
-            say(f"{what}: {path}")
-    say(f"prediction {answer.prediction_id}: 'autodb trace prediction {answer.prediction_id}'")
+            say(phrase(what, file=path))
+    number = answer.prediction_id
+    say(phrase("prediction {number}: 'autodb trace prediction {number}'", number=number))
 
 
 def _say_predicted(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> None:
@@ -97,7 +105,8 @@ def _say_predicted(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> No
     from autodb.forward.bending import bending_in_words
 
     job = answer.job
-    show_predicted(f"Job '{job.name}': {job.material} / {job.tool}", answer.cuts)
+    pair = f"{job.material} / {job.tool}"
+    show_predicted(phrase("Job '{job}': {pair}", job=job.name, pair=pair), answer.cuts)
     show_figures(answer.cuts, answer.figures, answer.totals)
     for line in bending_in_words(answer.cuts, answer.bending):
         say(line)
@@ -146,7 +155,9 @@ def _write_table(answer: "Predicted", limits: "dict[str, AxisLimits]", csv: Path
     from autodb.files.targets import write_text
     from autodb.forward.predictedfile import prediction_as_csv
 
-    write_text(csv, prediction_as_csv(answer.cuts, limits, asked=answer.job))
+    with in_english():  # programs read it
+        text = prediction_as_csv(answer.cuts, limits, asked=answer.job)
+    write_text(csv, text)
 
 
 class AnswerOptions(Protocol):
@@ -175,24 +186,30 @@ def show_figures(
     totals: "JobTotals | None" = None,
 ) -> None:
     """Print what a planner counts of cuts: time, removal rate, specific force, energy."""
-    rows = table("", "cut", ">time s", ">removal cm³/min", ">specific force N/mm²", ">energy kJ")
+    rows = table(
+        "",
+        phrase("cut"),
+        headed(phrase("time"), "s"),
+        headed(phrase("removal"), "cm³/min"),
+        headed(phrase("specific force"), "N/mm²"),
+        headed(phrase("energy"), "kJ"),
+    )
     for cut, one in zip(cuts, figures, strict=True):
         rows.add_row(
-            cut.name or cut.operation,
-            _amount(one.time_s),
-            _amount(one.removal_cm3_min),
-            "" if one.specific_N_mm2 is None else interval(one.specific_N_mm2),
-            "" if one.energy_kJ is None else interval(one.energy_kJ),
+            cut.name or phrase(cut.operation),
+            "" if one.time_s is None else table_number(one.time_s, "s", 1),
+            "" if one.removal_cm3_min is None else table_number(one.removal_cm3_min, "cm³/min", 1),
+            "" if one.specific_N_mm2 is None else interval(one.specific_N_mm2, "N/mm²"),
+            "" if one.energy_kJ is None else interval(one.energy_kJ, "kJ"),
         )
     show(rows)
     if totals is None or len(figures) == 1 or totals.time_s is None:
         return
-    energy = "" if totals.energy_kJ is None else f", {interval(totals.energy_kJ)} kJ"
-    say(f"all cuts: {totals.time_s:.1f} s, {totals.removed_cm3 or 0.0:.1f} cm³{energy}")
-
-
-def _amount(value: float | None) -> str:
-    return "" if value is None else f"{value:.1f}"
+    removed = table_number(totals.removed_cm3 or 0.0, "cm³", 1)
+    said = [amount_words(totals.time_s, "s", ".1f"), f"{removed} {shop_amount(1.0, 'cm³')[1]}"]
+    if totals.energy_kJ is not None:
+        said.append(f"{interval(totals.energy_kJ, 'kJ')} kJ")
+    say(phrase("all cuts: {what}", what=listed(said)))
 
 
 def say_answer(cuts: "Sequence[PredictedCut]", answer: AnswerOptions) -> None:
@@ -200,56 +217,74 @@ def say_answer(cuts: "Sequence[PredictedCut]", answer: AnswerOptions) -> None:
     from autodb.forward.limits import standings_in_words
 
     for one in answer.exceeds:
-        name = cuts[one.cut - 1].name
-        say(f"cut {one.cut} '{name}': {one.statement}" if name else one.statement)
+        name, said = cuts[one.cut - 1].name, one.statement
+        if name:
+            cut = phrase("cut {number} '{name}'", number=one.cut, name=name)
+            said = phrase("{cut}: {said}", cut=cut, said=said)
+        say(said)
     for line in standings_in_words(answer.limits):
         say(line)
     for note in answer.notes:
-        say(note)
-    say(f"95 % intervals; behind it: {behind_words(answer.behind)}")
+        say(shown_again(note))
+    say(phrase("95 % intervals; behind it: {behind}", behind=behind_words(answer.behind)))
 
 
 def behind_words(behind: "Behind") -> str:
     """Return on how many cuts and which version of a pair's parameters an answer rests."""
     if behind.parameters is None:
-        return "no cut of this pair"
-    return f"{behind.cuts} cuts, version {behind.version} (parameters {behind.parameters})"
+        return phrase("no cut of this pair")
+    return phrase(
+        "{cuts} cuts, version {version} (parameters {parameters})",
+        cuts=behind.cuts,
+        version=behind.version,
+        parameters=behind.parameters,
+    )
 
 
 def show_predicted(title: str, cuts: "Sequence[PredictedCut]") -> None:
     """Print predicted cuts; below the means their start and end, where these differ, and peaks."""
-    from autodb.cutting.turning import force_role
-
     operations = [cut.operation for cut in cuts]
-    heads = (f">{force_role(axis, operations)} force.{axis} N".replace("> ", ">") for axis in "xyz")
-    rows = table(title, "cut", ">rpm", ">m/min", *heads, ">torque N·m", ">power W")
+    rows = table(
+        title,
+        phrase("cut"),
+        headed("", "rpm"),
+        headed("", "m/min"),
+        *(headed(_force_words(axis, operations), "N") for axis in "xyz"),
+        headed(phrase("torque"), "N·m"),
+        headed(phrase("power"), "W"),
+    )
     for cut in cuts:
         forces = {"x": cut.force_x_N, "y": cut.force_y_N, "z": cut.force_z_N}
-        name = cut.name or cut.operation
+        name = cut.name or phrase(cut.operation)
         rows.add_row(
-            f"{name}: mean" if cut.changes else name,
-            f"{cut.speed_rpm:.0f}",
-            f"{cut.speed_m_min:.0f}",
-            *(interval(v) + (" *" if axis == cut.passive else "") for axis, v in forces.items()),
-            interval(cut.torque_N_m),
-            interval(cut.power_W),
+            phrase("{cut}: mean", cut=name) if cut.changes else name,
+            table_number(cut.speed_rpm, "rpm", 0),
+            table_number(cut.speed_m_min, "m/min", 0),
+            *(
+                interval(v, "N") + (" *" if axis == cut.passive else "")
+                for axis, v in forces.items()
+            ),
+            interval(cut.torque_N_m, "N·m"),
+            interval(cut.power_W, "W"),
         )
         for called, some in cut.statistics:
-            rows.add_row(f"  {called}", *_speeds(some), *(interval(v) for v in some.quantities))
+            said = map(interval, some.quantities, ("N", "N", "N", "N·m", "W"))
+            rows.add_row(f"  {phrase(called)}", *_speeds(some), *said)
     show(rows)
     if any(cut.passive for cut in cuts):
-        say("* passive force: no drive senses it; it comes from the law alone")
+        say(phrase("* passive force: no drive senses it; it comes from the law alone"))
+
+
+def _force_words(axis: str, operations: list[str]) -> str:
+    """Return what the head of a force's column says, with its name where all cuts give it one."""
+    from autodb.cutting.turning import force_role
+
+    return f"{force_role(axis, operations)} force.{axis}".strip()
 
 
 def _speeds(some: "Moment | Peaks") -> tuple[str, str]:
     from autodb.forward.prediction import Moment
 
     if isinstance(some, Moment):
-        return f"{some.speed_rpm:.0f}", f"{some.speed_m_min:.0f}"
+        return table_number(some.speed_rpm, "rpm", 0), table_number(some.speed_m_min, "m/min", 0)
     return "", ""
-
-
-def interval(value: "Interval") -> str:
-    """Return 'value (low to high)'."""
-    digits = 0 if abs(value.value) >= 100 else 1
-    return f"{value.value:.{digits}f} ({value.low:.{digits}f} to {value.high:.{digits}f})"

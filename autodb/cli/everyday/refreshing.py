@@ -15,7 +15,9 @@ from autodb.cli._common import (
     until_stopped,
     working,
 )
+from autodb.cli._reader import in_english, shown_again
 from autodb.files.excuses import excuse
+from autodb.wording import day, phrase, presentation, presented
 
 if TYPE_CHECKING:
     from autodb.agent.learn.passes import RefreshReport
@@ -66,7 +68,11 @@ def _once(
     from autodb.agent.operate.refreshing import refresh
 
     folder = None if inbox is None else Inbox(inbox, columns)
-    with opened_machine(db, machine) as (store, name), working(f"refreshing {name}") as progress:
+    with (
+        in_english(),
+        opened_machine(db, machine) as (store, name),
+        working(f"refreshing {name}") as progress,
+    ):
         done = refresh(store, name, inbox=folder, progress=progress)
     _print(done, json=json)
 
@@ -83,14 +89,20 @@ def _watch(
     from autodb.agent.ingest.inbox import Inbox
     from autodb.agent.operate.refreshing import watch as run
 
+    reader = presentation()
+
+    def tell(done: "RefreshReport") -> None:
+        with presented(reader):
+            _print(done, json=json)
+
     with opened_machine(db, machine) as (_, name):
         pass
-    with until_stopped():
+    with until_stopped(), in_english():
         run(
             lambda: opened_store(db),
             name,
             Inbox(inbox, columns),
-            tell=lambda done: _print(done, json=json),
+            tell=tell,
             say=lambda line: say(f"autodb: {line}"),
             excuse=excuse,
             every_s=every_s,
@@ -103,7 +115,8 @@ def _report(machine: str | None, db: str | None, *, json: bool) -> None:
     with opened_machine(db, machine) as (store, name):
         found = last_pass(store, name)
     if not json:
-        say(f"pass {found.number}, {found.finished_at}")
+        at = day(found.finished_at)
+        say(phrase("pass {number}, {at} UTC", number=found.number, at=at))
     _print(found.done, json=json)
 
 
@@ -112,5 +125,5 @@ def _print(done: "RefreshReport", *, json: bool) -> None:
     from dataclasses import asdict
     from json import dumps
 
-    for line in [dumps(asdict(done))] if json else done.lines():
+    for line in [dumps(asdict(done))] if json else map(shown_again, done.lines()):
         say(line)

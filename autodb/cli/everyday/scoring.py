@@ -1,5 +1,6 @@
 """`predictions`: which cuts were made of what was predicted, and how good the predictions were."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,9 +18,14 @@ from autodb.cli._common import (
     show,
     table,
 )
+from autodb.cli._reader import headed, in_english
+from autodb.wording import localized, phrase
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from autodb.agent.matching.scoring import PredictionScores
+    from autodb.forward.scored import Score
 
 predictions = typer.Typer(
     help="Predictions and the cuts that were then made: match them, score them.",
@@ -45,7 +51,7 @@ def score_command(
     from autodb.agent.matching.scoring import scores_of_machine
 
     check_page(plot, option="--plot", self_contained=self_contained)
-    with opened_machine(db, machine) as (store, name):
+    with in_english(), opened_machine(db, machine) as (store, name):
         found = scores_of_machine(store, name)
     if plot is not None:
         from autodb.reports.scored import render_scores
@@ -61,40 +67,66 @@ def score_command(
         return
     _show(found)
     if plot is not None:
-        say(f"picture: {plot}")
+        say(phrase("picture: {file}", file=plot))
 
 
 def _show(found: "PredictionScores") -> None:
     """Print the scores, a table for each basis, and what they make of the next intervals."""
     if not found.cuts:
         say(
-            f"machine '{found.machine}': no cut was made of a prediction; 'autodb predict' a job, "
-            "import its cuts and run 'autodb refresh'"
+            phrase(
+                "machine '{machine}': no cut was made of a prediction; 'autodb predict' a job, "
+                "import its cuts and run 'autodb refresh'",
+                machine=found.machine,
+            )
         )
         return
     for one in found.by_basis:
-        rows = table(
-            f"Predictions from: {one.basis}",
-            "quantity", ">cuts", ">recordings", ">error %", ">bias %", ">inside 95 % (95 %)",
-            ">RMS of z",
-        )  # fmt: skip
-        for score in one.scores:
-            low, high = 100 * score.inside_low, 100 * score.inside_high
-            rows.add_row(
-                score.quantity,
-                str(score.cuts),
-                str(score.recordings),
-                f"{100 * score.error:.1f}",
-                f"{100 * score.bias:+.1f}",
-                f"{100 * score.inside:.0f} % ({low:.0f} to {high:.0f})",
-                f"{score.rms_z:.2f}",
-            )
-        show(rows)
+        basis = phrase(one.basis)
+        show(_score_table(phrase("Predictions from: {basis}", basis=basis), one.scores))
         if one.width.factor > 1.0:
-            say(f"{one.basis}: × {one.width.factor:.2f} on the next intervals, all pairs together")
+            factor = localized(f"{one.width.factor:.2f}")
+            say(
+                phrase(
+                    "{basis}: × {factor} on the next intervals, all pairs together",
+                    basis=basis,
+                    factor=factor,
+                )
+            )
     made, jobs = len(found.cuts), len({cut.prediction for cut in found.cuts})
-    what = f"cuts that were predicted and made: {made}, of predictions: {jobs}"
-    say(what if found.scored == made else f"{what}; scored: {found.scored}")
+    what = phrase(
+        "cuts that were predicted and made: {made}, of predictions: {count}", made=made, count=jobs
+    )
+    if found.scored != made:
+        what = phrase("{said}; scored: {count}", said=what, count=found.scored)
+    say(what)
+
+
+def _score_table(title: str, scores: "Sequence[Score]") -> "Table":
+    """Return how far off predictions were, a row for each quantity."""
+    rows = table(
+        title,
+        phrase("quantity"),
+        *(headed(phrase("cuts")), headed(phrase("recordings"))),
+        *(headed(phrase("error"), "%"), headed(phrase("bias"), "%")),
+        *(headed(phrase("inside 95 % (95 %)")), headed(phrase("RMS of z"))),
+    )
+    for score in scores:
+        rows.add_row(
+            score.quantity,
+            str(score.cuts),
+            str(score.recordings),
+            localized(f"{100 * score.error:.1f}"),
+            localized(f"{100 * score.bias:+.1f}"),
+            phrase(
+                "{value} ({low} to {high})",
+                value=f"{100 * score.inside:.0f} %",
+                low=f"{100 * score.inside_low:.0f}",
+                high=f"{100 * score.inside_high:.0f}",
+            ),
+            localized(f"{score.rms_z:.2f}"),
+        )
+    return rows
 
 
 @predictions.command("match")

@@ -77,7 +77,10 @@ UploadMib = Annotated[
 PageUnits = Annotated[
     Literal["si", "inch"],
     typer.Option(
-        "--units", help="Units of the pages, where their reader has chosen none: si, or inch."
+        "--units",
+        envvar="AUTODB_UNITS",
+        show_envvar=False,
+        help="Units of the pages, where their reader has chosen none: si, or inch.",
     ),
 ]
 Unit = Annotated[

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, working
+from autodb.cli._reader import in_english, shown_again
 from autodb.cli.everyday.predicting import ToolPath, stated_tool
 
 JobFiles = Annotated[
@@ -62,7 +63,11 @@ def life_command(
     stated = None if tool_file is None else stated_tool(tool_file, only)
     if stated is not None and stated[0] not in [one.tool for one in asked]:
         raise UnusableInput(f"--tool-file: no job has the tool '{stated[0]}' of {tool_file}")
-    with opened_machine(db, machine) as (store, name), working(f"tool life on {name}"):
+    with (
+        in_english(json),
+        opened_machine(db, machine) as (store, name),
+        working(f"tool life on {name}"),
+    ):
         programs = [followed_program(store, name, job) for job in asked]
         with store.reading() as session:
             reader, some = PairReader(session, name), []
@@ -78,4 +83,4 @@ def life_command(
         say(TypeAdapter(ToolLives).dump_json(found, indent=1).decode())
         return
     for line in found.lines:
-        say(line)
+        say(shown_again(line))

@@ -15,6 +15,8 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import headed, in_english, shown_again
+from autodb.wording import amount_words, localized, msgid, phrase, phrase_many, shop_amount
 
 if TYPE_CHECKING:
     from autodb.agent.answer.planning import ProposedCuts
@@ -26,6 +28,12 @@ JobFile = Annotated[
         readable=False, help="Job file (TOML) whose forces should be known more precisely."
     ),
 ]
+
+
+HARDLY = msgid(
+    "one more cut hardly helps; the calibration, the law and the scatter of cuts remain uncertain; "
+    "make standard cuts and calibrate again to narrow the intervals"
+)
 
 
 def plan_command(
@@ -52,7 +60,11 @@ def plan_command(
     asked = read_job(job)
     given = {"feed": feed, "depth": depth, "speed": speed}
     ranges = {name: _range(name, text) for name, text in given.items() if text is not None}
-    with opened_machine(db, machine) as (store, name), working(f"planning for {name}"):
+    with (
+        in_english(json),
+        opened_machine(db, machine) as (store, name),
+        working(f"planning for {name}"),
+    ):
         found = plan_cuts(store, name, asked, ranges=ranges)
     if json:
         from pydantic import TypeAdapter
@@ -79,38 +91,76 @@ def _range(name: str, text: str) -> tuple[float, float]:
 
 
 def _show(found: "ProposedCuts") -> None:
-    rows = table("Cuts to make next", "operation", ">depth mm", ">feed mm", ">speed", ">then ± %")
+    then = headed(phrase("then"), "± %")
+    rows = table(
+        phrase("Cuts to make next"),
+        phrase("operation"),
+        *(
+            headed(phrase("depth"), "mm"),
+            headed(phrase("feed"), "mm"),
+            headed(phrase("speed")),
+            then,
+        ),
+    )
     for one in found.proposed:
-        rows.add_row(one.cut.operation, *_words(one.cut), f"{100.0 * one.left:.1f}")
+        rows.add_row(phrase(one.cut.operation), *_words(one.cut), _percent(one.left))
     show(rows)
     say(
-        "then: half the 95 % interval of the job's forces after that cut, on average; now ± "
-        f"{100.0 * found.now:.1f} %"
+        phrase(
+            "then: half the 95 % interval of the job's forces after that cut, on average; now ± "
+            "{now} %",
+            now=_percent(found.now),
+        )
     )
     if found.too_much:
         say(
-            f"{found.too_much} cuts that give as much information or more may exceed a limit; "
-            "they are excluded"
+            phrase_many(
+                "{count} cut that gives as much information or more may exceed a limit; it is "
+                "excluded",
+                "{count} cuts that give as much information or more may exceed a limit; they are "
+                "excluded",
+                found.too_much,
+            )
         )
-    rows = table("The job after the first of them", "cut", "force", ">now ± %", ">after ± %")
-    for target in found.targets:
-        now, after = f"{100.0 * target.now:.1f}", f"{100.0 * target.after:.1f}"
-        rows.add_row(target.cut, f"force.{target.component}", now, after)
-    show(rows)
+    _show_targets(found)
     if found.hardly:
-        say(
-            "one more cut hardly helps; the calibration, the law and the scatter of cuts remain "
-            "uncertain; make standard cuts and calibrate again to narrow the intervals"
-        )
+        say(phrase(HARDLY))
     for statement in found.open:
-        say(statement)
+        say(shown_again(statement))
     if found.not_determined:
         missing = ", ".join(found.not_determined)
-        say(f"not determined by these cuts, nor by what was tried: {missing}")
+        say(
+            phrase(
+                "not determined by these cuts, nor by what was tried: {numbers}", numbers=missing
+            )
+        )
+
+
+def _show_targets(found: "ProposedCuts") -> None:
+    """Print how well a job's forces are known now, and after the cut that is proposed first."""
+    rows = table(
+        phrase("The job after the first of them"),
+        *(phrase("cut"), phrase("force")),
+        *(headed(phrase("now"), "± %"), headed(phrase("after"), "± %")),
+    )
+    for target in found.targets:
+        its = _percent(target.now), _percent(target.after)
+        rows.add_row(target.cut, f"force.{target.component}", *its)
+    show(rows)
+
+
+def _percent(share: float) -> str:
+    return localized(f"{100.0 * share:.1f}")
 
 
 def _words(cut: "JobCut") -> tuple[str, str, str]:
     feed = cut.feed_mm_rev if cut.feed_mm_rev is not None else cut.feed_mm_tooth
-    depth = "" if cut.depth_mm is None else f"{cut.depth_mm:.3g}"
-    speed = f"{cut.speed_rpm:.0f} rpm" if cut.speed_rpm else f"{cut.speed_m_min:.0f} m/min"
-    return depth, f"{feed:.3g}", speed
+    depth = "" if cut.depth_mm is None else _three(cut.depth_mm)
+    rpm, m_min = cut.speed_rpm, cut.speed_m_min or 0.0
+    speed = amount_words(rpm, "rpm", ".0f") if rpm else amount_words(m_min, "m/min", ".0f")
+    return depth, _three(feed or 0.0), speed
+
+
+def _three(mm: float) -> str:
+    """Return a length with three digits, in the reader's unit."""
+    return localized(f"{shop_amount(mm, 'mm')[0]:.3g}")

@@ -15,7 +15,9 @@ from autodb.cli._common import (
     say,
     working,
 )
+from autodb.cli._reader import in_english, shown_again
 from autodb.cli.everyday.predicting import ToolPath, stated_tool
+from autodb.wording import phrase
 
 JobFile = Annotated[Path, typer.Argument(readable=False, help="Job file (TOML) with the cuts.")]
 DynamicsFile = Annotated[
@@ -51,7 +53,11 @@ def stability_command(
     check_page(plot, option="--plot", self_contained=self_contained)
     asked, point = read_job(job), read_tool_point(dynamics)
     geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool)[1]
-    with opened_machine(db, machine) as (store, name), store.reading() as session:
+    with (
+        in_english(json),
+        opened_machine(db, machine) as (store, name),
+        store.reading() as session,
+    ):
         basis = PairReader(session, name).basis(asked.material, asked.tool).with_tool(geometry)
         with working(f"lobes for {name}"):
             found = stable_cuts(basis, asked, point)
@@ -68,9 +74,12 @@ def stability_command(
         say(TypeAdapter(tuple[StableCut, ...]).dump_json(found, indent=1).decode())
         return
     for line in stability_lines(found):
-        say(line)
+        say(shown_again(line))
     say(
-        "95 % intervals: of the pair's forces and of what gives way; worn edges damp slow cuts more"
+        phrase(
+            "95 % intervals: of the pair's forces and of what gives way; worn edges damp slow cuts "
+            "more"
+        )
     )
     if plot is not None:
-        say(f"picture: {plot}")
+        say(phrase("picture: {file}", file=plot))

@@ -1,6 +1,6 @@
 """`calibrate`: from currents to forces, axis by axis."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,7 +21,9 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import for_reader, in_english, shown_again, table_number
 from autodb.cli.understand.fitting import AskedRecordings, level_command, train_command
+from autodb.wording import listed, localized, phrase, phrase_many, shop_amount
 
 if TYPE_CHECKING:
     from autodb.agent.sense.calibrating import Calibrated
@@ -93,7 +95,8 @@ def calibrate_command(
     if network or of_table:
         asked = AskedRecordings(recordings or [], machine, columns, db)
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
-        (train_command if network else level_command)(asked)
+        with in_english():
+            (train_command if network else level_command)(asked)
         return
     from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card
@@ -105,13 +108,15 @@ def calibrate_command(
         machine = default_machine(db)
     asked = AskedRecordings(recordings or [], machine, columns, db)
     _check(asked, card, update=update, self_contained=self_contained)
-    tell = complain if json else say
-    done = _calibrated(asked, chosen, tell, update=update)
-    moved = moved_over(done, chosen)
+    tell = for_reader(complain if json else say)
+    with in_english():
+        done = _calibrated(asked, chosen, tell, update=update)
+        moved = moved_over(done, chosen)
     if json:
         from autodb.library.answers import CalibrateResult
 
-        say_json(CalibrateResult(done, machine or "", chosen).to_dict())
+        with in_english():
+            say_json(CalibrateResult(done, machine or "", chosen).to_dict())
     else:
         _say_calibrated(done, moved, stored=machine is not None)
     if card is not None:
@@ -120,7 +125,7 @@ def calibrate_command(
             progress("estimating cuts without their groups")
             shown = card_of_calibrations(done, title=title, protocol=chosen, moved=moved)
             write_card(shown, card, self_contained=self_contained)
-        tell(f"card: {card}")
+        tell(phrase("card: {file}", file=card))
 
 
 def _check(
@@ -161,13 +166,17 @@ def _say_calibrated(done: "Calibrated", moved: list[tuple[str, ...]], *, stored:
     _show_calibrations(done.calibrations)
     for one, sentences in zip(done.calibrations, moved, strict=True):
         for sentence in sentences:
-            say(f"axis {one.called}: {sentence}")
+            _say_of_axis(one, shown_again(sentence))
     for sentence in done.left_out:
-        say(f"excluded: {sentence}")
+        say(phrase("excluded: {what}", what=shown_again(sentence)))
     if not stored:
-        say("not stored: give --machine NAME to keep it")
+        say(phrase("not stored: give --machine NAME to keep it"))
     elif not any(done.new):
-        say("already there: the same cuts gave the same equations")
+        say(phrase("already there: the same cuts gave the same equations"))
+
+
+def _say_of_axis(one: "Calibration", said: str) -> None:
+    say(phrase("axis {axis}: {said}", axis=one.called_words, said=said))
 
 
 def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_cuts: bool) -> None:
@@ -211,38 +220,64 @@ def _calibrate_machine(
 
 
 def _show_calibrations(done: "list[Calibration]") -> None:
-    from autodb.sensing.ranges.outliers import outlier_sentences
-
-    rows = table("Calibration", "axis", "force", "equation", ">RMSE", ">R² (95 %)", "")
+    """Print a table of calibrations, and below it what is known of each."""
+    rows = table(
+        phrase("Calibration"),
+        *(phrase("axis"), phrase("force"), phrase("equation"), ">RMSE", ">R² (95 %)", ""),
+    )
     for c in done:
         s = c.scores
+        ends = (s.r_squared_low, s.r_squared_high)
+        low, high = (localized(f"{end:.3f}") for end in ends)
+        r_squared = localized(f"{s.r_squared:.3f}")
         rows.add_row(
-            c.called,
+            c.called_words,
             f"force.{c.component}",
             c.form.equation(c.coefficients, c.unit, c.current_unit),
-            f"{s.rmse:.1f} {c.unit}",
-            f"{s.r_squared:.3f} ({s.r_squared_low:.3f} to {s.r_squared_high:.3f})",
-            "usable" if c.offered else "not usable",
+            _error(c, s.rmse),
+            phrase("{value} ({low} to {high})", value=r_squared, low=low, high=high),
+            phrase("usable") if c.offered else phrase("not usable"),
         )
     show(rows)
     for c in done:
-        s = c.scores
-        say(f"axis {c.called}: I = {c.channel}; {s.n} cuts, scored on {s.groups} held-out "
-            f"groups ({s.grouped_by})")  # fmt: skip
-        say(f"axis {c.called}: RMSE {c.trials_words()}")
-        if c.domain is not None:
-            say(f"axis {c.called}: calibrated range: {c.domain.words(c.unit)}")
-        for form in c.close:
-            say(f"axis {c.called}: {form} is nearly as good a form")
-        if not c.offered:
-            say(f"axis {c.called}: {c.verdict}")
-        for sentence in outlier_sentences(c.outliers):
-            say(f"axis {c.called}: {sentence}")
-        if c.transients:
-            cuts = ", ".join(f"{cut:g}" for cut in c.transients)
-            say(
-                f"axis {c.called}: {len(c.transients)} transient rows excluded (cut {cuts}): "
-                "the current jumps, the force does not. With them: RMSE "
-                f"{c.scores_with_transients.rmse:.1f} {c.unit}, R² "
-                f"{c.scores_with_transients.r_squared:.3f}"
-            )
+        for sentence in _of_calibration(c):
+            _say_of_axis(c, sentence)
+
+
+def _error(c: "Calibration", rmse: float) -> str:
+    return f"{table_number(rmse, c.unit, 1)} {shop_amount(1.0, c.unit)[1]}"
+
+
+def _of_calibration(c: "Calibration") -> Iterator[str]:
+    """Yield what is known of a calibration: its cuts, its form, its range, and what to look at."""
+    from autodb.sensing.ranges.outliers import outlier_sentences
+
+    s = c.scores
+    yield phrase_many(
+        "I = {channel}; {cuts} cuts, scored on {count} held-out group ({group})",
+        "I = {channel}; {cuts} cuts, scored on {count} held-out groups ({group})",
+        s.groups,
+        channel=c.channel,
+        cuts=s.n,
+        group=shown_again(s.grouped_by),
+    )
+    yield phrase("RMSE {forms}", forms=c.trials_words())
+    if c.domain is not None:
+        ranges = listed(map(shown_again, c.domain.each(c.unit)))
+        yield phrase("calibrated range: {what}", what=ranges)
+    for form in c.close:
+        yield phrase("{form} is nearly as good a form", form=shown_again(form))
+    if not c.offered:
+        yield shown_again(c.verdict)
+    yield from outlier_sentences(c.outliers)
+    if c.transients:
+        yield phrase_many(
+            "{count} transient row excluded (cut {cuts}): the current jumps, the force does not. "
+            "With it: RMSE {rmse}, R² {r_squared}",
+            "{count} transient rows excluded (cut {cuts}): the current jumps, the force does not. "
+            "With them: RMSE {rmse}, R² {r_squared}",
+            len(c.transients),
+            cuts=", ".join(f"{cut:g}" for cut in c.transients),
+            rmse=_error(c, c.scores_with_transients.rmse),
+            r_squared=localized(f"{c.scores_with_transients.r_squared:.3f}"),
+        )

@@ -18,8 +18,17 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import headed, in_english, shown_again
 from autodb.files.channels import unit_of
-from autodb.wording import listed_stretches
+from autodb.wording import (
+    day,
+    listed,
+    listed_stretches,
+    localized,
+    msgid,
+    phrase,
+    shop_amount,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,6 +64,15 @@ As = Annotated[
     ),
 ]
 
+ALL_ALONG = (msgid("all along the recording"), msgid("all along the recordings"))
+NONE_OPEN = msgid(
+    "machine '{machine}': no open mismatch; 'autodb explain FILE --machine {machine}' looks for "
+    "them"
+)
+NONE_AT_ALL = msgid(
+    "machine '{machine}': no mismatch; 'autodb explain FILE --machine {machine}' looks for them"
+)
+
 
 @mismatch.command("list")
 def list_mismatches_command(
@@ -68,25 +86,30 @@ def list_mismatches_command(
     from autodb.agent.operate.deciding import mismatches
 
     asked = named_machine(machine, alone)
-    with opened_machine(db, asked) as (store, name), store.reading() as session:
+    with (
+        in_english(json),
+        opened_machine(db, asked) as (store, name),
+        store.reading() as session,
+    ):
         found = mismatches(session, name, decided=all_)
         if json:
             from autodb.agent.answer.overview import mismatch_said
 
             say_json({"mismatches": [mismatch_said(session, row) for row in found]})
             return
-        listed = [_cells(row) for row in found]
+        every = [_cells(row) for row in found]
     rows = table(
-        f"Mismatches of {name}",
-        ">number", "recording", "channel", "term", "or", "kind", ">sure %", "status", "statement",
-    )  # fmt: skip
-    for cells in listed:
+        phrase("Mismatches of {machine}", machine=name),
+        *(headed(phrase("number")), phrase("recording"), phrase("channel"), phrase("term")),
+        *(phrase("or"), phrase("kind"), headed(phrase("sure"), "%"), phrase("status")),
+        phrase("statement"),
+    )
+    for cells in every:
         rows.add_row(*cells)
-    if listed:
+    if every:
         show(rows)
     else:
-        kind = "mismatch" if all_ else "open mismatch"
-        say(f"machine '{name}': no {kind}; 'autodb explain FILE --machine {name}' looks for them")
+        say(phrase(NONE_AT_ALL if all_ else NONE_OPEN, machine=name))
 
 
 def _cells(row: "Mismatch") -> tuple[str, ...]:
@@ -94,8 +117,8 @@ def _cells(row: "Mismatch") -> tuple[str, ...]:
 
     return (
         str(row.id), found_words(row) or _name(row.recording.path), row.channel, row.term,
-        ", ".join(row.alternatives or ()), row.kind, f"{100 * row.confidence:.0f}",
-        _status(row), row.statement,
+        ", ".join(row.alternatives or ()), phrase(row.kind), f"{100 * row.confidence:.0f}",
+        _status(row), _statement(row),
     )  # fmt: skip
 
 
@@ -104,19 +127,23 @@ def show_mismatch_command(number: Number, json: Json = False, db: Database = Non
     """Show all that is kept of a mismatch: its numbers, where it sits, what else it may be."""
     from autodb.agent.operate.deciding import mismatch as find
 
-    with opened_store(db) as store, store.reading() as session:
+    with in_english(json), opened_store(db) as store, store.reading() as session:
         row = find(session, number)
         if json:
             from autodb.agent.answer.overview import mismatch_said
 
             say_json(mismatch_said(session, row))
             return
-        several = "s" if len(row.recordings) > 1 else ""
         numbers = ", ".join(str(one.id) for one in row.recordings)
         names = ", ".join(_name(one.path) for one in row.recordings)
-        say(f"mismatch {row.id}: {row.channel} of recording{several} {numbers}: {names}")
+        of = phrase("recording") if len(row.recordings) == 1 else phrase("recordings")
+        said = phrase(
+            "mismatch {number}: {channel} of {recording} {numbers}: {files}",
+            number=row.id, channel=row.channel, recording=of, numbers=numbers, files=names,
+        )  # fmt: skip
+        say(said)
         for what, text in _details(row):
-            say(f"{what}: {text}")
+            say(phrase(what, what=text))
         rows = _numbers(row)
     if rows.row_count:
         show(rows)
@@ -135,74 +162,123 @@ def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
     from autodb.terms.vocabulary import effect_called
 
     if found := found_words(row):
-        yield "found in", found
-    yield "term", f"{row.term} ({row.kind}, {100 * row.confidence:.0f} % sure)"
-    yield "statement", row.statement
-    yield "where", "; ".join(_places(row)) or f"all along the recording{'s' if row.further else ''}"
+        yield msgid("found in: {what}"), found
+    yield (
+        msgid("term: {what}"),
+        phrase(
+            "{term} ({kind}, {percent} % sure)",
+            term=row.term,
+            kind=phrase(row.kind),
+            percent=f"{100 * row.confidence:.0f}",
+        ),
+    )
+    yield msgid("statement: {what}"), _statement(row)
+    all_along = phrase(ALL_ALONG[bool(row.further)])
+    yield msgid("where: {what}"), listed(_places(row), "; ") or all_along
     if row.variables:
-        yield "depends on", ", ".join(row.variables)
+        yield msgid("depends on: {what}"), ", ".join(row.variables)
     if row.alternatives:
-        yield "or", ", ".join(row.alternatives)
-        yield "to tell them apart", row.to_tell_apart or "no simple move or cut separates them"
-    yield "status", _status(row) + (f" on {row.decided_at}" if row.decided_at else "")
+        yield msgid("or: {what}"), ", ".join(row.alternatives)
+        none = phrase("no simple move or cut separates them")
+        apart = shown_again(row.to_tell_apart) if row.to_tell_apart else none
+        yield msgid("to tell them apart: {what}"), apart
+    status = _status(row)
+    if row.decided_at:
+        status = phrase("{decided} on {day}", decided=status, day=day(row.decided_at))
+    yield msgid("status: {what}"), status
     for decision in row.decisions:
-        yield "decision", decision_words(decision)
+        yield msgid("decision: {what}"), decision_words(decision)
     if row.lot is not None:
-        yield "lot", row.lot
-    yield from (("made", text) for text in _made(row))
-    yield "once confirmed", kept_words(row.confirmed_term or row.term, row.channel)
+        yield msgid("lot: {what}"), row.lot
+    yield from ((msgid("made: {what}"), text) for text in _made(row))
+    kept = kept_words(row.confirmed_term or row.term, row.channel)
+    yield msgid("once confirmed: {what}"), kept
     one = effect_called(row.confirmed_term or row.term)
-    yield "advice", f"{one.check} ({one.check_source})"
+    said = phrase("{said} ({source})", said=shown_again(one.check), source=one.check_source)
+    yield msgid("advice: {what}"), said
+
+
+def _statement(row: "Mismatch") -> str:
+    from autodb.reports.explanation import statement_words
+
+    return listed(map(shown_again, statement_words(row.statement)), " ")
 
 
 def _made(row: "Mismatch") -> "Iterator[str]":
     """Return the versions that hold a mismatch; those that were taken back say so."""
     for model in row.models:
-        yield f"{model.channel} version {model.version} (model {model.id}){_back(model.undone_at)}"
+        said = phrase(
+            "{channel} version {version} (model {number})",
+            channel=model.channel, version=model.version, number=model.id,
+        )  # fmt: skip
+        yield _or_back(said, model.undone_at)
     for one in row.calibrations:
-        back = _back(one.undone_at)
-        yield f"calibration of {one.axis} version {one.version} (calibration {one.id}){back}"
+        said = phrase(
+            "calibration of {axis} version {version} (calibration {number})",
+            axis=one.axis, version=one.version, number=one.id,
+        )  # fmt: skip
+        yield _or_back(said, one.undone_at)
     for held in row.parameters_of_pairs:
-        pair = f"{held.pair.material.name} / {held.pair.tool.name}"
-        back = _back(held.undone_at)
-        yield f"{pair} version {held.version} (parameters {held.id}){back}"
+        said = phrase(
+            "{pair} version {version} (parameters {number})",
+            pair=f"{held.pair.material.name} / {held.pair.tool.name}",
+            version=held.version, number=held.id,
+        )  # fmt: skip
+        yield _or_back(said, held.undone_at)
 
 
-def _back(undone_at: str | None) -> str:
-    return "" if undone_at is None else f", taken back on {undone_at}"
+def _or_back(said: str, undone_at: str | None) -> str:
+    """Return what was made, and when it was taken back, if it was."""
+    if undone_at is None:
+        return said
+    return phrase("{said}, taken back on {day}", said=said, day=day(undone_at))
 
 
 def _places(row: "Mismatch") -> "Iterator[str]":
     """Return the stretches and regimes in which a mismatch sits."""
-    what, unit = ("cuts", "") if row.recording.kind == "cuts" else ("from", " s")
+    place = msgid("from {low} to {high} s")
     if row.further:
-        what = "of all cuts in the order of time"
+        place = msgid("of all cuts in the order of time {low} to {high}")
+    elif row.recording.kind == "cuts":
+        place = msgid("cuts {low} to {high}")
     for low, high, count in listed_stretches(row.intervals or ()):
-        some = "" if count == 1 else f"{count} stretches "
-        yield f"{some}{what} {low:g} to {high:g}{unit}"
+        said = phrase(place, low=localized(f"{low:g}"), high=localized(f"{high:g}"))
+        yield (said if count == 1 else phrase("{count} stretches {where}", count=count, where=said))
     for one in row.regime or ():
-        unit = f" {known}" if (known := unit_of(one["signal"])) else ""
-        holds = f"{100 * one['share']:.0f} % of it"
+        scale, unit = shop_amount(1.0, unit_of(one["signal"]) or "")
+        ends = [localized(f"{scale * one[end]:.4g}") for end in ("low", "high")]
+        share = f"{100 * one['share']:.0f}"
+        holds = phrase("{share} % of it", share=share)
         if one.get("rows") is not None:
-            holds = (
-                f"{100 * one['share']:.0f} % of the squared error in {100 * one['rows']:.0f} % of "
-                "the rows"
-            )
-        yield f"{one['signal']} {one['low']:.4g} to {one['high']:.4g}{unit}, {holds}"
+            holds = phrase(
+                "{share} % of the squared error in {rows} % of the rows",
+                share=share, rows=f"{100 * one['rows']:.0f}",
+            )  # fmt: skip
+        span = phrase("{low} to {high}", low=ends[0], high=ends[1])
+        where = f"{one['signal']} {span} {unit}".strip()
+        yield listed([where, holds])
 
 
 def _numbers(row: "Mismatch") -> "Table":
-    rows = table("Its numbers", "parameter", ">value", ">95 % from", ">to", "unit")
+    from autodb.reports.explanation import parameter_words
+
+    rows = table(
+        phrase("Its numbers"),
+        *(phrase("parameter"), headed(phrase("value")), headed(phrase("95 % from"))),
+        *(headed(phrase("to")), phrase("unit")),
+    )
     for name, value in row.parameters.items():
-        numbers = (f"{value[key]:.4g}" for key in ("value", "low", "high"))
-        rows.add_row(name, *numbers, value["unit"])
+        scale, unit = shop_amount(1.0, value["unit"])
+        numbers = (localized(f"{scale * value[key]:.4g}") for key in ("value", "low", "high"))
+        rows.add_row(parameter_words(name), *numbers, unit)
     return rows
 
 
 def _status(row: "Mismatch") -> str:
-    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
-    who = f" by {row.decided_by}" if row.decided_by else ""
-    return f"{row.status}{called}{who}"
+    from autodb.agent.rows.mismatches import decided_words
+
+    other = row.confirmed_term if row.confirmed_term != row.term else None
+    return decided_words(row.status, other, row.decided_by)
 
 
 @mismatch.command("confirm")

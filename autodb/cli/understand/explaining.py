@@ -20,11 +20,13 @@ from autodb.cli._common import (
     say,
     working,
 )
-from autodb.wording import significant
+from autodb.cli._reader import in_english, shown_again
+from autodb.wording import localized, phrase, shop_amount, significant
 
 if TYPE_CHECKING:
     from autodb.agent.answer.explaining import AgainstMachine, KeptCause, Key
     from autodb.explain import Explained
+    from autodb.explain.answer import ChannelAnswer, ChannelTrace
     from autodb.explain.several_recordings import RecordingSetup
     from autodb.records.tables import CutTable, Recording
 
@@ -90,10 +92,12 @@ def explain_command(
             simulated = read_one(
                 simulation[number], columns=None, group=group, resample_hz=resample, like=measured
             )
-            explained = _against_file(measured, simulated, includes)
+            with in_english():
+                explained = _against_file(measured, simulated, includes)
             _say_doubts(measured)
             return _setup(measured, None), explained, {}
-        answer = _against_machine(str(machine), recordings[number], columns, db)
+        with in_english():
+            answer = _against_machine(str(machine), recordings[number], columns, db)
         measured = read_one(recordings[number], columns=columns, group=None, resample_hz=None)
         return _setup(measured, machine), answer.explained, answer.kept
 
@@ -150,15 +154,19 @@ def _alone(recording: Path, look: Look, target: _Target, *, progress: Step) -> N
     progress("writing the report")
     write_answer(explained, folder, self_contained=target.self_contained)
     for note in explained.notes:
-        typer.echo(note, err=True)
+        typer.echo(shown_again(note), err=True)
     if target.json:
         say((folder / "explanation.json").read_text(encoding="utf-8").rstrip())
         return
     _say_causes(explained, kept)
-    say(f"report: {folder / 'report.html'}")
+    say(phrase("report: {file}", file=folder / "report.html"))
     if any(cause.status == "open" for cause in kept.values()):
-        say("confirm a cause that holds with 'autodb mismatch confirm NUMBER', or reject it "
-            "with 'autodb mismatch reject NUMBER'")  # fmt: skip
+        say(
+            phrase(
+                "confirm a cause that holds with 'autodb mismatch confirm NUMBER', or reject it "
+                "with 'autodb mismatch reject NUMBER'"
+            )
+        )
 
 
 def _several(recordings: list[Path], look: Look, target: _Target, *, progress: Step) -> None:
@@ -180,21 +188,22 @@ def _several(recordings: list[Path], look: Look, target: _Target, *, progress: S
     write_together(alone, found, folder, self_contained=target.self_contained)
     for explained in alone:
         for note in explained.notes:
-            typer.echo(note, err=True)
+            typer.echo(shown_again(note), err=True)
     if target.json:
         say((folder / "together.json").read_text(encoding="utf-8").rstrip())
         return
     for recording, (_, explained, kept) in zip(recordings, explained_all, strict=True):
         say(f"{recording}:")
         _say_causes(explained, kept)
-    say("together:")
+    say(phrase("together:"))
     for effect in found.effects:
-        say(f"  {effect.statement}")
+        say(f"  {shown_again(effect.statement)}")
         if effect.to_tell_apart:
-            say(f"  {effect.to_tell_apart}")
+            say(f"  {shown_again(effect.to_tell_apart)}")
     if not found.effects:
-        say("  no mismatch beyond noise in any of them")
-    say(f"report: {folder / 'together.html'}")
+        nothing = phrase("no mismatch beyond noise in any of them")
+        say(f"  {nothing}")
+    say(phrase("report: {file}", file=folder / "together.html"))
 
 
 def _setup(measured: "Recording | CutTable", machine: str | None) -> "RecordingSetup":
@@ -210,7 +219,8 @@ def _say_doubts(measured: "Recording | CutTable") -> None:
     from autodb.records.summary import summary_of
 
     for doubt in doubts(summary_of(measured), measured.side):
-        typer.echo(f"doubtful: {measured.path}: {doubt}", err=True)
+        said = phrase("doubtful: {file}: {what}", file=measured.path, what=shown_again(doubt))
+        typer.echo(said, err=True)
 
 
 def _against_file(
@@ -232,35 +242,64 @@ def _against_machine(
 
 
 def _say_causes(explained: "Explained", kept: "dict[Key, KeptCause]") -> None:
-    from autodb.reports.explanation import headline, open_words, smaller_words
+    """Print of each channel what its simulation leaves out, and what to check on the machine."""
     from autodb.terms.vocabulary import effect_called
 
     for channel, answer in explained.explanation.channels.items():
-        if not answer.mismatch:
-            before = f"{significant(answer.fit.rms_before)} {answer.unit}"
-            say(f"{channel}: no mismatch beyond noise (rms {before})")
+        if answer.mismatch:
+            _say_mismatch(channel, answer, explained.traces.get(channel), kept)
             continue
-        fit = answer.fit
-        say(
-            f"{channel}: held-out error {significant(fit.heldout_before)} → "
-            f"{significant(fit.heldout_after)} "
-            f"{answer.unit} (noise {significant(fit.noise_floor)})"
-        )
-        trace = explained.traces.get(channel)
-        say(f"  {' '.join(filter(None, (headline(answer, trace), smaller_words(answer, trace))))}")
-        for cause in answer.missing:
-            row = kept.get((channel, cause.term, cause.kind))
-            say(f"  {_numbered(row)}{cause.term} ({cause.kind}, {100 * cause.confidence:.0f} % "
-                f"sure): {cause.statement}")  # fmt: skip
-        cannot_tell = open_words(answer, str)
-        if cannot_tell:
-            say(f"  what this recording cannot tell: {cannot_tell}")
+        rms = f"{_size(answer.fit.rms_before, answer)} {shop_amount(1.0, answer.unit)[1]}"
+        say(phrase("{channel}: no mismatch beyond noise (rms {size})", channel=channel, size=rms))
     answers = explained.explanation.channels.values()
     for term in dict.fromkeys(cause.term for answer in answers for cause in answer.missing):
-        say(f"{term}: {effect_called(term).check}")
+        say(f"{term}: {shown_again(effect_called(term).check)}")
+
+
+def _say_mismatch(
+    channel: str,
+    answer: "ChannelAnswer",
+    trace: "ChannelTrace | None",
+    kept: "dict[Key, KeptCause]",
+) -> None:
+    from autodb.reports.explanation import headline, open_words, smaller_words, statement_words
+
+    fit = answer.fit
+    said = phrase(
+        "{channel}: held-out error {before} → {after} {unit} (noise {noise})",
+        channel=channel,
+        before=_size(fit.heldout_before, answer),
+        after=_size(fit.heldout_after, answer),
+        unit=shop_amount(1.0, answer.unit)[1],
+        noise=_size(fit.noise_floor, answer),
+    )
+    say(said)
+    say(f"  {' '.join(filter(None, (headline(answer, trace), smaller_words(answer, trace))))}")
+    for cause in answer.missing:
+        row = kept.get((channel, cause.term, cause.kind))
+        name = phrase(
+            "{term} ({kind}, {percent} % sure)",
+            term=cause.term,
+            kind=phrase(cause.kind),
+            percent=f"{100 * cause.confidence:.0f}",
+        )
+        stated = " ".join(map(shown_again, statement_words(cause.statement)))
+        say(f"  {_numbered(row)}{name}: {stated}")
+    cannot_tell = open_words(answer, str)
+    if cannot_tell:
+        said = phrase("what this recording cannot tell: {said}", said=cannot_tell)
+        say(f"  {said}")
+
+
+def _size(value: float, answer: "ChannelAnswer") -> str:
+    return localized(significant(shop_amount(value, answer.unit)[0]))
 
 
 def _numbered(row: "KeptCause | None") -> str:
+    """Return a mismatch' number, and its state where it is decided, before what it is."""
     if row is None:
         return ""
-    return f"mismatch {row.number}{'' if row.status == 'open' else f', {row.status}'}: "
+    said: str = phrase("mismatch {number}", number=row.number)
+    if row.status != "open":
+        said = f"{said}, {phrase(row.status)}"
+    return f"{said}: "

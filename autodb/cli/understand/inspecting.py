@@ -23,7 +23,8 @@ from autodb.cli._common import (
     show,
     table,
 )
-from autodb.wording import significant
+from autodb.cli._reader import headed, in_english, shown_again
+from autodb.wording import day, localized, phrase, shop_amount, significant
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -88,21 +89,39 @@ def sensors_command(
     from autodb.agent.sense.sensors import sensors_of
 
     asked = named_machine(machine, alone)
-    with opened_machine(db, asked) as (store, name), store.reading() as session:
+    with (
+        in_english(json),
+        opened_machine(db, asked) as (store, name),
+        store.reading() as session,
+    ):
         found, not_sensed = sensors_of(session, name)
     if json:
         say_json({"sensors": found, "not_sensed": not_sensed})
         return
     rows = table(
-        f"Force sensors of {name}", "force", "with", "of", ">version", ">error", "in", "since", "",
-    )  # fmt: skip
+        phrase("Force sensors of {machine}", machine=name),
+        *(phrase("force"), phrase("with"), phrase("of"), headed(phrase("version"))),
+        *(headed(phrase("error")), phrase("in"), phrase("since"), ""),
+    )
     for one in found:
-        error = "" if one.error is None else f"{significant(one.error)} {one.unit}"
+        why = phrase("not used: {why}", why=shown_again(one.why_not)) if one.why_not else ""
         rows.add_row(
-            one.force, one.kind, one.source, str(one.version), error, one.of, one.since[:10],
-            f"not used: {one.why_not}" if one.why_not else "",
+            one.force, phrase(one.kind), one.source, str(one.version), _error(one.error, one.unit),
+            phrase(one.of), day(one.since[:10]), why,
         )  # fmt: skip
     if found:
         show(rows)
     if not_sensed:
-        say(f"{', '.join(not_sensed)}: not sensed, and never taken as 0")
+        forces = ", ".join(not_sensed)
+        say(phrase("{forces}: not sensed, and never taken as 0", forces=forces))
+
+
+def _error(error: float | None, unit: str) -> str:
+    """Return the error of a sensor in the reader's unit; empty where it is not known."""
+    if error is None:
+        return ""
+    from autodb.agent.sense.sensors import OF_IT
+
+    shown, name = shop_amount(error, unit)
+    known = phrase(OF_IT) if unit == OF_IT else name
+    return f"{localized(significant(shown))} {known}"

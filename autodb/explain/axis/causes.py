@@ -46,6 +46,14 @@ OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
 below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
 
 SIZE_LEFT_OUT = stored_msgid("The simulation leaves it out: {size} ({size_low} to {size_high}).")
+HAS_WITH = stored_msgid(
+    "The simulation has {term} with {parameter} {size}; the recording says {size_now} ({size_low} "
+    "to {size_high})."
+)
+OFF_BY = stored_msgid(
+    "The simulation's {term} is off by a factor: the recording says {value} times it ({low} to "
+    "{high})."
+)
 HAS_OTHERWISE = stored_msgid("The simulation has it otherwise: {size} ({size_low} to {size_high}).")
 
 
@@ -379,12 +387,16 @@ def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
         term=name,
         kind="mistuned",
         confidence=off.standing.confidence,
-        statement=(
-            f"The simulation has {name} with {what} {had:.4g}{_unit_words(now.unit)}; the "
-            f"recording says {now.value:.4g} ({now.low:.4g} to {now.high:.4g})."
-            if said or not read
-            else f"The simulation's {name} is off by a factor: the recording says {now.value:.4g} "
-            f"times it ({now.low:.4g} to {now.high:.4g})."
+        statement=(HAS_WITH if said or not read else OFF_BY).format(
+            term=name,
+            parameter=what,
+            size=f"{had:.4g}{_unit_words(now.unit)}",
+            size_now=f"{now.value:.4g}",
+            size_low=f"{now.low:.4g}",
+            size_high=f"{now.high:.4g}",
+            value=f"{now.value:.4g}",
+            low=f"{now.low:.4g}",
+            high=f"{now.high:.4g}",
         ),
         parameters={"size": _change_size(reading, name), what: now},
         alternatives=off.standing.near,

@@ -25,6 +25,7 @@ from autodb.terms.channel import EVERY
 from autodb.terms.friction import since_reversal
 from autodb.terms.term import Factor, OutputChange
 from autodb.terms.vocabulary import all_terms, friction_terms
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -38,7 +39,8 @@ predicted better with less of a motion, and rows that show it. Chosen."""
 TELLING = 0.05
 """Share by which the error of parts left out falls where a halved cutoff takes off nothing but
 noise. Chosen on recordings of real axes."""
-AS_SIMULATED, NO_EFFORT_ABOVE = "as in the simulation", "no effort follows what is faster"
+AS_SIMULATED = stored_msgid("as in the simulation")
+NO_EFFORT_ABOVE = stored_msgid("no effort follows what is faster")
 """Why motion is derived with a lower cutoff than its own noise asks for."""
 NO_PARTS: Mapping[str, Array] = MappingProxyType({})
 

@@ -52,6 +52,7 @@ from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
 
+HAS = stored_msgid("The simulation has {term} {had}; the recording says {value} ({low} to {high}).")
 SENSED = 9.0
 """Fall of the sum of squares by an effect in one component, above which it is sensed there."""
 
@@ -373,14 +374,16 @@ def _cause(
         term=name,
         kind="mistuned",
         confidence=sure.confidence,
-        statement=(
-            f"{text} The simulation has {term.parameters[0].name} {significant(had)}; the "
-            "recording says "
-            f"{significant(now.value)} ({significant(now.low)} to {significant(now.high)})."
-        ),
+        statement=f"{text} {_has(term.parameters[0].name, had, now)}",
         parameters={
             "size": IntervalValue.around(abs(change.value) * peak, half * peak, "N"),
             term.parameters[0].name: now,
         },
         alternatives=sure.near,
     )
+
+
+def _has(parameter: str, had: float, now: IntervalValue) -> str:
+    """Say what a simulation has a number as, and what the recording says it is."""
+    value, low, high = map(significant, (now.value, now.low, now.high))
+    return HAS.format(term=parameter, had=significant(had), value=value, low=low, high=high)

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from autodb.fitting.anfis.premises import Premises
 from autodb.fitting.anfis.standardised import Scaling
 from autodb.fitting.anfis.system import Anfis
+from autodb.wording import listed, localized, msgid, phrase
 
 Array = NDArray[np.float64]
 
 WORDS = {
-    2: ("low", "high"),
-    3: ("low", "medium", "high"),
-    4: ("very low", "low", "high", "very high"),
+    2: (msgid("low"), msgid("high")),
+    3: ("low", msgid("medium"), "high"),
+    4: (msgid("very low"), "low", "high", msgid("very high")),
     5: ("very low", "low", "medium", "high", "very high"),
 }
 """Words for the sets of an input by their centres; of more sets the centre alone is said."""
@@ -41,16 +42,23 @@ def rule_sentences(
     said = []
     for asked, plane in zip(model.premises.rules, coefficients, strict=True):
         parts = [
-            f"{name} is {_set(model, j, int(m), unit)}"
+            phrase("{input} is {what}", input=name, what=_set(model, j, int(m), unit))
             for j, (m, name, unit) in enumerate(zip(asked, names[:-1], units[:-1], strict=True))
         ]
         terms = "".join(
-            f" {'−' if c < 0 else '+'} {abs(c):.4g}·{name}"
+            f" {'−' if c < 0 else '+'} {localized(f'{abs(c):.4g}')}·{name}"
             for c, name in zip(plane[1:], names[:-1], strict=True)
         )
-        first = f"{'−' if plane[0] < 0 else ''}{abs(plane[0]):.4g}"
+        first = f"{'−' if plane[0] < 0 else ''}{localized(f'{abs(plane[0]):.4g}')}"
         unit = f" {units[-1]}" if units[-1] else ""
-        said.append(f"If {' and '.join(parts)}, then {names[-1]} = {first}{terms}{unit}")
+        said.append(
+            phrase(
+                "If {conditions}, then {output} = {value}",
+                conditions=listed(parts, phrase(" and ")),
+                output=names[-1],
+                value=f"{first}{terms}{unit}",
+            )
+        )
     return tuple(said)
 
 
@@ -67,8 +75,10 @@ def _set(model: Anfis | Rules, along: int, which: int, unit: str) -> str:
     centres = model.premises.sets[along][:, -1]
     highest = float(np.clip(centres[which], -1.0, 1.0))
     place = model.scaling.middle[along] + model.scaling.half[along] * highest
-    about = f"about {place:.3g}" + (f" {unit}" if unit else "")
+    value = localized(f"{place:.3g}") + (f" {unit}" if unit else "")
+    about = phrase("about {value}", value=value)
     words = WORDS.get(len(centres))
     if words is None:
         return about
-    return f"{words[int(np.argsort(np.argsort(centres, kind='stable'))[which])]} ({about})"
+    word = phrase(words[int(np.argsort(np.argsort(centres, kind="stable"))[which])])
+    return f"{word} ({about})"

@@ -23,6 +23,7 @@ from autodb.sensing.ranges.forms import Fuzzy, MeasuredCuts
 from autodb.sensing.ranges.outliers import transients
 from autodb.sensing.ranges.points import Points, calibration_points
 from autodb.sensing.ranges.sensed_force import of_current
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -197,7 +198,10 @@ def _signals(
     if air is not None:
         found[air_channel(calibration) or ""] = (air, calibration.current_unit)
     if protocol is None:
-        found[f"the reference of {calibration.axis}"] = (sound.target, calibration.unit)
+        found[phrase("the reference of {axis}", axis=calibration.axis)] = (
+            sound.target,
+            calibration.unit,
+        )
     return found
 
 
@@ -278,5 +282,5 @@ def rules(calibration: Calibration) -> tuple[str, ...]:
         form.learned.scaling,
         calibration.coefficients.reshape(-1, len(names) + 1),
     )
-    what = "torque" if calibration.unit == "N·m" else "force"
+    what = phrase("torque") if calibration.unit == "N·m" else phrase("force")
     return rule_sentences(fitted, (*names, what), (*units, calibration.unit))

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from autodb import standard
 from autodb.agent.sense.calibrating import Calibrated, its_own, known_forces
 from autodb.reports.card import CalibrationCard, axis_card
+from autodb.wording import phrase
 
 SHOWN_OF_CHECKSUM = 12
 
@@ -24,9 +25,9 @@ def card_of_calibrations(
     forces = known_forces(done.table, protocol)
     sources = [f"{name}, sha256 {sha256[:SHOWN_OF_CHECKSUM]}" for name, sha256 in done.sources]
     if protocol is not None:
-        sources.append(f"reference forces of the protocol '{protocol.name}'")
+        sources.append(phrase("reference forces of the protocol '{name}'", name=protocol.name))
     else:
-        sources.append("reference forces measured in each cut")
+        sources.append(phrase("reference forces measured in each cut"))
     return CalibrationCard(
         title=title,
         made=datetime.now(UTC).date().isoformat(),

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from autodb import standard
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges.repeated_cut import CurrentChange, moved_between
-from autodb.sensing.ranges.repeats import repeats, sample, variance_interval
-from autodb.wording import significant
+from autodb.sensing.ranges.repeats import repeats, sample, sd_words, variance_interval
+from autodb.wording import amount_words, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -19,11 +19,11 @@ FEWEST = 3
 MOST_SETS = 3
 """Repeated conditions that are shown; further ones are counted."""
 NUMBERS = {
-    "spindle.speed": "{:.4g} rpm",
-    "cutting.feed": "feed {:.4g} mm",
-    "cutting.depth": "depth {:.4g} mm",
+    "spindle.speed": (msgid("{value}"), "rpm"),
+    "cutting.feed": (msgid("feed {value}"), "mm"),
+    "cutting.depth": (msgid("depth {value}"), "mm"),
 }
-DIAMETER = {"work.diameter": "Ø{:.4g} mm"}
+DIAMETER = {"work.diameter": (msgid("Ø{value}"), "mm")}
 TEXTS = ("operation", "work.material", "tool")
 
 
@@ -45,13 +45,17 @@ def condition_words(
     return found
 
 
-def _words(table: CutTable, row: int, wanted: dict[str, str]) -> str:
+def _words(table: CutTable, row: int, wanted: dict[str, tuple[str, str]]) -> str:
     """Return the numbers that are known of a row, and whose cut it is; empty without any."""
     known = {name: table[name][row] for name in wanted if name in table}
     if not known or not all(np.isfinite(value) for value in known.values()):
         return ""
-    texts = [table.texts[name][row] for name in TEXTS if name in table.texts]
-    numbers = [wanted[name].format(value) for name, value in known.items()]
+    stated = {name: table.texts[name][row] for name in TEXTS if name in table.texts}
+    texts = [phrase(one) if name == "operation" and one else one for name, one in stated.items()]
+    numbers = [
+        phrase(wanted[name][0], value=amount_words(value, wanted[name][1], ".4g"))
+        for name, value in known.items()
+    ]
     return ", ".join(part for part in (*texts, *numbers) if part)
 
 
@@ -81,12 +85,13 @@ def _lines(reference: Array, estimate: Array, unit: str) -> tuple[str, ...]:
     if np.ptp(reference) > 0.0:
         return tuple(repeats(reference, estimate).lines(unit))
     own = sample(estimate)
-    spread = variance_interval(own)
-    sd, low, high = (float(np.sqrt(v)) for v in (spread.value, spread.low, spread.high))
     return (
-        f"{own.n} repeats, one reference for all of them: process and sensing together have a "
-        f"standard deviation of {significant(sd)} {unit} ({significant(low)} to "
-        f"{significant(high)})",
+        phrase(
+            "{count} repeats, one reference for all of them: process and sensing together have "
+            "a standard deviation of {sd}",
+            count=own.n,
+            sd=sd_words(variance_interval(own), unit),
+        ),
     )
 
 
@@ -126,7 +131,10 @@ def _moved(name: str, values: Array, unit: str, alike: NDArray[np.intp]) -> str:
     found = last_less_first(values, alike)
     if found is not None:
         return found.sentence(name, unit)
-    return (
-        f"{name} {values[0]:.4g} {unit} moved by {values[-1] - values[0]:+.3g} {unit} from the "
-        "first cut to the last; no other cut was repeated, so the scatter is not known"
+    return phrase(
+        "{channel} {before} moved by {change} from the first cut to the last; no other cut was "
+        "repeated, so the scatter is not known",
+        channel=name,
+        before=amount_words(values[0], unit, ".4g"),
+        change=amount_words(values[-1] - values[0], unit, "+.3g"),
     )

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.reports import figures
 from autodb.reports.card.axis_figures import AxisCard
+from autodb.wording import phrase, presentation
 
 Array = NDArray[np.float64]
 
@@ -16,7 +17,7 @@ PLOT_PX, SMALL_PX = 310, 210
 def sensed_as(axis: AxisCard) -> str:
     """Return what the axis senses: a torque, or which force."""
     c = axis.calibration
-    return "Torque" if c.unit == "N·m" else f"Force {c.component.upper()}"
+    return phrase("Torque") if c.unit == "N·m" else figures.force_of(c.component)
 
 
 def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
@@ -26,15 +27,21 @@ def reference_over_estimate(axis: AxisCard, *, id_: str) -> Markup:
     """
     c = axis.calibration
     made = figures.figure(
-        [f"{sensed_as(axis)}, reference [{c.unit}]"],
-        x_title=f"{sensed_as(axis)}, estimate of held-out cuts [{c.unit}]",
+        [figures.bracketed(phrase("{quantity}, reference", quantity=sensed_as(axis)), c.unit)],
+        x_title=figures.bracketed(
+            phrase("{quantity}, estimate of held-out cuts", quantity=sensed_as(axis)), c.unit
+        ),
     )
-    everything = np.concatenate([axis.estimate, axis.target])
+    scale = figures.plot_scale(c.unit)
+    estimate, target = scale * axis.estimate, scale * axis.target
+    everything = np.concatenate([estimate, target])
     ends = np.array([np.min(everything), np.max(everything)])
     same = {"dash": "dash", "width": 1}
-    made.add_trace(figures.line_trace(ends, ends, tone="muted", name="agreement", line=same))
-    _add(made, axis, axis.estimate, axis.target)
-    label = f"{c.axis}: reference over the estimate of held-out cuts, {c.verdict}"
+    made.add_trace(
+        figures.line_trace(ends, ends, tone="muted", name=phrase("agreement"), line=same)
+    )
+    _add(made, axis, estimate, target)
+    label = phrase("{axis}: reference over the estimate of held-out cuts", axis=c.axis)
     return figures.as_html(made, f"{id_}-agreement", height_px=PLOT_PX, label=label)
 
 
@@ -45,36 +52,38 @@ def residuals(axis: AxisCard, *, id_: str) -> tuple[list[Markup], list[str]]:
     """
     c, sensed = axis.calibration, axis.sensed
     inputs = (
-        (f"Current [{c.current_unit}]", sensed.current),
-        ("Feed speed [mm/s]", sensed.feed_mm_s),
-        ("Spindle speed [rpm]", sensed.speed_rpm),
-        ("Feed [mm/rev]", sensed.feed_mm),
-        ("Depth of cut [mm]", sensed.depth_mm),
-        ("Spindle temperature [°C]", sensed.temperature_C),
-        ("Cut, in the order of the table", axis.order),
+        (phrase("Current"), c.current_unit, sensed.current),
+        (phrase("Feed speed"), "mm/s", sensed.feed_mm_s),
+        (phrase("Spindle speed"), "rpm", sensed.speed_rpm),
+        (phrase("Feed"), "mm/rev", sensed.feed_mm),
+        (phrase("Depth of cut"), "mm", sensed.depth_mm),
+        (phrase("Spindle temperature"), "°C", sensed.temperature_C),
+        (phrase("Cut, in the order of the table"), "", axis.order),
     )
     drawn, still = [], []
-    for number, (name, values) in enumerate(inputs):
+    for number, (name, unit, values) in enumerate(inputs):
         if np.isfinite(values).all() and np.ptp(values) > 0.0:
-            drawn.append(_against(axis, name, values, id_=f"{id_}-left-{number}"))
+            shown = figures.bracketed(name, unit), figures.plot_scale(unit) * values
+            drawn.append(_against(axis, *shown, id_=f"{id_}-left-{number}"))
         else:
-            still.append(name.split(" [", maxsplit=1)[0].lower())
+            still.append(name.lower() if presentation().language == "en" else name)
     return drawn, still
 
 
 def _against(axis: AxisCard, name: str, values: Array, *, id_: str) -> Markup:
     c = axis.calibration
-    made = figures.figure([f"Residual [{c.unit}]"], x_title=name)
-    _add(made, axis, values, axis.target - axis.estimate)
-    label = f"{c.axis}: reference less estimate against {name}"
+    title = figures.bracketed(phrase("Residual"), c.unit)
+    made = figures.figure([title], x_title=name)
+    _add(made, axis, values, figures.plot_scale(c.unit) * (axis.target - axis.estimate))
+    label = phrase("{axis}: reference less estimate against {input}", axis=c.axis, input=name)
     return figures.as_html(made, id_, height_px=SMALL_PX, label=label)
 
 
 def _add(made: go.Figure, axis: AxisCard, x: Array, y: Array) -> None:
     """Add the cuts, those excluded in another tone; each says its number."""
     for rows, tone, name in (
-        (~axis.sudden, "corrected", "cut"),
-        (axis.sudden, "warn", "transient, cut"),
+        (~axis.sudden, "corrected", phrase("cut")),
+        (axis.sudden, "warn", phrase("transient, cut")),
     ):
         if rows.any():
             kept = np.flatnonzero(rows)[figures.thinned(y[rows])]

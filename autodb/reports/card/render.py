@@ -13,18 +13,17 @@ from autodb.reports.card.machine_card import CalibrationCard, not_sensed, when_a
 from autodb.sensing.ranges.calibration import OFFER_R_SQUARED, Calibration
 from autodb.sensing.ranges.choosing import FOLDS
 from autodb.sensing.ranges.outliers import numbers, outlier_sentences
-from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.repeats import LEVEL
 from autodb.sensing.ranges.validity import ANY
-
-AXIS_NAMES = {axis: f"{axis.upper()} axis" for axis in COMPONENT_OF_AXIS} | {"spindle": "Spindle"}
+from autodb.wording import listed, localized, phrase, phrase_many
+from autodb.wording.kept import said_again
 
 
 def render_card(card: CalibrationCard) -> str:
     """Return the card as a page that loads nothing from outside."""
     return figures.whole_page(
         "card.html.j2",
-        title=f"{card.title}: calibration card",
+        title=phrase("{machine}: calibration card", machine=card.title),
         card=card,
         version=__version__,
         offered_above=OFFER_R_SQUARED,
@@ -43,19 +42,21 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
     return {
         "axis": axis,
         "id": id_,
-        "name": AXIS_NAMES[c.axis],
-        "holds": c.holds.words(),
+        "name": _axis_words(c.axis),
+        "holds": listed(map(said_again, c.holds.stated)),
         "sensed_as": plots.sensed_as(axis),
         "calibration": c,
-        "version": f"version {card.versions[number]}" if card.versions else "not stored",
+        "version": _version(card, number),
         "equation": c.form.equation(c.coefficients, c.unit, c.current_unit),
         "r_squared": _plain(s.r_squared),
-        "r_squared_interval": f"{_plain(s.r_squared_low)} to {_plain(s.r_squared_high)}",
+        "r_squared_interval": phrase(
+            "{low} to {high}", low=_plain(s.r_squared_low), high=_plain(s.r_squared_high)
+        ),
         "rmse": amounts.quantity(s.rmse, c.unit),
         "folds": min(FOLDS, s.groups),
         "one_cut": _one_cut(axis.middle, c.unit),
         "percent": _percent(axis.middle),
-        "domain": "" if c.domain is None else c.domain.words(c.unit),
+        "domain": _domain(c),
         "rivals": _rivals(c),
         "range": amounts.span(c.current_low, c.current_high, c.current_unit),
         "trueness": _trueness(axis),
@@ -73,15 +74,38 @@ def _shown(card: CalibrationCard, number: int) -> dict[str, object]:
     }
 
 
+def _axis_words(axis: str) -> str:
+    return phrase("Spindle") if axis == "spindle" else phrase("{axis} axis", axis=axis.upper())
+
+
+def _version(card: CalibrationCard, number: int) -> str:
+    if not card.versions:
+        return phrase("not stored")
+    return phrase("version {number}", number=card.versions[number])
+
+
+def _domain(calibration: Calibration) -> str:
+    """Return the range that a calibration was made over; empty where it is not known."""
+    known = calibration.domain
+    return "" if known is None else listed(map(said_again, known.each(calibration.unit)))
+
+
 def _plain(score: float) -> str:
-    return f"{score:.3f}".replace("-", "−")
+    return localized(f"{score:.3f}".replace("-", "−"))
 
 
 def _rivals(calibration: Calibration) -> str:
     """Return what the form in use is compared with outside the range of its cuts."""
     near = () if calibration.domain is None else calibration.domain.rivals
-    names = [f"{one.form.label} (weight {100.0 * one.weight:.0f}\u00a0%)" for one in near]
-    return " and ".join([*names, "itself, held at the end of the range"])
+    names = [
+        phrase(
+            "{form} (weight {share})",
+            form=said_again(one.form.label),
+            share=f"{100.0 * one.weight:.0f}\u00a0%",
+        )
+        for one in near
+    ]
+    return listed([*names, phrase("itself, held at the end of the range")], phrase(" and "))
 
 
 def _one_cut(cut: OneCut, unit: str) -> str:
@@ -92,7 +116,7 @@ def _percent(cut: OneCut) -> str:
     if cut.value == 0.0:
         return ""
     percent = 100.0 * cut.half / abs(cut.value)
-    return f"± {percent:.{0 if percent >= 10.0 else 1}f}\u00a0%"
+    return f"± {localized(f'{percent:.{0 if percent >= 10.0 else 1}f}')}\u00a0%"
 
 
 def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
@@ -101,8 +125,8 @@ def _trueness(axis: AxisCard) -> list[tuple[str, str, str]]:
     if t is None:
         return []
     return [
-        ("Slope", amounts.plus_minus(t.slope, t.slope_se, "1"), "1"),
-        ("Intercept", amounts.plus_minus(t.intercept, t.intercept_se, unit), "0"),
+        (phrase("Slope"), amounts.plus_minus(t.slope, t.slope_se, "1"), "1"),
+        (phrase("Intercept"), amounts.plus_minus(t.intercept, t.intercept_se, unit), "0"),
     ]
 
 
@@ -110,11 +134,11 @@ def _parts(cut: OneCut, unit: str) -> list[tuple[str, str, float]]:
     """Return each part of one cut's error: name, 95 % half width, percent of the variance."""
     whole = cut.own**2 + cut.shared**2
     rows = (
-        ("Its own", cut.own, "none"),
-        ("Coefficients", cut.coefficients, "none"),
-        ("Gain, day to day", cut.gain, "none seen"),
-        ("Tool, material or day", cut.group, "none seen"),
-        ("Reference forces", cut.references, "none stated"),
+        (phrase("Its own"), cut.own, phrase("none")),
+        (phrase("Coefficients"), cut.coefficients, phrase("none")),
+        (phrase("Gain, day to day"), cut.gain, phrase("none seen")),
+        (phrase("Tool, material or day"), cut.group, phrase("none seen")),
+        (phrase("Reference forces"), cut.references, phrase("none stated")),
     )
     return [
         (name, amounts.quantity(NORMAL_95 * sd, unit) if sd else none, 100.0 * sd**2 / whole)
@@ -126,11 +150,15 @@ def _trials(axis: AxisCard) -> list[tuple[str, str, bool]]:
     """Return each form tried: name, error on groups left out, whether it was taken."""
     c = axis.calibration
     return [
-        (name,
-         amounts.quantity(error, c.unit) if np.isfinite(error) else "not determined by these cuts",
-         name == c.form.label)
+        (
+            said_again(name),
+            amounts.quantity(error, c.unit)
+            if np.isfinite(error)
+            else phrase("not determined by these cuts"),
+            name == c.form.label,
+        )
         for name, error in c.trials.items()
-    ]  # fmt: skip
+    ]
 
 
 def _excluded(axis: AxisCard) -> str:
@@ -138,8 +166,14 @@ def _excluded(axis: AxisCard) -> str:
     if not c.transients:
         return ""
     scores = c.scores_with_transients
-    return (
-        f"{len(c.transients)} transient rows excluded (cut {numbers(c.transients)}): the "
-        "current jumps, the force does not. With them: RMSE "
-        f"{amounts.quantity(scores.rmse, c.unit)}, R² {scores.r_squared:.3f}."
+    said = phrase_many(
+        "{count} transient row excluded (cut {cuts}): the current jumps, the force does not. With "
+        "it: RMSE {rmse}, R² {r_squared}",
+        "{count} transient rows excluded (cut {cuts}): the current jumps, the force does not. With "
+        "them: RMSE {rmse}, R² {r_squared}",
+        len(c.transients),
+        cuts=numbers(c.transients),
+        rmse=amounts.quantity(scores.rmse, c.unit),
+        r_squared=localized(f"{scores.r_squared:.3f}"),
     )
+    return f"{said}."

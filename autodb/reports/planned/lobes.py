@@ -30,7 +30,7 @@ def render_lobes(job: Job, cuts: Sequence[StableCut]) -> str:
     """Return the page: a page that loads nothing from outside."""
     return figures.whole_page(
         "lobes.html.j2",
-        title=f"{job.name}: stability",
+        title=phrase("{job}: stability", job=job.name),
         name=job.name,
         pair=f"{job.material} / {job.tool}",
         **shown_lobes(cuts),

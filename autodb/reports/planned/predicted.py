@@ -16,7 +16,7 @@ from autodb.forward.cut_figures import CutFigures, JobTotals
 from autodb.forward.limits import QUANTITIES, PredictedQuantity, standings_in_words
 from autodb.forward.prediction import Interval
 from autodb.reports import amounts, figures
-from autodb.wording import amount_words, msgid, phrase, shop_amount
+from autodb.wording import amount_words, listed, msgid, phrase, shop_amount
 
 Array = NDArray[np.float64]
 
@@ -40,25 +40,29 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
     job = answer.job
     return figures.whole_page(
         "predicted.html.j2",
-        title=f"{job.name}: predicted forces",
+        title=phrase("{job}: predicted forces", job=job.name),
         name=job.name,
         pair=f"{job.material} / {job.tool}",
         asked=list(job_in_words(job)),
         limits=list(standings_in_words(answer.limits)),
         figures=[
-            (cut.name or f"cut {k}", figure_rows(its))
+            (cut.name or phrase("cut {number}", number=f"{k}"), figure_rows(its))
             for k, (cut, its) in enumerate(zip(answer.cuts, answer.figures, strict=True), start=1)
         ],
         totals=total_rows(answer.totals),
         bending=list(bending_in_words(answer.cuts, answer.bending)),
         machine_says=[
-            f"cut {one.cut} {answer.cuts[one.cut - 1].name}: {one.statement}"
+            phrase(
+                "cut {number} {name}: {said}",
+                number=f"{one.cut}",
+                name=answer.cuts[one.cut - 1].name,
+                said=one.statement,
+            )
             for one in answer.exceeds
         ],
         notes=answer.notes,
         passive=any(cut.passive for cut in answer.cuts),
-        peaks=", ".join(dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)),
-        changing=any(cut.changes for cut in answer.cuts),
+        marks=_marks_words(answer),
         plot=plot(answer, limits),
         prediction=answer.prediction_id,
         version=__version__,
@@ -75,6 +79,21 @@ def render_look_up(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> str:
         said=[*(one.statement for one in answer.exceeds), *answer.notes],
         version=__version__,
     )
+
+
+def _marks_words(answer: JobAnswer) -> str:
+    """Return what the marks of the picture are."""
+    peaks = dict.fromkeys(cut.of_what for cut in answer.cuts if cut.peaks)
+    if not peaks:
+        return phrase("Bars are 95 % intervals.")
+    of = listed(phrase(one) for one in peaks)
+    if any(cut.changes for cut in answer.cuts):
+        return phrase(
+            "Bars are 95 % intervals; circles are means in time, triangles start and end, diamonds "
+            "peaks {along}.",
+            along=of,
+        )
+    return phrase("Bars are 95 % intervals; circles are means, diamonds peaks {along}.", along=of)
 
 
 def figure_rows(its: CutFigures) -> list[tuple[str, str]]:

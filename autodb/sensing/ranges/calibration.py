@@ -49,7 +49,8 @@ from autodb.sensing.ranges.forms.noisy import by_current
 from autodb.sensing.ranges.outliers import Outlier, outliers, transients
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, FEED_AXES, Points, calibration_points
 from autodb.sensing.ranges.validity import ANY, Holds
-from autodb.wording import significant, stored_msgid
+from autodb.wording import listed, localized, phrase, shop_amount, significant, stored_msgid
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -135,18 +136,28 @@ class Calibration:
         wider[-1, -1] = 1.0
         return wider
 
+    @property
+    def called_words(self) -> str:
+        """What it is called, for the reader."""
+        if self.holds == ANY:
+            return self.axis
+        return f"{self.axis} ({listed(map(said_again, self.holds.stated))})"
+
     def trials_words(self) -> str:
         """Return the errors of the forms tried, the one taken first."""
-        taken = self.form.label
-        held = {name: error for name, error in self.trials.items() if np.isfinite(error)}
-        rest = [f"{significant(error)} {name}" for name, error in held.items() if name != taken]
-        first = (
-            f"{significant(self.trials[taken])} {self.unit} {taken}"
-            if taken in self.trials
-            else taken
-        )
-        others = [f"not determined: {name}" for name in self.trials if name not in held]
-        return f"{first} (taken)" + "".join(f", {one}" for one in (*rest, *others))
+        taken, (scale, unit) = self.form.label, shop_amount(1.0, self.unit)
+        held = {name: scale * error for name, error in self.trials.items() if np.isfinite(error)}
+        words = {name: said_again(name) for name in (*self.trials, taken)}
+        rest = [f"{localized(significant(held[name]))} {words[name]}" for name in held]
+        first: str = words[taken]
+        if taken in held:
+            first = f"{localized(significant(held[taken]))} {unit} {words[taken]}"
+            del rest[list(held).index(taken)]
+        others = [
+            phrase("not determined: {form}", form=words[one]) for one in self.trials
+            if one not in held
+        ]  # fmt: skip
+        return listed([phrase("{form} (taken)", form=first), *rest, *others])
 
     @property
     def offered(self) -> bool:

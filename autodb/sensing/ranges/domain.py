@@ -140,9 +140,12 @@ class Domain:
 
     def words(self, unit: str) -> str:
         """Return all ranges; ``unit`` of the target."""
+        return ", ".join(self.each(unit))
+
+    def each(self, unit: str) -> list[str]:
+        """Return each range in words; ``unit`` of the target."""
         known = [one.words(self.ranges[one.name]) for one in QUANTITIES if one.name in self.ranges]
-        target = _words(TORQUE if unit == "N·m" else FORCE, self.target, unit)
-        return ", ".join([*known, target])
+        return [*known, _words(TORQUE if unit == "N·m" else FORCE, self.target, unit)]
 
 
 def _outside(values: Array, ends: tuple[float, float]) -> NDArray[np.bool_]:

@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 from autodb.fitting.linear import spread
 from autodb.fitting.scores import robust_line
 from autodb.sensing.ranges.forms import FittedForm
+from autodb.wording import listed, localized, phrase, phrase_many
 
 Array = NDArray[np.float64]
 
@@ -83,27 +84,38 @@ def outlier_sentences(named: Sequence[Outlier]) -> list[str]:
     """Return one sentence on outliers of the fit, and one on cuts that dominate it."""
     off = [one for one in named if one.off]
     alone = [one for one in named if one.alone]
-    said = []
+    said: list[str] = []
     if off:
         most = max(abs(one.studentised) for one in off)
-        deviate = "deviates" if len(off) == 1 else "deviate"
         said.append(
-            f"{_cuts(off)} {deviate} from the fit of the others by more than chance, by up to "
-            f"{most:.1f} standard deviations; all cuts stay in the fit"
+            phrase_many(
+                "{count} cut ({cuts}) deviates from the fit of the others by more than chance, by "
+                "up to {most} standard deviations; all cuts stay in the fit",
+                "{count} cuts ({cuts}) deviate from the fit of the others by more than chance, by "
+                "up to {most} standard deviations; all cuts stay in the fit",
+                len(off),
+                cuts=_numbers(off),
+                most=localized(f"{most:.1f}"),
+            )
         )
     if alone:
         leverage = max(one.leverage for one in alone)
-        dominate = "dominates" if len(alone) == 1 else "dominate"
         said.append(
-            f"{_cuts(alone)} {dominate} the fit (leverage up to {leverage:.2f}); add cuts in this "
-            "range"
+            phrase_many(
+                "{count} cut ({cuts}) dominates the fit (leverage up to {most}); add cuts in this "
+                "range",
+                "{count} cuts ({cuts}) dominate the fit (leverage up to {most}); add cuts in this "
+                "range",
+                len(alone),
+                cuts=_numbers(alone),
+                most=localized(f"{leverage:.2f}"),
+            )
         )
     return said
 
 
-def _cuts(named: Sequence[Outlier]) -> str:
-    cuts = sorted(one.cut for one in named)
-    return f"{len(named)} {'cut' if len(named) == 1 else 'cuts'} ({numbers(cuts)})"
+def _numbers(named: Sequence[Outlier]) -> str:
+    return numbers(sorted(one.cut for one in named))
 
 
 def numbers(cuts: Sequence[float]) -> str:
@@ -119,11 +131,14 @@ def numbers(cuts: Sequence[float]) -> str:
         else:
             stretches.append([cut])
     said = [
-        f"{one[0]:g} to {one[-1]:g}" if len(one) > 2 else ", ".join(f"{cut:g}" for cut in one)
+        phrase("{low} to {high}", low=f"{one[0]:g}", high=f"{one[-1]:g}")
+        if len(one) > 2
+        else ", ".join(f"{cut:g}" for cut in one)
         for one in stretches
     ]
     rest = sum(map(len, stretches[STRETCHES:]))
-    return ", ".join(said[:STRETCHES]) + (f" and {rest} more" if rest else "")
+    some = listed(said[:STRETCHES])
+    return phrase("{some} and {count} more", some=some, count=rest) if rest else some
 
 
 def outliers(law: FittedForm, slopes: Array, error: Array, cut: Array) -> tuple[Outlier, ...]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.wording import amount_words, localized, phrase, shop_amount
+
 Array = NDArray[np.float64]
 
 
@@ -27,12 +29,18 @@ class CurrentChange:
 
     def sentence(self, name: str, unit: str) -> str:
         """Return it in words."""
-        verdict = "more than" if self.beyond else "no more than"
-        return (
-            f"{name} {self.before:.4g} {unit} moved by {self.change:+.3g} {unit} "
-            f"({self.low:+.3g} to {self.high:+.3g}) from the first cut to the last: {verdict} "
-            "repeats scatter"
+        scale, _ = shop_amount(1.0, unit)
+        said = phrase(
+            "{channel} {before} moved by {change} ({low} to {high}) from the first cut to the last",
+            channel=name,
+            before=amount_words(self.before, unit, ".4g"),
+            change=amount_words(self.change, unit, "+.3g"),
+            low=localized(f"{scale * self.low:+.3g}"),
+            high=localized(f"{scale * self.high:+.3g}"),
         )
+        if self.beyond:
+            return phrase("{said}: more than repeats scatter", said=said)
+        return phrase("{said}: no more than repeats scatter", said=said)
 
 
 def moved_between(

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.wording import significant
+from autodb.wording import amount_words, localized, phrase, shop_amount, significant
 
 Array = NDArray[np.float64]
 
@@ -76,24 +76,46 @@ class Repeats:
 
     def lines(self, unit: str) -> list[str]:
         """Return it as sentences, for values in ``unit``."""
-        means = f"{self.reference.mean:.4g} and {self.estimate.mean:.4g} {unit}"
+        scale, _ = shop_amount(1.0, unit)
         shift = self.estimate.mean - self.reference.mean
         return [
-            f"{self.reference.n} repeats: reference and estimate {means} on average",
-            f"process {_stated(self.process, unit)}; sensing {_stated(self.sensing, unit)}",
-            f"variances {_verdict(self.variances)}; means {_verdict(self.means)}",
-            f"estimate less reference {shift:+.3g} {unit}, in pairs {_verdict(self.bias)}",
+            phrase(
+                "{count} repeats: reference and estimate {reference} and {estimate} on average",
+                count=self.reference.n,
+                reference=localized(f"{scale * self.reference.mean:.4g}"),
+                estimate=amount_words(self.estimate.mean, unit, ".4g"),
+            ),
+            phrase(
+                "process sd {process}; sensing sd {sensing}",
+                process=sd_words(self.process, unit),
+                sensing=sd_words(self.sensing, unit),
+            ),
+            phrase(
+                "variances {variances}; means {means}",
+                variances=_verdict(self.variances),
+                means=_verdict(self.means),
+            ),
+            phrase(
+                "estimate less reference {shift}, in pairs {verdict}",
+                shift=amount_words(shift, unit, "+.3g"),
+                verdict=_verdict(self.bias),
+            ),
         ]
 
 
-def _stated(variance: Variance, unit: str) -> str:
-    sd = [float(np.sqrt(v)) for v in (variance.value, variance.low, variance.high)]
-    return f"sd {significant(sd[0])} {unit} ({significant(sd[1])} to {significant(sd[2])})"
+def sd_words(variance: Variance, unit: str) -> str:
+    """Say a variance by its standard deviation and the 95 % interval of that, for the reader."""
+    scale, name = shop_amount(1.0, unit)
+    both = (scale * float(np.sqrt(v)) for v in (variance.value, variance.low, variance.high))
+    value, low, high = (localized(significant(one)) for one in both)
+    return phrase("{value} {unit} ({low} to {high})", value=value, unit=name, low=low, high=high)
 
 
 def _verdict(test: Comparison) -> str:
-    verb = "differ" if test.differ else "agree"
-    return f"{verb} ({test.name} {test.statistic:.3g}, p {test.p:.2g})"
+    said = f"{test.name} {localized(f'{test.statistic:.3g}')}, p {localized(f'{test.p:.2g}')}"
+    if test.differ:
+        return phrase("differ ({test})", test=said)
+    return phrase("agree ({test})", test=said)
 
 
 def sample(values: Array) -> Sample:

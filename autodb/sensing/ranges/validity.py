@@ -54,8 +54,13 @@ class Holds:
 
     def words(self) -> str:
         """Return what is stated, as 'gear range high, coolant flood'; empty: nothing."""
-        stated = ((f.name, getattr(self, f.name)) for f in fields(self))
-        return ", ".join(f"{SPOKEN[name]} '{value}'" for name, value in stated if value is not None)
+        return ", ".join(self.stated)
+
+    @property
+    def stated(self) -> list[str]:
+        """What is stated, one after another."""
+        every = ((f.name, getattr(self, f.name)) for f in fields(self))
+        return [f"{SPOKEN[name]} '{value}'" for name, value in every if value is not None]
 
 
 ANY = Holds()

@@ -10,7 +10,7 @@ from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from autodb.files.units import SYSTEMS, shop_units
+from autodb.files.units import SYSTEMS, presentation_of
 from autodb.web.http.settings import Settings
 from autodb.wording import Presentation
 from autodb.wording.catalogues import LANGUAGES, preferred_language
@@ -46,7 +46,7 @@ def _chosen(headers: Headers, path: str, own: str) -> Presentation:
     language, units = cookies.get(LANGUAGE), cookies.get(UNITS)
     if language not in LANGUAGES:
         language = preferred_language(headers.get("accept-language", ""))
-    return Presentation(str(language), shop_units(units if units in SYSTEMS else own))
+    return presentation_of(str(language), units if units in SYSTEMS else own)
 
 
 def keep_choice(request: Request, response: Response, language: str, units: str) -> None:

@@ -13,7 +13,6 @@ from autodb.agent.operate.access import Role, noting
 from autodb.agent.operate.deciding import confirm, mismatch, mismatches, reject, reopen
 from autodb.agent.rows.mismatches import decided_words
 from autodb.errors import UnusableInput
-from autodb.files.units import SI, shown_system
 from autodb.reports.explanation import (
     certainty_words,
     move_words,
@@ -141,7 +140,6 @@ def _shown(request: Request, number: int, *, said: object = "", status: int = 20
         move=move_words(found.term, found.alternatives, found.to_tell_apart or "", term_words),
         sure=certainty_words(found.confidence),
         said=said,
-        inch=shown_system() != SI,
         **evidence,
     )
 

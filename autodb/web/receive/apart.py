@@ -21,19 +21,12 @@ from autodb.agent.operate.receiving import Sent, take_in_sent
 from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.files.job import Job
-from autodb.files.units import SI, shop_units
+from autodb.files.units import SI, presentation_of
 from autodb.forward.stability.dynamics import ModeSection, of_modes, read_tool_point
 from autodb.store import Store, file_of, on_server, open_store
 from autodb.web.http.settings import MIB, ReaderBounds
 from autodb.web.receive.looking import FileToLook
-from autodb.wording import (
-    ENGLISH,
-    Presentation,
-    Worded,
-    language_of,
-    presentation,
-    presented,
-)
+from autodb.wording import ENGLISH, Worded, language_of, presented
 from autodb.wording.kept import said_again
 
 Tell = Callable[[str], None]
@@ -124,10 +117,9 @@ class MismatchToExplain:
         )
         from autodb.reports.explanation import explanation_fragment
 
-        with store.reading() as session:
+        with presented(ENGLISH), store.reading() as session:  # as it would be kept
             explained = explain_mismatch(session, mismatch(session, self.mismatch))
-        with presented(Presentation(presentation().language)):  # its numbers stay in SI units
-            return _text(explanation_fragment(explained))
+        return _text(explanation_fragment(explained))
 
 
 @dataclass(frozen=True)
@@ -192,7 +184,7 @@ def main() -> None:
     os.dup2(2, 1)  # what libraries print is no answer
     request = TypeAdapter(Request).validate_json(sys.stdin.buffer.readline())
     hold(request.bounds, largest_MiB=_size_MiB(request.url))
-    with says, presented(Presentation(request.language, shop_units(request.units))):
+    with says, presented(presentation_of(request.language, request.units)):
         do_asked(request, says)
 
 

@@ -17,6 +17,7 @@ from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.operate.withdrawing import withdraw
 from autodb.store import migrate, models, open_store
 from autodb.store.schemas import head
+from tests.agent.answer.test_undecided_causes import looked_up, true_N
 from tests.agent.conftest import DAYS, MACHINE
 from tests.conftest import Cli
 
@@ -143,6 +144,13 @@ def test_confirmed_its_wear_is_learnt_from_all_of_its_recordings(worn_days: Cli)
     assert stated == [number]
     assert learnt_from >= set(holding)
     assert sum(_excluded().values()) < sum(holding.values())
+
+    # With both confirmed intervals hold worn cuts, and nothing waits
+    assert worn_days("mismatch", "confirm", number + 1).code == 0
+    forces, notes = looked_up(worn_days)
+    assert not [note for note in notes if "excluded cut" in note]
+    for name in "yz":
+        assert forces[name][1] <= true_N()[name] <= forces[name][2]
 
 
 def test_rejected_it_stays_closed_and_the_cuts_are_learnt(worn_days: Cli) -> None:

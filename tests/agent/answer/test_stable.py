@@ -14,7 +14,7 @@ from tests.conftest import Cli
 
 MODES = """[[mode]]
 axis = "{axis}"
-frequency_Hz = 1603.0
+frequency_Hz = 603.0
 damping_ratio = 0.03
 stiffness_N_m = 8.0e6
 """

@@ -35,7 +35,7 @@ def waiting(worn_days: Cli) -> Cli:
     return worn_days
 
 
-def _looked_up(cli: Cli, cutting_time_s: float = OLD_S) -> tuple[dict[str, list[float]], list[str]]:
+def looked_up(cli: Cli, cutting_time_s: float = OLD_S) -> tuple[dict[str, list[float]], list[str]]:
     """Return forces by component, as [value, low, high], and the notes."""
     done = cli(
         "lookup", *MACHINE, *PAIR, "--diameter", 50, "--depth", 1.5, "--feed", 0.2, "--speed", 220,
@@ -48,17 +48,17 @@ def _looked_up(cli: Cli, cutting_time_s: float = OLD_S) -> tuple[dict[str, list[
     ]
 
 
-def _true_N() -> dict[str, float]:
+def true_N() -> dict[str, float]:
     cut = TrueCut(220.0, 0.2, 1.5, 50.0, "turn", "unseen", OLD_S, 0.0, "steel bar")
     return dict(zip("xyz", mean_forces_N(STEEL, cut).tolist(), strict=True))
 
 
 def test_intervals_hold_worn_cuts_until_the_mismatches_are_rejected(waiting: Cli) -> None:
-    wide, notes = _looked_up(waiting)
+    wide, notes = looked_up(waiting)
     (why,) = [note for note in notes if "mismatch" in note]
     assert "mismatches 1 (force.y: tool_wear), 2 (force.z: tool_wear) are decided" in why
     assert "'autodb mismatch confirm 1' or 'autodb mismatch reject 1'" in why
-    truth = _true_N()
+    truth = true_N()
     for name in "yz":
         assert wide[name][1] <= truth[name] <= wide[name][2]
 
@@ -69,25 +69,15 @@ def test_intervals_hold_worn_cuts_until_the_mismatches_are_rejected(waiting: Cli
 
     for number in (1, 2):
         waiting("mismatch", "reject", number)
-    narrow, notes = _looked_up(waiting)
+    narrow, notes = looked_up(waiting)
     assert not [note for note in notes if "mismatch" in note]
     for name in "yz":
         assert narrow[name][0] == pytest.approx(wide[name][0])
         assert narrow[name][2] - narrow[name][0] < 0.8 * (wide[name][2] - wide[name][0])
 
 
-def test_confirmed_wear_ends_it_too(waiting: Cli) -> None:
-    assert waiting("mismatch", "confirm", 1).code == 0
-    assert waiting("mismatch", "confirm", 2).code == 0
-    forces, notes = _looked_up(waiting)
-    assert not [note for note in notes if "excluded cut" in note]
-    truth = _true_N()
-    for name in "yz":
-        assert forces[name][1] <= truth[name] <= forces[name][2]
-
-
 def test_a_fresh_edge_is_hardly_wider(waiting: Cli) -> None:
-    old, fresh = (_looked_up(waiting, age)[0] for age in (OLD_S, 30.0))
+    old, fresh = (looked_up(waiting, age)[0] for age in (OLD_S, 30.0))
     for name in "yz":
         up = [(one[name][2] - one[name][0]) / one[name][0] for one in (old, fresh)]
         assert up[1] < 0.7 * up[0]

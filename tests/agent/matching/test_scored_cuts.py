@@ -203,6 +203,7 @@ def _shaft(path: Path, part: int, feed: float) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("one_law")
 def test_shafts_of_the_virtual_lathe_are_what_was_predicted(
     standard_learnt: Cli, sample_jobs: Path
 ) -> None:

@@ -34,7 +34,7 @@ CUTS = st.lists(
 
 def test_cuts_are_the_same_after_an_export(cli: Cli) -> None:
     @settings(
-        max_examples=3 * TIMES,
+        max_examples=2 * TIMES,
         deadline=None,
         database=None,
         derandomize=TIMES == 1,

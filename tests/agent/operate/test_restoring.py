@@ -99,8 +99,10 @@ def test_what_is_no_database_of_ours_is_never_replaced(
 
 def test_a_damaged_database_is_found_and_moved_by_a_restore(cli: Cli) -> None:
     cli("init")
-    for number in range(200):
-        cli("machine", "add", f"machine-{number}")
+    store = open_store(URL)
+    with store.writing() as session:
+        session.add_all(models.Machine(name=f"machine-{number}") for number in range(200))
+    store.close()
     cli("backup", "copy.sqlite3")
     whole = Path(DB).read_bytes()
     page = 4096

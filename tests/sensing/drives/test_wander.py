@@ -39,7 +39,7 @@ def _z(axis: WanderingAxis, found: Identified) -> tuple[Array, Array]:
     return np.array([*own, *((value - truth) / sd)]), np.array(peer)
 
 
-@pytest.mark.parametrize("slow_s", [0.0, 15.0])
+@pytest.mark.parametrize("slow_s", first(1, [15.0, 0.0]))
 @pytest.mark.parametrize("seed", first(1, [0, 100, 200]))
 def test_intervals_hold_friction_that_differs_from_run_to_run(seed: int, slow_s: float) -> None:
     """Of 12 axes the root mean square of errors is below 1.7 standard deviations.

@@ -26,7 +26,7 @@ Gain = Callable[[Array], Array]
 
 INSIDE, BELOW = (60.0, 420.0), (5.0, 30.0)
 """Feed speeds, mm/min, of the faces that an axis is calibrated on, and of tapers made later."""
-AXES, TAPERS = 60, 10
+TAPERS = 10
 
 
 def steady(_feed_mm_min: Array) -> Array:
@@ -66,20 +66,20 @@ def held(table: CutTable, by: Calibration) -> int:
     return int(np.sum(off < NORMAL_95 * sd_N(table, by)))
 
 
-@pytest.mark.parametrize("gain", first(1, [creeping, steady]))
-def test_tapers_at_other_speeds_are_held(gain: Gain) -> None:
-    """60 axes calibrated on 12 faces each, 10 tapers slower than any: 90 % or more of 600."""
+@pytest.mark.parametrize(("gain", "axes"), first(1, [(creeping, 30), (creeping, 60), (steady, 60)]))
+def test_tapers_at_other_speeds_are_held(gain: Gain, axes: int) -> None:
+    """Axes calibrated on 12 faces each, 10 tapers slower than any: 90 % or more of all."""
     inside, bare, wide = 0, 0, 0
-    for seed in range(AXES):
+    for seed in range(axes):
         found = calibrate(cuts(seed, 12, INSIDE, gain), "x")
         tapers = cuts(1000 + seed, TAPERS, BELOW, gain)
         wide += held(tapers, found)
         bare += held(tapers, replace(found, domain=None))
         inside += held(cuts(2000 + seed, TAPERS, (80.0, 300.0), gain), found)
-    assert wide >= 0.90 * AXES * TAPERS
-    assert inside >= 0.90 * AXES * TAPERS
+    assert wide >= 0.90 * axes * TAPERS
+    assert inside >= 0.90 * axes * TAPERS
     if gain is creeping:
-        assert bare < 0.80 * AXES * TAPERS, "the form that was taken is wrong there"
+        assert bare < 0.80 * axes * TAPERS, "the form that was taken is wrong there"
 
 
 def test_within_the_range_nothing_grows() -> None:
@@ -172,7 +172,9 @@ def test_a_machine_says_so_and_a_trace_too(cli: Cli, tmp_path: Path) -> None:
     done = " ".join(cli("refresh", "--machine", "lathe-1").out.split())
     assert "new cuts are outside the calibrated range: feed speed" in done
     assert "their intervals are wider" in done
-    traced = [" ".join(cli("trace", "force", str(number)).out.split()) for number in range(1, 121)]
+    traced = [
+        " ".join(cli("trace", "force", str(number)).out.split()) for number in range(1, 121, 7)
+    ]
     outside = [one for one in traced if "N outside the calibrated range: feed speed" in one]
     assert outside
     assert all("tapers.csv" in one for one in outside)

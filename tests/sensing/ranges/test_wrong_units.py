@@ -44,9 +44,11 @@ NAMED = (
 )
 
 
-@pytest.fixture(params=first(1, [SEEDS[:6], SEEDS[6:]]), ids=["six", "more"])
+@pytest.fixture(
+    params=first(1, [SEEDS[:6:2], SEEDS[1:6:2], SEEDS[6:]]), ids=["three", "six", "more"]
+)
 def lathes(request: pytest.FixtureRequest) -> Sequence[int]:
-    """Return the numbers of drawn lathes: two for each work material, and in campaigns the rest."""
+    """Return the numbers of drawn lathes: one for each work material, and in campaigns the rest."""
     seeds: Sequence[int] = request.param
     return seeds
 

@@ -14,45 +14,17 @@ from fastapi.testclient import TestClient
 
 from autodb.agent.operate.access import add_token
 from autodb.agent.operate.deciding import mismatches
-from autodb.files.channels import OUR_UNITS
 from autodb.store import Store
-from autodb.terms.vocabulary import all_terms
 from autodb.wording import catalogues
+from tests.conftest import Cli
 from tests.helpers.asked import client_of
-from tests.helpers.marked_words import CLOSE, OPEN, Marked, Read, unmarked
+from tests.helpers.marked_words import CLOSE, OPEN, Marked, left, left_of_page
 from tests.helpers.site import STRANGE
 
 MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
        "speed_m_min": "220", "name": "Schruppen", "length_mm": "100"}  # fmt: skip
 GERMAN = {"Accept-Language": "de-DE,de;q=0.9"}
-NAMES = (
-    STRANGE, "lathe-1", "lath-1", "steel bar", "carbide insert", "Schruppen", "autodb", "English",
-    "later-week", "brass", "HSS", "operator", "operate",
-)  # fmt: skip
-"""What people, files and programs are called."""
-CHANNEL = (
-    r"\b(?:[xyzwuvabc]|spindle|force|torque|cutting|tool|work|job|pocket|chip)(?:[._][a-z_]+)+"
-)
-DATA = re.compile(
-    "|".join(
-        (
-            *map(re.escape, NAMES),
-            *(rf"\b{one.name}\b" for one in all_terms()),
-            *(rf"\b{one.name}\b" for term in all_terms() for one in term.parameters),
-            r"[\w.-]*\.(?:csv|toml|sqlite3|json|nc|parquet)\b", r"(?:/[\w.-]+){2,}",  # files
-            CHANNEL, r"\b[A-Z]\d\b", r"\{\w+\}",  # edges; what a page's script fills in
-            r"\b(?:k_c1\.1|m_c|[Kkm]_\w+)\b", r"\b(?:chip|shear|friction|flow)_\w+",  # coefficients
-            r"\b(?:included|corner|edge|relief|rake)_\w+",  # numbers of a tool
-            r"\b\w+_(?:mm|mm_rev|mm_tooth|m_min|rpm|deg|N_m|Hz|ratio)\b",  # keys of files
-            r"axes\.[\w.]+",
-            r"'[^']*'", r"^\s*cut\s*$", r"\bln\b", r"\bUTC\b", r"\bMiB\b", r"\brms\b", r"\bHz\b",
-            r"\bR²|kJ|cm³|N/mm|min\b",
-            *(rf"\b{re.escape(one)}\b" for one in OUR_UNITS),
-            r"\b(?:lbf|ksi|hp|in|ft|inch)\b", r"\be[+-]\d+",
-        )
-    )
-)  # fmt: skip
 
 
 @pytest.fixture
@@ -98,15 +70,6 @@ def _pages(store: Store, pair: dict[str, str]) -> list[str]:
     ]  # fmt: skip
 
 
-def _left(html: str) -> list[str]:
-    """Return what a German page says in no language: looked up nowhere, and no data either."""
-    whole = html if html.startswith("<!doctype") else f'<html lang="de">{html}</html>'
-    found = Read(whole)
-    german = [text for text, language in found.texts if language == "de"]
-    rest = [DATA.sub(" ", unmarked(text)) for text in german]
-    return [text for text in rest if re.search(r"[A-Za-zÄÖÜäöüß]{2,}", text)]
-
-
 @pytest.mark.usefixtures("marked")
 def test_every_sentence_of_every_page_is_looked_up(
     url: str, store: Store, pair: dict[str, str]
@@ -114,7 +77,7 @@ def test_every_sentence_of_every_page_is_looked_up(
     with client_of(url, headers=GERMAN) as client:
         pages = {page: client.get(page) for page in _pages(store, pair)}
     assert all(got.status_code < 500 for got in pages.values())
-    left = {page: found for page, got in pages.items() if (found := _left(got.text))}
+    left = {page: found for page, got in pages.items() if (found := left_of_page(got.text))}
     assert left == {}
     for page, got in pages.items():
         if got.text.startswith("<!doctype"):
@@ -127,7 +90,7 @@ def test_decisions_are_said_in_german_and_stored_in_english(url: str, store: Sto
     secret = add_token(store, "operator", "operate", days=1)
     mismatch, recording = f"/mismatches/{_mismatch(store)}", f"{MACHINE}/recordings/4"
     with client_of(url, writes=True, headers=GERMAN) as client:
-        assert _left(client.post("/sign-in", data={"token": "wrong"}).text) == []
+        assert left_of_page(client.post("/sign-in", data={"token": "wrong"}).text) == []
         client.post("/sign-in", data={"token": secret})
         csrf = re.search(r'data-csrf="([^"]+)"', client.get("/").text)
         assert csrf is not None
@@ -146,12 +109,30 @@ def test_decisions_are_said_in_german_and_stored_in_english(url: str, store: Sto
             client.post(recording, data=sent | {"word": "take-again"}),
         ]
     assert [got.status_code for got in pages] == [*[200] * 3, 422, *[200] * 4, 422, *[200] * 3]
-    left = {str(got.url): found for got in pages if (found := _left(got.text))}
+    left = {str(got.url): found for got in pages if (found := left_of_page(got.text))}
     assert left == {}
     with closing(sqlite3.connect(url.removeprefix("sqlite:///"))) as database:
         dump = "\n".join(database.iterdump())
     assert OPEN not in dump
     assert CLOSE not in dump
+
+
+@pytest.mark.usefixtures("marked")
+def test_commands_say_mismatches_and_sensors_in_german(
+    url: str, store: Store, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")  # no sentence in several lines
+    at = ("--db", url, "--language", "de", "--units", "inch")
+    said = [
+        cli("mismatch", "list", "--machine", "lathe-1", "--all", *at),
+        cli("mismatch", "show", _mismatch(store), *at),
+        cli("sensors", "--machine", "lathe-1", *at),
+    ]
+    assert [one.code for one in said] == [0, 0, 0]
+    lines = [line for one in said for line in one.out.splitlines()]
+    assert len(lines) > 20
+    paper = re.compile(r"\([^()]*\)$|\bforce\.|\bspindle\b")
+    assert left(paper.sub(" ", line) for line in left(lines)) == []
 
 
 @pytest.mark.usefixtures("marked")

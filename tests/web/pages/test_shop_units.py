@@ -4,6 +4,7 @@ import json
 import re
 from base64 import b64decode
 from html import unescape
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
@@ -12,13 +13,18 @@ import pytest
 from fastapi.testclient import TestClient
 from numpy.typing import NDArray
 
+from autodb.agent.answer import pooling
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.deciding import mismatches
 from autodb.errors import UnusableInput
+from autodb.files.units import presentation_of
 from autodb.store import Store
 from autodb.web.pages.typed import typed_as
+from autodb.web.receive.apart import MismatchToExplain
 from autodb.web.routes.asked import as_cut
+from autodb.wording import presented
 from tests.helpers.asked import client_of
+from tests.helpers.explanations import channel, explained, friction
 
 MACHINE = "/machines/lathe-1"
 CUT = {"operation": "turn", "diameter_mm": "56", "depth_mm": "2.5", "feed_mm_rev": "0.3",
@@ -150,12 +156,26 @@ def test_the_stock_of_a_program_is_typed_like_its_form() -> None:
             typed_as(stated).length("stock_diameter_mm", text)
 
 
-def test_a_report_in_other_units_than_the_page_says_so(
-    url: str, client: TestClient, store: Store
+def test_the_report_of_a_mismatch_is_in_the_units_of_the_page(
+    store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    found = explained(channel(friction()).model_copy(update={"unit": "N"}))
+    monkeypatch.setattr(pooling, "explain_mismatch", lambda *_: found)
     with store.reading() as session:
         number = mismatches(session, "lathe-1", decided=False)[0].id
-    said = "This report has the units of its recording"
-    with client_of(url, cookies=INCH) as shop:
-        assert said in _text(shop.get(f"/mismatches/{number}").text)
-    assert said not in _text(client.get(f"/mismatches/{number}").text)
+    task = MismatchToExplain(number, Path("cuts.csv"))
+
+    def shown(system: str) -> tuple[str, list[Any]]:
+        with presented(presentation_of("en", system)):
+            html = json.loads(task.do(store, lambda _: None))
+        return html, _figures(html)
+
+    (_, ours), (html, theirs) = shown("si"), shown("inch")
+    assert "[lbf]" in _titles(theirs[0])[0]
+    for one, other in zip(ours[0]["data"], theirs[0]["data"], strict=True):
+        np.testing.assert_allclose(_values(other["y"]), _values(one["y"]) / N_A_LBF, rtol=1e-5)
+    place, shop_place = (some[-1]["data"][0]["x"] for some in (ours, theirs))
+    np.testing.assert_allclose(_values(shop_place), _values(place) / MM_AN_IN, rtol=1e-5)
+    box, shop_box = (some[-1]["layout"]["shapes"][0] for some in (ours, theirs))
+    assert shop_box["x0"] == pytest.approx(box["x0"] / MM_AN_IN, rel=1e-9)
+    assert f"falls from {0.41 / N_A_LBF:.4f}\u00a0lbf" in html

@@ -29,7 +29,6 @@ from tests.helpers.sending import SEND, WEEK, became_of, files_in, serving
 from tests.helpers.serving import served
 
 
-@pytest.mark.usefixtures("started")
 def test_a_recording_that_is_sent_is_kept_and_counts_once(
     url: str, store: Store, operates: dict[str, str], week: bytes, tmp_path: Path
 ) -> None:

@@ -13,6 +13,7 @@ from autodb.sensing.drives.moves.dead_bands import refuse_dead_bands
 from autodb.sensing.drives.moves.protocol import FilterProtocol, default_protocol
 from autodb.terms.friction import STANDSTILL_MM_S, direction, since_reversal
 from autodb.terms.term import Channel
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,7 @@ DROWNED = 1.0
 on recordings of real axes shares of 0.01 to 0.3 fitted worse than none."""
 LOWEST_HZ, LOWER = 5.0, 0.8
 """Lowest cutoff, and by what it is lowered at a time. Chosen."""
+LOWERED = stored_msgid("lowered for the noise of {channel}")
 SPINDLE = "spindle"
 
 
@@ -125,7 +127,7 @@ def protocol_of(
         protocol = replace(
             protocol,
             cutoff_hz=max(LOWEST_HZ, LOWER * protocol.cutoff_hz),
-            lowered=f" (lowered for the noise of {names[order]})",
+            lowered=f" ({LOWERED.format(channel=names[order])})",
         )
     return protocol
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts
 from autodb.sensing.ranges.forms.line import StraightLine
+from autodb.wording import stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -22,12 +23,12 @@ rules, which must say more than a law too."""
 class OneGain(StraightLine):
     """A line of cuts in both directions: coefficients of ``form``, then the other way's level."""
 
-    words = "one gain both ways"
+    words = stored_msgid("{kind}, one gain both ways")
 
     def __init__(self, form: StraightLine) -> None:
         self.form = form
         self.kind, self.margin = form.kind, form.margin
-        self.label = f"{form.label}, {self.words}"
+        self.label = self.words.format(kind=form.label)
 
     def columns(self, sensed: MeasuredCuts) -> Array:
         """Return the columns (n, p + 1)."""
@@ -50,7 +51,7 @@ class OneGain(StraightLine):
 class GainEach(OneGain):
     """The same with all coefficients apart: two lines that share nothing but their scatter."""
 
-    words = "a gain each way"
+    words = stored_msgid("{kind}, a gain each way")
 
     def __init__(self, form: StraightLine) -> None:
         super().__init__(form)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from autodb.fitting.linear import least_squares
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import freed
+from autodb.wording import localized, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ class StraightLine:
 
     kind = "line"
     margin = 1.0
-    label = "line"
+    label = stored_msgid("line")
 
     def columns(self, sensed: MeasuredCuts) -> Array:
         """Return the columns (n, p)."""
@@ -63,14 +64,14 @@ class StraightLine:
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; I is the current."""
         c0, c1 = coefficients[:2]
-        return f"{c0:.4g} {unit} {_added(c1)} {unit}/{current_unit} · I"
+        return f"{localized(f'{c0:.4g}')} {unit} {_added(c1)} {unit}/{current_unit} · I"
 
 
 class LineOfSpeed(StraightLine):
     """A line whose slope follows the logarithm of the feed speed."""
 
     kind = "line-of-speed"
-    label = "line, slope by feed speed"
+    label = stored_msgid("line, slope by feed speed")
 
     def columns(self, sensed: MeasuredCuts) -> Array:
         """Return the columns (n, 3)."""
@@ -83,10 +84,11 @@ class LineOfSpeed(StraightLine):
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; v is the feed speed."""
         c0, c1, c2 = coefficients
-        slope = f"({c1:.4g} {_added(c2)} · ln v) {unit}/{current_unit}"
-        return f"{c0:.4g} {unit} + {slope} · I, v in mm/s"
+        level, rise = localized(f"{c0:.4g}"), localized(f"{c1:.4g}")
+        slope = f"({rise} {_added(c2)} · ln v) {unit}/{current_unit}"
+        return f"{level} {unit} + {slope} · I, v in mm/s"
 
 
 def _added(coefficient: float) -> str:
     """Return a summand behind another one, its sign apart from it."""
-    return f"{'−' if coefficient < 0 else '+'} {abs(coefficient):.4g}"
+    return f"{'−' if coefficient < 0 else '+'} {localized(f'{abs(coefficient):.4g}')}"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
-from autodb.wording import amount_words, phrase
+from autodb.wording import amount_words, localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Magnetised:
 
     kind = "magnetised"
     margin = 2.0  # a straight line is one of them
-    label = "load beside a magnetising current"
+    label = stored_msgid("load beside a magnetising current")
 
     def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether the range in air is known of every cut, beside its rise."""
@@ -97,8 +97,9 @@ class Magnetised:
 
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; I_c and I_a are the ranges in cut and in air."""
-        k = f"{np.exp(coefficients[0]):.4g} {unit}/{current_unit}"
-        return f"√(({k})² · (I_c² − I_a²) + T_air²) − T_air, T_air {coefficients[1]:.3g} {unit}"
+        k = f"{localized(f'{np.exp(coefficients[0]):.4g}')} {unit}/{current_unit}"
+        idle = f"{localized(f'{coefficients[1]:.3g}')} {unit}"
+        return f"√(({k})² · (I_c² − I_a²) + T_air²) − T_air, T_air {idle}"
 
 
 class MagnetisedOfSpeed(Magnetised):
@@ -106,7 +107,7 @@ class MagnetisedOfSpeed(Magnetised):
 
     kind = "magnetised-of-speed"
     margin = 1.0
-    label = "load beside a magnetising current, by speed"
+    label = stored_msgid("load beside a magnetising current, by speed")
 
     def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether the range in air is known, and speeds are and differ."""
@@ -145,7 +146,7 @@ class MagnetisedOfSpeed(Magnetised):
         _, t0, t1, ln_base = coefficients
         base_rpm = np.exp(ln_base)
         plain = super().equation(coefficients, unit, current_unit).rsplit(", ", 1)[0]
-        idle = f"T_air {t0:.3g} {t1:+.2g} · n/1000 rpm {unit}"
+        idle = f"T_air {localized(f'{t0:.3g} {t1:+.2g}')} · n/1000 rpm {unit}"
         return phrase(
             "{plain}, {idle}, above {speed} k times ({base}/n)",
             plain=plain,

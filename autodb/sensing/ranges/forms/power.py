@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from autodb.fitting.linear import Undetermined
 from autodb.sensing.ranges.forms.form import FittedForm, MeasuredCuts, form_moves, varies
 from autodb.sensing.ranges.forms.noisy import fit_curved
-from autodb.wording import amount_words, phrase
+from autodb.wording import amount_words, localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Power:
 
     kind = "power"
     margin = 1.0
-    label = "power of the current"
+    label = stored_msgid("power of the current")
 
     def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether speeds are known and differ."""
@@ -103,13 +103,14 @@ class Power:
 
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it."""
-        return self._written(coefficients, unit, current_unit, f"{coefficients[1]:.3g}", "")
+        exponent = localized(f"{coefficients[1]:.3g}")
+        return self._written(coefficients, unit, current_unit, exponent, "")
 
     def _written(
         self, coefficients: Array, unit: str, current_unit: str, exponent: str, falls: str
     ) -> str:
         scale, base_rpm = np.exp(coefficients[0]), np.exp(coefficients[2])
-        power = f"{scale:.4g} {unit} · (I/{current_unit})^{exponent}"
+        power = f"{localized(f'{scale:.4g}')} {unit} · (I/{current_unit})^{exponent}"
         return phrase(
             "{power}, above {speed} times ({base}/n){falls}",
             power=power,
@@ -127,7 +128,7 @@ class PowerOfSpeed(Power):
     """The same with b = b0 + b1·(n − MIDDLE_RPM)/1000 rpm, and g free."""
 
     kind = "power-of-speed"
-    label = "power of the current, exponent by speed"
+    label = stored_msgid("power of the current, exponent by speed")
 
     def _start(self, sensed: MeasuredCuts, target: Array) -> Array:
         return np.append(super()._start(sensed, target), [0.0, 1.0])
@@ -148,5 +149,7 @@ class PowerOfSpeed(Power):
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; n is the spindle speed."""
         _, b, _, change, falls = coefficients
-        exponent = f"({b:.3g} {change:+.2g} · (n − {MIDDLE_RPM:.0f})/1000 rpm)"
-        return self._written(coefficients, unit, current_unit, exponent, f"^{falls:.3g}")
+        rises = localized(f"{b:.3g} {change:+.2g}")
+        exponent = f"({rises} · (n − {MIDDLE_RPM:.0f})/1000 rpm)"
+        falling = localized(f"^{falls:.3g}")
+        return self._written(coefficients, unit, current_unit, exponent, falling)

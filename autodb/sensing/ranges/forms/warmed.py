@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.sensing.ranges.forms.form import CurrentForm, FittedForm, MeasuredCuts, form_moves
 from autodb.sensing.ranges.forms.noisy import fit_curved
+from autodb.wording import localized, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -18,6 +19,7 @@ REFERENCE_C = 20.0
 """Temperature at which the plain form holds (ISO 1)."""
 LEAST_SPAN_C = 3.0
 """Span of the temperature from which on a gain that follows it is tried. Chosen."""
+BY_TEMPERATURE = stored_msgid("{kind}, gain by temperature")
 
 
 class Warmed:
@@ -28,7 +30,7 @@ class Warmed:
     def __init__(self, form: CurrentForm) -> None:
         self.form = form
         self.kind = f"{form.kind}-warmed"
-        self.label = f"{form.label}, gain by temperature"
+        self.label = BY_TEMPERATURE.format(kind=form.label)
 
     def fits(self, sensed: MeasuredCuts) -> bool:
         """Say whether the temperature is known and differs."""
@@ -76,8 +78,8 @@ class Warmed:
     def equation(self, coefficients: Array, unit: str, current_unit: str) -> str:
         """Return it as people write it; θ is the spindle's temperature."""
         plain = self.form.equation(coefficients[:-1], unit, current_unit)
-        percent = 100.0 * coefficients[-1]
-        return f"({plain}) · exp({percent:+.2g} %/K · (θ − {REFERENCE_C:.0f} °C))"
+        percent = localized(f"{100.0 * coefficients[-1]:+.2g}")
+        return f"({plain}) · exp({percent} %/K · (θ − {REFERENCE_C:.0f} °C))"
 
 
 def _gain(coefficients: Array, sensed: MeasuredCuts) -> Array:
