@@ -1,4 +1,4 @@
-"""Intervals wider than what was learnt says, for three reasons.
+"""Why intervals are wider than what a pair has learnt says: three reasons.
 
 **Past predictions** were less right than they said: every interval is wider by one factor, which
 `autodb/forward/scored.py` finds.
