@@ -167,7 +167,9 @@ def law_values(coordinates: Array) -> dict[str, float]:
 
 def chip_ratio(theta: Values, edge: Edge) -> Values:
     """Return the chip ratio r of elements (m,)."""
-    return _ratio(theta, edge)
+    of_cut = theta[RATIO] + theta[RATIO_V] * edge.fast + theta[RATIO_RAKE] * edge.rake_rad
+    ratio: Values = np.exp(of_cut + theta[RATIO_H] * edge.thick)
+    return ratio
 
 
 @dataclass(frozen=True)
@@ -219,7 +221,7 @@ def zone(theta: Values, edge: Edge) -> Zone:
     sin, cos = edge.rake
     along, off = cos + tan_friction * sin, tan_friction * cos - sin
 
-    ratio = _ratio(theta, edge)
+    ratio = chip_ratio(theta, edge)
     straight = 1.0 - ratio * sin
     tan_phi = ratio * cos / straight
     secant = 1.0 + tan_phi * tan_phi
@@ -248,12 +250,6 @@ def chip_coefficients(theta: Values, edge: Edge) -> tuple[Values, Values, Values
     there = zone(theta, edge)
     strength = there.strength
     return there.directed(strength * there.along, strength * there.off, strength * there.sideways)
-
-
-def _ratio(theta: Values, edge: Edge) -> Values:
-    of_cut = theta[RATIO] + theta[RATIO_V] * edge.fast + theta[RATIO_RAKE] * edge.rake_rad
-    ratio: Values = np.exp(of_cut + theta[RATIO_H] * edge.thick)
-    return ratio
 
 
 def per_width(theta: Values, edge: Edge) -> tuple[Values, Values, Values]:

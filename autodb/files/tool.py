@@ -1,15 +1,27 @@
-"""Tool files (TOML): kind and geometry, under our own names or under ISO 13399 property codes.
+"""Tools: kind and geometry of a tool file (TOML), of a tool bit of FreeCAD, or of a code in a name.
 
-Source of the codes: the property symbols of ISO 13399 as the MTConnect standard and public tool
-catalogues print them. Symbols for rake and inclination are not among those that could be checked,
-so these angles have our own names only.
+A tool file has our own names or ISO 13399 property codes. Source of these: the property symbols of
+ISO 13399 as the MTConnect standard and public tool catalogues print them. Symbols for rake and
+inclination are not among those that could be checked, so these angles have our own names only.
+
+A tool bit of FreeCAD's CAM workbench (`.fctb`, JSON) has a shape and parameters, quantities with
+their unit as text. Read are those that decide forces of end mills, drills and inserts; a bit says
+neither rake nor helix, and flutes only where its maker entered them. Source of the names: the bits
+that FreeCAD ships (`src/Mod/CAM/Tools/Bit`).
+
+Codes in names are those of inserts (ISO 1832, and the inch sizes of ANSI B212.4), external holders
+(ISO 5608), boring bars (ISO 6261) and holders with a polygonal shank (prefix C3 to C10, ISO 26623).
+Neither rake nor edge preparation is in a code: they stay assumed. Angles as these standards define
+the letters.
 """
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PositiveInt, ValidationError, model_validator
+from pydantic_core import from_json
 
 from autodb.errors import UnusableInput, near
 from autodb.files.toml import Finite, Positive, Section, read_toml
@@ -90,18 +102,12 @@ class ToolFile(Section):
         return self
 
 
-BIT = ".fctb"
-"""Suffix of a tool bit of FreeCAD."""
-
-
 def read_tool(path: Path) -> ToolFile:
     """Read a tool file, or a tool bit of FreeCAD; raises UnusableInput with file and key."""
-    if path.suffix.lower() != BIT:
+    if path.suffix.lower() != _BIT:
         return read_toml(path, ToolFile)
-    from autodb.files.tool_bit import tool_of_bit  # few shops have them
-
     try:
-        said = tool_of_bit(path)
+        said = _said_in_bit(path)
         return ToolFile.model_validate(said)
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; name a file that is there") from None
@@ -120,3 +126,108 @@ def geometry_of(tool: ToolFile) -> Geometry:
         if code.symbol in tool.iso13399:
             values[code.ours[tool.kind]] = tool.iso13399[code.symbol]
     return Geometry.model_validate(values)
+
+
+_BIT = ".fctb"
+_BIT_UNITS = {
+    "": 1.0, "mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, '"': 25.4, "°": 1.0, "deg": 1.0,
+}  # fmt: skip
+"""Millimetres or degrees a unit; a number without one is in these."""
+_BIT_KINDS = {
+    "endmill": "end_mill", "ballend": "end_mill", "bullnose": "end_mill", "drill": "drill",
+    "isoshapec": "turning_insert", "isoshaped": "turning_insert", "isoshapes": "turning_insert",
+    "isoshapet": "turning_insert",
+}  # fmt: skip
+"""Kind of tool by a bit's shape, without case and what is no letter."""
+_BIT_PARAMETERS = {
+    "end_mill": {"Diameter": "diameter_mm", "CornerRadius": "corner_radius_mm", "Flutes": "teeth"},
+    "drill": {"Diameter": "diameter_mm", "TipAngle": "point_angle_deg", "Flutes": "teeth"},
+    "turning_insert": {"TipRadius": "nose_radius_mm"},
+}  # fmt: skip
+_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+
+
+def _said_in_bit(path: Path) -> dict[str, Any]:
+    """Return what a bit's file says as a tool file would; raises UnusableInput with the key."""
+    try:
+        bit = from_json(path.read_bytes())
+    except ValueError as error:
+        raise UnusableInput(f"{path}: is no JSON ({error}); save the bit again") from None
+    if not isinstance(bit, dict) or not isinstance(bit.get("parameter"), dict):
+        raise UnusableInput(f"{path}: parameter: missing; use a bit that FreeCAD has saved")
+    shape = str(bit.get("shape-type") or Path(str(bit.get("shape", ""))).stem)
+    plain = "".join(c for c in shape.lower() if c.isalpha())
+    if plain not in _BIT_KINDS:
+        raise UnusableInput(
+            f"{path}: shape '{shape}' is no tool whose forces are known; use an end mill, a ball "
+            "end, a bull nose, a drill or an ISO insert"
+        )
+    kind = _BIT_KINDS[plain]
+    stated = {**bit["parameter"], **(bit.get("attribute") or {})}
+    found = {
+        ours: _quantity(path, name, stated[name])
+        for name, ours in _BIT_PARAMETERS[kind].items()
+        if name in stated
+    }
+    if kind == "end_mill" and plain != "bullnose":
+        found["corner_radius_mm"] = 0.5 * found.get("diameter_mm", 0.0) * (plain == "ballend")
+    if found.get("teeth") == 0:
+        del found["teeth"]  # FreeCAD's way to say that nobody counted them
+    return {"name": str(bit.get("name") or path.stem), "kind": kind, "geometry": found}
+
+
+def _quantity(path: Path, name: str, value: object) -> float:
+    """Return a quantity in millimetres or degrees."""
+    read = _QUANTITY.fullmatch(str(value))
+    if read is None or read[2].lower() not in _BIT_UNITS:
+        raise UnusableInput(
+            f"{path}: parameter.{name}: '{value}' is no quantity; use one such as '6 mm'"
+        )
+    return float(read[1].replace(",", ".")) * _BIT_UNITS[read[2].lower()]
+
+
+_SHAPES_DEG = {
+    "A": 85.0, "B": 82.0, "C": 80.0, "D": 55.0, "E": 75.0, "H": 120.0, "K": 55.0, "L": 90.0,
+    "M": 86.0, "O": 135.0, "P": 108.0, "S": 90.0, "T": 60.0, "V": 35.0, "W": 80.0,
+}  # fmt: skip
+"""Angle between the edges of an insert by its first letter (ISO 1832). R is round: it has none."""
+_STYLES_DEG = {
+    "A": 90.0, "B": 75.0, "D": 45.0, "E": 60.0, "G": 90.0, "H": 107.5, "J": 93.0, "L": 95.0,
+    "M": 50.0, "N": 63.0, "R": 75.0, "S": 45.0, "T": 60.0, "V": 72.5, "Y": 85.0,
+}  # fmt: skip
+"""Entering angle of a holder that feeds along the axis, by its style (ISO 5608). Styles C, F, K, U
+and W cut with the end, so that their angle is that of facing: they tell none here."""
+_SHAPES = "".join(_SHAPES_DEG)
+_INSERT = re.compile(
+    rf"([{_SHAPES}R])[A-GNOP][A-HJ-NU][A-HJMNQRTUWX](\d{{2}})(\d{{2}}|T\d)(\d{{2}})"
+)
+_INCHES = re.compile(rf"([{_SHAPES}R])[A-GNOP][A-HJ-NU][A-HJMNQRTUWX](\d)(\d)(\d)(?!\d)")
+_HOLDER = re.compile(
+    rf"(?:C(?:3|4|5|6|8|10)|[ACESF]\d{{2}}[A-Z]?)?([CDMPSW])([{_SHAPES}R])([A-Y])([A-GNOP])([RLN])"
+    r"(?:\d{4,6}[A-Z]?)?(\d{2})?"
+)
+_INCH_MM = 25.4
+
+
+def geometry_of_code(text: str) -> dict[str, float]:
+    """Return what the codes in a tool's name tell, by names of a tool's geometry; often nothing.
+
+    >>> geometry_of_code("CNMG 120408 in PCLNR 2525M12")
+    {'included_deg': 80.0, 'nose_radius_mm': 0.8, 'kappa_deg': 95.0}
+    """
+    found: dict[str, float] = {}
+    plain = re.sub(r"[\s\-_./]", "", text.upper())
+    shape = ""
+    insert, inches = _INSERT.search(plain), _INCHES.search(plain)
+    if insert is not None:
+        shape, found["nose_radius_mm"] = insert[1], int(insert[4]) / 10.0
+    elif inches is not None:
+        shape, found["nose_radius_mm"] = inches[1], int(inches[4]) * _INCH_MM / 64.0
+    rest = plain.replace(insert[0], " ") if insert is not None else plain
+    holder = _HOLDER.search(rest)
+    if holder is not None and holder[3] in _STYLES_DEG:
+        found["kappa_deg"] = _STYLES_DEG[holder[3]]
+    shape = shape or (holder[2] if holder is not None else "")
+    if shape in _SHAPES_DEG:
+        found = {"included_deg": _SHAPES_DEG[shape], **found}
+    return found

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.forward.course import OverTime, over_time
-from autodb.forward.job_cuts import teeth_of, turn_peaks
+from autodb.forward.job_cuts import OverTime, over_time, teeth_of, turn_peaks
 from autodb.forward.prediction import OBLIQUE, PredictedCut, ToolOf, not_read
 from autodb.pairs.engaged import (
     BAND_HIGH,

@@ -17,15 +17,13 @@ n_r = k / (1 + (k - 1) rho) (Kish 1965, 8.2).
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import erfc, exp, pi, sqrt
-from typing import Any, TypeVar
 
 import numpy as np
 
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.forward.limits import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, Peaks, PredictedCut, wider_interval
+from autodb.forward.prediction import Interval, wider_interval
 from autodb.wording import listed, localized, phrase
 
 PRIOR_CUTS = 10.0
@@ -214,22 +212,3 @@ def _variance(some: Iterable[Scored], begun: float) -> tuple[float, int, int]:
         if abs(variance - before) < SETTLED * before:
             break
     return variance, len(quantities), len(cuts)
-
-
-_Predicted = TypeVar("_Predicted", PredictedCut, Moment, Peaks)
-
-
-def wider(one: _Predicted, factor: float) -> _Predicted:
-    """Return what is predicted with every interval as wide as past predictions ask for."""
-    if factor == 1.0:
-        return one
-    changes: dict[str, Any] = {
-        each.field: wider_interval(getattr(one, each.field), factor) for each in QUANTITIES
-    }
-    if isinstance(one, PredictedCut):
-        changes |= {
-            "peaks": None if one.peaks is None else wider(one.peaks, factor),
-            "start": None if one.start is None else wider(one.start, factor),
-            "end": None if one.end is None else wider(one.end, factor),
-        }
-    return replace(one, **changes)

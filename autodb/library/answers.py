@@ -148,7 +148,7 @@ class LookupResult(ForcesResult):
 
     def plot(self) -> ResultPage:
         """Return a picture of the cuts, with the limits of the machine's axes."""
-        from autodb.reports.planned.looked_up import render_look_up
+        from autodb.reports.planned.predicted import render_look_up
 
         return ResultPage(render_look_up(self.answer, self.limits))
 

@@ -5,17 +5,12 @@ from dataclasses import dataclass
 
 from autodb.errors import UnusableInput, near
 from autodb.files.machine import MachineFile
-from autodb.nc import fanuc, milling, siemens, turning
+from autodb.nc import milling, turning
+from autodb.nc.dialects import DIALECTS
 from autodb.nc.fits import Mounted, mounted, refuse_what_a_lathe_would_hit, refuse_what_does_not_fit
 from autodb.nc.steps import CutPath, StraightMove, rapid
 from autodb.nc.words import Words
 from autodb.standard import CutProtocol, run_order
-
-DIALECTS: dict[str, tuple[Words, Words]] = {
-    "fanuc": (fanuc.LATHE, fanuc.MILL),
-    "siemens": (siemens.LATHE, siemens.MILL),
-}
-"""The words of each control, on a lathe and on a mill."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from math import ceil, floor
 
 from autodb.errors import UnusableInput, near
 from autodb.files.machine import AxisFile, Body, Clamping, MachineFile
-from autodb.nc.cut_program import DIALECTS
+from autodb.nc.dialects import DIALECTS
 from autodb.nc.steps import DECIMALS
 from autodb.nc.words import Words
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.pairs.averaging import log_evidence
-from autodb.pairs.banded import mean_speed_m_min
+from autodb.pairs.modelled import mean_speed_m_min
 from autodb.pairs.observed import CHIP, Observed
 from autodb.pairs.posterior import PairPosterior, PairTerms, SpeedBand, open_lot
 from autodb.pairs.updating import posterior_of_readings

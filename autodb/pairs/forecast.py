@@ -18,8 +18,7 @@ from autodb.cutting.elements import (
     joined_elements,
     linearised_forces,
 )
-from autodb.pairs.banded import inside_band, moved_band
-from autodb.pairs.modelled import own_variance
+from autodb.pairs.modelled import inside_band, moved_band, own_variance
 from autodb.pairs.observed import PairCuts, chip_bends, edge_growth, off_surface, with_growth
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
 

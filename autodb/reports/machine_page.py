@@ -18,8 +18,8 @@ from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, pair_name, version_chain
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts
-from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job

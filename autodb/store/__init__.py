@@ -31,6 +31,8 @@ from autodb.store.schemas import (
     pointing_nowhere,
     revision_of,
     revisions,
+    schema_faults,
+    trigger_faults,
 )
 from autodb.store.urls import (
     DEFAULT_URL,
@@ -159,10 +161,8 @@ def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:
 
 def _runs_nothing_else(engine: Engine, named: str) -> None:
     """Raise UnusableInput where a write would run what is not ours, or keep no checksum."""
-    from autodb.store import shape
-
     with engine.connect() as connection:
-        strange = shape.running(rowsums.driver_of(connection))
+        strange = trigger_faults(rowsums.driver_of(connection))
     if strange:
         raise UnusableInput(
             f"{named}: {strange[0]}; restore a backup or an export with 'autodb restore'"
@@ -212,12 +212,10 @@ def create_store(url: str) -> Created:
 
 def _holds_its_schema(engine: Engine, url: str, revision: str) -> None:
     """Raise UnusableInput where a file of an earlier version is not what that version made."""
-    from autodb.store import shape
-
     if on_server(url):
         return
     with engine.connect() as connection:
-        strange = shape.strange(rowsums.driver_of(connection), revision)
+        strange = schema_faults(rowsums.driver_of(connection), revision)
     engine.dispose()
     none_of(strange, url)
 

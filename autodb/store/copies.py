@@ -9,8 +9,9 @@ from pathlib import Path
 from autodb.errors import UnusableInput, no_such_file
 from autodb.files.excuses import full_under, is_full
 from autodb.files.targets import Progress, sync
-from autodb.store import head, revisions, rowsums, shape
+from autodb.store import head, revisions, rowsums
 from autodb.store.engines import open_sqlite
+from autodb.store.schemas import schema_faults
 
 PAGES_A_STEP = 2048
 WAIT_S = 5.0
@@ -87,7 +88,7 @@ def stored_schema_of(connection: sqlite3.Connection, path: Path) -> str:
 
 def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str, int]) -> None:
     """Raise UnusableInput where a copy is not sound, holds what is not ours, or other values."""
-    strange = shape.strange(copy, schema)
+    strange = schema_faults(copy, schema)
     if strange:
         raise UnusableInput(f"{source}: {strange[0]}; use an earlier backup or an export")
     faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]

@@ -11,7 +11,7 @@ from anyio import CapacityLimiter, to_thread
 from fastapi import Depends, HTTPException, Request
 
 from autodb.agent.operate.access import Access, Role, access_of, is_token
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.store import Store
 from autodb.store.watched import Watched
 from autodb.web.http.guard import Rate

@@ -4,16 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.forward.limits import QUANTITIES
-from autodb.forward.prediction import Interval, Moment, PredictedCut, wider_interval
+from autodb.forward.prediction import Interval, wider_interval
 from autodb.forward.scored import (
     AS_STATED,
     Scored,
     score_of,
-    wider,
     width_of,
 )
 
@@ -136,19 +133,3 @@ def test_an_interval_gets_wider_as_it_was_made(
     """Normal ones on both sides alike, those of a logarithm by a power: none changes its sign."""
     found = wider_interval(interval, 3.0)
     assert (found.value, found.low, found.high) == pytest.approx((interval.value, *wide))
-
-
-def _intervals(found: PredictedCut | Moment) -> NDArray[np.float64]:
-    every = [getattr(found, one.field) for one in QUANTITIES]
-    return np.array([[one.value, one.high] for one in every])
-
-
-def test_all_of_a_predicted_cut_gets_wider_and_none_of_it_where_nothing_is_known() -> None:
-    one = Interval(100.0, 80.0, 120.0)
-    ends = Moment(50.0, 1000.0, 150.0, one, one, one, one, one)
-    cut = PredictedCut("face", "face", 1000.0, 150.0, one, one, one, one, one, start=ends)
-    assert wider(cut, 1.0) is cut
-    found = wider(cut, 2.0)
-    assert found.start is not None
-    for some in (found, found.start):
-        assert np.array_equal(_intervals(some), np.tile([100.0, 140.0], (5, 1)))

@@ -8,10 +8,9 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces
-from autodb.pairs.banded import inside_band, mean_speed_m_min, moved_band
 from autodb.pairs.confirmed import learn_banded, with_terms
 from autodb.pairs.forecast import Forecast, expected_means, forecast
-from autodb.pairs.modelled import Modelled
+from autodb.pairs.modelled import Modelled, inside_band, mean_speed_m_min, moved_band
 from autodb.pairs.observed import Observed, PairCuts
 from autodb.pairs.posterior import BAND, NO_TERMS, PairPosterior, PairTerms, SpeedBand, lot_key
 from autodb.pairs.updating import met, posterior_of_readings

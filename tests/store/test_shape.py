@@ -10,7 +10,7 @@ import pytest
 
 from autodb.store import head, migrate, revisions
 from autodb.store.engines import engine_of
-from autodb.store.shape import expected_shape, objects, strange
+from autodb.store.schemas import expected_shape, objects, schema_faults
 from tests.conftest import ROOT, Cli
 
 DB = Path("autodb.sqlite3")
@@ -111,7 +111,7 @@ def test_databases_of_released_versions_are_what_their_schema_says(
     path.write_bytes(gzip.decompress(packed.read_bytes()))
     with closing(sqlite3.connect(path)) as file:
         (revision,) = file.execute("SELECT version_num FROM alembic_version").fetchone()
-        assert strange(file, revision) == []
+        assert schema_faults(file, revision) == []
 
 
 def test_a_database_brought_up_step_by_step_is_a_new_one(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.store import Store, create_store, head, migrate, models, open_store
 from autodb.store.engines import engine_of
 from autodb.store.rowsums import SUMS, driver_of
-from autodb.store.shape import objects
+from autodb.store.schemas import objects
 
 
 @pytest.fixture

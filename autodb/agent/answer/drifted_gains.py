@@ -15,8 +15,7 @@ import numpy as np
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.excluded import recordings_of
-from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis, mismatch_line
+from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.rows.sensed_forces import QUANTITY, Calibrations, as_cuts, forces_of_pair

@@ -14,12 +14,12 @@ from autodb.agent.ingest.as_imported import as_imported, signed
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.corrected import corrected
+from autodb.agent.rows.drifted import corrected
 from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, latest
+from autodb.agent.rows.recordings import counted_cuts, cuts_as_table
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts, usable
-from autodb.agent.rows.stored_cuts import counted_cuts, cuts_as_table
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import Cause, ChannelAnswer

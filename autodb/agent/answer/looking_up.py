@@ -23,7 +23,7 @@ from autodb.agent.answer.undecided_causes import open_causes
 from autodb.agent.learn.known import Behind, KnownPair, known_of
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.catalogue import GEOMETRY
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of
 from autodb.errors import UnusableInput, near
 from autodb.files.job_cut import JobCut

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.known import KnownPair, known_of
-from autodb.agent.rows.owner import owner_of
+from autodb.agent.rows.machines import owner_of
 from autodb.errors import UnusableInput
 from autodb.explain.waves.teeth import TABLE, Mill, table_angles
 from autodb.explain.waves.waves import heard, mill_of

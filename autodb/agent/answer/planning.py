@@ -13,8 +13,7 @@ from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_bas
 from autodb.agent.learn.known import KnownPair, known_of
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.owner import owner_of
+from autodb.agent.rows.machines import find_machine, owner_of
 from autodb.agent.rows.sensed_forces import QUANTITY
 from autodb.agent.sense.sensed import Readings
 from autodb.cutting.turning import PASSIVE_AXIS

@@ -12,11 +12,11 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
-from autodb.agent.learn.excluded import excluded_cuts, recordings_of
-from autodb.agent.rows.mismatches import is_cause, mismatch_line
+from autodb.agent.learn.learnt_from import excluded_cuts
+from autodb.agent.rows.mismatches import is_cause, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import latest
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.agent.rows.sensed_forces import usable
-from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.posterior import WEAR

@@ -13,9 +13,8 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
 from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
-from autodb.agent.rows.recordings import stated_start
+from autodb.agent.rows.recordings import counted_cuts, stated_start
 from autodb.agent.rows.sensed_forces import operation_of, usable
-from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.pairs.engaged import CUTTING_TIME

@@ -4,12 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from autodb.agent.answer.notes import said_of_terms
 from autodb.agent.answer.prediction_basis import PredictionBasis, prediction_basis_of
-from autodb.agent.answer.said_of_terms import said_of_terms
 from autodb.agent.learn.known import Behind, known_of
 from autodb.agent.rows.catalogue import pair_id, refuse_other_geometry
-from autodb.agent.rows.machines import as_file, find_machine
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import as_file, find_machine, owner_named
 from autodb.files.job import Job
 from autodb.forward.bending import CutBending, bending_of_job
 from autodb.forward.cut_figures import CutFigures, JobTotals, cut_figures, job_totals

@@ -2,13 +2,21 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer import in_state
 from autodb.agent.answer.in_state import States, states_of_version
-from autodb.agent.answer.said_of_terms import said_of_terms
+from autodb.agent.answer.notes import (
+    AskedCut,
+    UsedBeyond,
+    said_of_geometry,
+    said_of_older_edges,
+    said_of_open_ends,
+    said_of_ranges,
+    said_of_states,
+    said_of_terms,
+)
 from autodb.agent.answer.undecided_causes import (
     NONE_OPEN,
     OpenCauses,
@@ -17,45 +25,22 @@ from autodb.agent.answer.undecided_causes import (
     undecided_cuts,
 )
 from autodb.agent.learn.known import Behind, KnownPair
-from autodb.agent.learn.learnt_from import LearntFrom
 from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.calibrations import used_beyond
 from autodb.agent.rows.catalogue import refuse_other_geometry
-from autodb.agent.rows.owner import Owner
+from autodb.agent.rows.machines import Owner
 from autodb.agent.rows.posteriors import learnt_pairs
-from autodb.cutting import tools
 from autodb.errors import near_words
-from autodb.files.channels import axis_words
 from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
 from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
-from autodb.forward.older_edges import with_room_for_wear
 from autodb.forward.prediction import PredictedCut, ToolOf
-from autodb.forward.scored import AS_STATED, Width, wider
-from autodb.forward.undecided import UndecidedCuts
-from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED
+from autodb.forward.scored import AS_STATED, Width
+from autodb.forward.widening import UndecidedCuts, wider, with_room_for_wear
+from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
-from autodb.wording import amount_words, listed, localized, msgid, phrase, shop_amount
-
-PROFILED = ("face", "taper", "contour")
-"""Operations that change the diameter."""
-RANGES = ((DEPTH, msgid("depth"), "mm"), (FEED, msgid("feed"), "mm"))
-
-
-class AskedCut(Protocol):
-    """A cut, or a line of a program, that a planner asks for."""
-
-    @property
-    def name(self) -> str:
-        """What it is called."""
-
-    @property
-    def operation(self) -> str:
-        """What it is."""
-
-    def ranges(self, tool_diameter_mm: float | None) -> Mapping[str, tuple[float, float]]:
-        """Return from where to where what is stated of it goes, by channel."""
+from autodb.wording import phrase
 
 
 @dataclass(frozen=True)
@@ -73,39 +58,6 @@ class LookedUp:
     exceeds: tuple[Exceeding, ...]
     limits: tuple[LimitStanding, ...]
     figures: CutFigures
-
-
-@dataclass(frozen=True)
-class UsedBeyond:
-    """A calibration, by number, that sensed a force beyond the range of its cuts.
-
-    ``parameters``: the version that was learnt with it, by number; None: none is kept.
-    """
-
-    component: str
-    calibration: int
-    axis: str
-    version: int
-    parameters: int | None
-
-    @property
-    def words(self) -> str:
-        """What that does to the intervals, and the remedy."""
-        where = (
-            ""
-            if self.parameters is None
-            else phrase("; 'autodb trace parameters {number}' has it", number=self.parameters)
-        )
-        return phrase(
-            "force.{component} was sensed beyond the cuts that calibration {number} (axis {axis} "
-            "version {version}) was made with: the intervals are wider by what it may be off there"
-            "{where}; calibrate with cuts like these to narrow them",
-            component=self.component,
-            number=self.calibration,
-            axis=axis_words(self.axis),
-            version=self.version,
-            where=where,
-        )
 
 
 @dataclass(frozen=True)
@@ -235,8 +187,8 @@ class PredictionBasis:
         """Say what a planner has to know of predicted cuts."""
         return (
             *self.notes(cuts),
-            *_open_ended(cuts),
-            *_older(self.longest_s, cuts),
+            *said_of_open_ends(cuts),
+            *said_of_older_edges(self.longest_s, cuts),
             *said_of_states(found),
             *said_of_terms(self.known.posterior, self.known.tool, cuts, found),
         )
@@ -272,9 +224,9 @@ class PredictionBasis:
                 hint=hint,
                 start=said_again(start or ""),
             )
-        yield from _assumed(self.known, cuts)
+        yield from said_of_geometry(self.known, cuts)
         if self.states is not None:
-            yield from _outside(self.states.usual, cuts, self.known.tool)
+            yield from said_of_ranges(self.states.usual, cuts, self.known.tool)
         yield from (one.words for one in self.beyond)
         if self.width.factor > 1.0:
             yield self.width.words(self.machine)
@@ -307,90 +259,3 @@ def _used_beyond(session: Session, known: KnownPair) -> Iterable[UsedBeyond]:
     for row in used_beyond(session, (one.key for one in known.posterior.shared)):
         number = None if known.row is None else known.row.id
         yield UsedBeyond(row.component, row.id, row.axis, row.version, number)
-
-
-def said_of_states(cuts: Sequence[PredictedCut]) -> Iterable[str]:
-    """Say which cuts are predicted in another process state than the usual one."""
-    for number, cut in enumerate(cuts, start=1):
-        if cut.state is not None:
-            yield phrase(
-                "cut {number} '{name}': in the state '{state}', which its speed or the wear of its "
-                "edge implies",
-                number=number,
-                name=cut.name,
-                state=cut.state,
-            )
-
-
-def _open_ended(cuts: Sequence[JobCut]) -> Iterable[str]:
-    """Say which cuts go to a diameter that is not stated: what they take is that of their start."""
-    for number, cut in enumerate(cuts, start=1):
-        if cut.operation in PROFILED and cut.end_diameter_mm is None:
-            yield phrase(
-                "{cut}: its torque and power are those at its start, {diameter}; state "
-                "end_diameter_mm for their mean and end",
-                cut=_cut_words(number, cut.name),
-                diameter=amount_words(cut.diameter_mm or 0.0, "mm"),
-            )
-
-
-def _older(longest_s: float | None, cuts: Sequence[JobCut]) -> Iterable[str]:
-    """Say which cuts have an older edge than any that a pair without wear was learnt from."""
-    for number, cut in enumerate(cuts, start=1):
-        if longest_s is not None and (cut.cutting_time_s or 0.0) > longest_s:
-            yield phrase(
-                "{cut}: no edge had cut for more than {longest}; its intervals leave room for the "
-                "wear of an older one",
-                cut=_cut_words(number, cut.name),
-                longest=amount_words(longest_s, "s"),
-            )
-
-
-def _assumed(known: KnownPair, cuts: Sequence[AskedCut]) -> Iterable[str]:
-    """Say which geometry of the tool is assumed because nobody stated it, and how far it is off."""
-    kinds = dict.fromkeys(BY_NAME[cut.operation].kind for cut in cuts)
-    said = [one.words for kind in kinds for one in tools.assumed_of(kind, known.tool.numbers)]
-    if said:
-        yield phrase(
-            "assumed for {tool}, because it is not stated: {numbers}; state it in a tool file to "
-            "narrow the intervals",
-            tool=known.tool.name,
-            numbers=listed(dict.fromkeys(said)),
-        )
-
-
-def _outside(made: LearntFrom, cuts: Sequence[AskedCut], tool: ToolOf) -> Iterable[str]:
-    """Say which cuts lie outside the depths, feeds and operations that the pair was learnt from."""
-    for operation in dict.fromkeys(cut.operation for cut in cuts):
-        if operation not in made.operations:
-            yield phrase(
-                "operation '{operation}' was never cut; its forces come from the law alone, with "
-                "wider intervals",
-                operation=operation,
-            )
-    for number, asked in enumerate(cuts, start=1):
-        stated = asked.ranges(tool.diameter_mm)
-        for channel, what, unit in RANGES:
-            if channel not in stated or channel not in made.ranges:
-                continue
-            (least, most), (low, high) = stated[channel], made.ranges[channel]
-            if not (low * 0.999 <= least and most <= high * 1.001):
-                value = most if most > high * 1.001 else least
-                said = phrase(
-                    "{what} {value} was never cut ({low} to {high})",
-                    what=phrase(what),
-                    value=amount_words(value, unit, ".4g"),
-                    low=localized(f"{shop_amount(low, unit)[0]:g}"),
-                    high=amount_words(high, unit),
-                )
-                if asked.name or len(cuts) > 1:
-                    name = _cut_words(number, asked.name)
-                    said = phrase("{cut}: {said}", cut=name, said=said)
-                yield said
-
-
-def _cut_words(number: int, name: str) -> str:
-    """Return which cut it is, by its number and its name."""
-    if not name:
-        return phrase("cut {number}", number=number)
-    return phrase("cut {number} '{name}'", number=number, name=name)

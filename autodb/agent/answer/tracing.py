@@ -10,14 +10,14 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
-from autodb.agent.answer.said_of_terms import terms_words
+from autodb.agent.answer.notes import terms_words
 from autodb.agent.ingest.importing import time_sentences
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
 from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.mismatches import decision_words
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
-from autodb.agent.rows.stored_cuts import cuts_as_table
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.sense.measured import statement_of
 from autodb.cutting import shear
 from autodb.errors import NotThere, near

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from sqlalchemy import Select, bindparam, or_, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.excluded import excluded_cuts, recordings_of
+from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.mismatches import NEW_EDGE, SINCE
+from autodb.agent.rows.mismatches import NEW_EDGE, SINCE, recordings_of
 from autodb.agent.rows.posteriors import as_posterior
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts, forces_of_cuts, usable
-from autodb.forward.undecided import UndecidedCuts, placed
+from autodb.forward.widening import UndecidedCuts, placed
 from autodb.pairs.forecast import forecast
 from autodb.store import models
 

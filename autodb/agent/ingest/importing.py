@@ -21,7 +21,7 @@ from autodb.agent.ingest.redelivered import (
 from autodb.agent.ingest.uncounted import counted
 from autodb.agent.rows.content import of_series
 from autodb.agent.rows.machines import find_machine, working_machine
-from autodb.agent.rows.stored_cuts import counted_cuts
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.side import SideFile, StatedColumns

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.excluded import recordings_of
 from autodb.agent.learn.states import PERSISTS, Forces, causes_of
+from autodb.agent.rows.mismatches import recordings_of
 from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.shear import NAMES
 from autodb.fitting.gaussian import Gaussian

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
-from autodb.agent.learn.excluded import newest_states, recordings_of
+from autodb.agent.learn.learnt_from import newest_states
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
@@ -18,6 +18,7 @@ from autodb.agent.learn.states import (
     outlying_cuts,
     sorted_forces,
 )
+from autodb.agent.rows.mismatches import recordings_of
 from autodb.agent.rows.posteriors import (
     Start,
     as_posterior,

@@ -1,24 +1,16 @@
-"""What the cuts behind a posterior were: their operations, and the ranges of what they state.
+"""What a pair learnt from, its cuts' operations and the ranges of what they state, and what not."""
 
-Wear that a pair's posterior holds, in words: how much, and what it is of a cut asked for.
-"""
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
-from autodb.files.job_cut import JobCut
-from autodb.fitting.gaussian import NORMAL_95
-from autodb.forward.prediction import PredictedCut, ToolOf
-from autodb.pairs.engaged import BY_NAME, CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
-from autodb.pairs.forecast import worn
-from autodb.pairs.posterior import WEAR, PairPosterior
+from autodb.agent.rows.posteriors import as_posterior, chain_ids, latest
+from autodb.agent.rows.sensed_forces import usable
+from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
 from autodb.store import models
 from autodb.store.models.learning import cutting_parameters_force
-from autodb.wording import significant
 
 CHANNELS = (DEPTH, FEED, SPEED, CUTTING_TIME, FLANK_WEAR)
 """What a cut's ranges are kept of."""
@@ -74,60 +66,62 @@ def learnt_from(session: Session, parameters_id: int) -> LearntFrom:
     return LearntFrom(frozenset(row[0] for row in rows), ranges)
 
 
-def wear_words(posterior: PairPosterior) -> str:
-    """Return how a posterior says that edges wear."""
-    wear = posterior.wear
-    assert wear is not None
-    place = posterior.columns(WEAR)
-    half = NORMAL_95 * np.sqrt(np.diag(posterior.state.covariance)[place])
-    along, across = (
-        f"{significant(value)} ({significant(value - one)} to {significant(value + one)})"
-        for value, one in zip(posterior.state.mean[place], half, strict=True)
-    )
-    differ = f"edges differ by {100 * wear.between:.0f} %" if wear.between else "edges alike"
-    return (
-        f"{WEAR}: each mm of an edge takes {along} N more along the cutting speed and {across} N "
-        f"across the edge after {wear.reference_s:.0f} s, as T^{wear.power:.2g}; {differ}"
-    )
-
-
-def said_of_wear(
-    posterior: PairPosterior, tool: ToolOf, asked: Sequence[JobCut], found: Sequence[PredictedCut]
-) -> Iterator[str]:
-    """Say what wear is of the forces predicted, and which cuts count as made with a fresh edge.
-
-    ``asked``: none for the lines of a program, which state nothing of their edge.
-    """
-    if posterior.wear is None:
-        return
-    fresh = [k for k, cut in enumerate(asked, start=1) if cut.cutting_time_s is None]
-    if fresh or not asked:
-        which = f"cut {', '.join(map(str, fresh))}" if fresh else "every line"
-        yield (
-            f"{which}: predicted for a fresh edge; the pair's edges wear, so state in "
-            "cutting_time_s how long the edge has cut before"
+def newest_states(
+    session: Session, machine_id: int, pair_id: int
+) -> list[models.CuttingParameters]:
+    """Return the newest version of each state of a pair but the usual one."""
+    names = session.scalars(
+        select(models.CuttingParameters.state)
+        .where(
+            models.CuttingParameters.machine_id == machine_id,
+            models.CuttingParameters.pair_id == pair_id,
+            models.CuttingParameters.state.is_not(None),
         )
-    for number, cut in enumerate(asked, start=1):
-        if cut.cutting_time_s and found[number - 1].state is None:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield f"cut {number}{name}: {_of_cut(posterior, tool, cut)}"
+        .distinct()
+    )
+    rows = [latest(session, machine_id, pair_id, name) for name in names.all()]
+    return [row for row in rows if row is not None]
 
 
-def _of_cut(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
-    """Return what wear is of each force of a cut, with 95 % intervals."""
-    assert posterior.wear is not None
-    assert cut.cutting_time_s is not None
-    conditions = [cut.conditions(tool.diameter_mm)]
-    added = worn(posterior, BY_NAME[cut.operation].cuts(tool.numbers, conditions, called=tool.name))
-    place, by = posterior.columns(WEAR), added.slopes[0, :3]
-    covariance = posterior.state.covariance[place, place]
-    half = NORMAL_95 * np.sqrt(np.einsum("qi,ij,qj->q", by, covariance, by) + added.own[0, :3])
-    forces = ", ".join(
-        f"force.{component} {value:.0f} N ({value - one:.0f} to {value + one:.0f})"
-        for component, value, one in zip("xyz", added.mean[0, :3], half, strict=True)
+def excluded_cuts(
+    session: Session, machine_id: int, pair_id: int, *, upto: int, newest: int | None = None
+) -> Sequence[models.Cut]:
+    """Return cuts of a pair, up to an id, that are sensed and of no state that it has learnt.
+
+    ``newest``: of so many cuts of the pair at most, the newest; None: of all.
+    """
+    states = [latest(session, machine_id, pair_id), *newest_states(session, machine_id, pair_id)]
+    usual = states[0]
+    if usual is None:
+        return []
+    versions = chain_ids(row for row in states if row is not None)
+    seen = models.cutting_parameters_force.c
+    learnt = (
+        select(models.SensedForce.cut_id)
+        .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
+        .where(seen.cutting_parameters_id.in_(versions))
     )
-    longest_s = posterior.wear.reference_s
-    beyond = (
-        f"; no edge was seen beyond {longest_s:.0f} s" if cut.cutting_time_s > longest_s else ""
+    after = 0 if newest is None else _before_newest(session, pair_id, upto, newest)
+    learnt = learnt.where(models.SensedForce.cut_id > after)
+    query = select(models.Cut).where(
+        models.Cut.id > after,
+        models.Cut.recording.has(machine_id=machine_id),
+        models.Cut.pair_id == pair_id,
+        models.Cut.id <= upto,
+        models.Cut.superseded_at.is_(None),
+        models.Cut.id.in_(
+            select(models.SensedForce.cut_id).where(
+                models.SensedForce.cut_id > after, models.SensedForce.value_N.is_not(None)
+            )
+        ),
+        models.Cut.id.not_in(learnt),
     )
-    return f"its edge has cut {cut.cutting_time_s:g} s before; {WEAR} is {forces} of it{beyond}"
+    cuts = session.scalars(query.order_by(models.Cut.id)).all()
+    worn = as_posterior(usual).wear is not None
+    return [cut for cut in cuts if usable(cut) and (not worn or CUTTING_TIME in cut.conditions)]
+
+
+def _before_newest(session: Session, pair_id: int, upto: int, newest: int) -> int:
+    """Return the id of the cut of a pair before its newest ones; 0 where it has no more."""
+    query = select(models.Cut.id).where(models.Cut.pair_id == pair_id, models.Cut.id <= upto)
+    return session.scalar(query.order_by(models.Cut.id.desc()).offset(newest).limit(1)) or 0

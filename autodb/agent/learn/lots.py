@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.excluded import excluded_cuts
+from autodb.agent.learn.learnt_from import excluded_cuts
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.agent.rows.sensed_forces import usable
-from autodb.agent.rows.stored_cuts import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.store import models
 

@@ -13,7 +13,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.refresh_cursor import Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
-from autodb.wording import Worded, msgid, phrase, phrase_many
+from autodb.wording import msgid, phrase, phrase_many
 from autodb.wording.kept import said_again
 
 CONFIRMS = msgid(
@@ -109,7 +109,7 @@ class RefreshReport:
             for pair, version, n in self.versions
         ]
         said += [one.words for one in self.shifts]
-        said += [phrase("excluded: {what}", what=_kept(one)) for one in self.set_aside]
+        said += [phrase("excluded: {what}", what=said_again(one)) for one in self.set_aside]
         said += self.mismatches
         if self.mismatches:
             said.append(phrase(CONFIRMS))
@@ -129,18 +129,13 @@ class RefreshReport:
                 )
             )
         said += self.asked
-        said += [phrase("calibration due: {what}", what=_kept(one)) for one in self.due]
+        said += [phrase("calibration due: {what}", what=said_again(one)) for one in self.due]
         return said + self.retained
-
-
-def _kept(sentence: str) -> Worded:
-    """Return a sentence that was kept, for the reader."""
-    return said_again(sentence)
 
 
 def _of_file(one: CameIn) -> str:
     if one.status == "refused":
-        return phrase("{file}: refused: {why}", file=one.file, why=_kept(one.reason or ""))
+        return phrase("{file}: refused: {why}", file=one.file, why=said_again(one.reason or ""))
     said = phrase(
         "{file}: recording {number}, {cuts} new cuts",
         file=one.file,

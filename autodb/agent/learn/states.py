@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.excluded import recordings_of
-from autodb.agent.rows.mismatches import is_cause
+from autodb.agent.rows.mismatches import is_cause, recordings_of
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging

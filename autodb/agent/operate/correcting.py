@@ -7,7 +7,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.pooling import common_stamps
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.stored_cuts import counted_cuts
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.store import models
 

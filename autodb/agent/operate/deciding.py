@@ -7,7 +7,7 @@ from pathlib import Path
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.said_of_terms import terms_words
+from autodb.agent.answer.notes import terms_words
 from autodb.agent.ingest.uncounted import counted
 from autodb.agent.operate.clamping import keep_runout
 from autodb.agent.operate.correcting import correct

@@ -28,9 +28,9 @@ from autodb.store import (
     pointing_nowhere,
     revisions,
     rowsums,
-    shape,
 )
 from autodb.store.rotation import age_words, drill
+from autodb.store.schemas import schema_faults
 from autodb.terms.vocabulary import of_the_machine
 
 Progress = Callable[[str], None]
@@ -152,7 +152,7 @@ def of_the_schema(session: Session, _progress: Progress) -> CheckOutcome:
     revision = str(session.execute(text("SELECT version_num FROM alembic_version")).scalar())
     if revision not in revisions():
         return _none_of([f"schema {revision} is not known to this version"])
-    return _none_of(shape.strange(rowsums.driver_of(session.connection()), revision))
+    return _none_of(schema_faults(rowsums.driver_of(session.connection()), revision))
 
 
 def values(session: Session, _progress: Progress) -> CheckOutcome:

@@ -20,7 +20,7 @@ from autodb.agent.ingest.importing import (
     time_sentences,
 )
 from autodb.agent.operate.access import Access, noting
-from autodb.agent.rows.stored_cuts import counted_cuts
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.errors import UnusableInput
 from autodb.files.side import SideFile
 from autodb.files.toml import read_toml

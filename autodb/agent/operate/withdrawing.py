@@ -15,7 +15,7 @@ from autodb.agent.ingest.uncounted import anew
 from autodb.agent.operate.reversing import forgotten
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import pair_name, resting_on
-from autodb.agent.rows.stored_cuts import counted_cuts
+from autodb.agent.rows.recordings import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
 from autodb.wording import phrase, stored_msgid

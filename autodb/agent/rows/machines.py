@@ -1,8 +1,10 @@
-"""Machines in the database."""
+"""Machines in the database, and a machine as answers about it need it: read by one query."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import Select, bindparam, func, select
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import flag_modified
 
@@ -27,7 +29,7 @@ _AXIS = (
     *("carries", "current_sign", "carried_by", "moved_mass_kg", "vertical", "brake"),
     *("counterweight", "counterweight_force_N", "rated_A", "screw_pitch_mm", "gear_ratio"),
 )
-LIMITS = {
+_LIMITS = {
     "force_N": "limit_force_N",
     "torque_N_m": "limit_torque_N_m",
     "power_W": "limit_power_W",
@@ -171,7 +173,7 @@ def _axis_columns(axis: AxisFile) -> dict[str, Any]:
     constant = axis.torque_constant_N_m_A
     return {
         **{name: getattr(axis, name) for name in _AXIS},
-        **{column: getattr(axis.limits, key) for key, column in LIMITS.items()},
+        **{column: getattr(axis.limits, key) for key, column in _LIMITS.items()},
         **{
             column: None if constant is None else getattr(constant, key)
             for key, column in _CONSTANT.items()
@@ -202,10 +204,10 @@ def as_file(machine: models.Machine) -> MachineFile:
 def limits_of(machine: models.Machine) -> dict[str, AxisLimits]:
     """Return what the axes of a machine may carry and where they may go, by name."""
     stated = {axis.name: _limits(axis) for axis in machine.axes}
-    return with_fastest(stated, machine.max_speed_rpm)
+    return _with_fastest(stated, machine.max_speed_rpm)
 
 
-def with_fastest(
+def _with_fastest(
     limits: dict[str, AxisLimits], max_speed_rpm: float | None
 ) -> dict[str, AxisLimits]:
     """Return limits of axes with the fastest speed of the spindle that a machine states."""
@@ -223,7 +225,7 @@ def limits_of_machine(store: Store, name: str) -> dict[str, AxisLimits]:
 
 
 def _limits(axis: models.Axis) -> AxisLimits:
-    return AxisLimits(**{key: getattr(axis, column) for key, column in LIMITS.items()})
+    return AxisLimits(**{key: getattr(axis, column) for key, column in _LIMITS.items()})
 
 
 def _as_axis_file(axis: models.Axis) -> AxisFile:
@@ -300,3 +302,45 @@ def find_machine(session: Session, name: str) -> models.Machine:
         )
         raise NotThere(phrase("no machine '{name}'{hint}", name=name, hint=hint))
     return machine
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A machine: its row's number, its name, and what its axes may carry, by their names."""
+
+    id: int
+    name: str
+    limits: Mapping[str, AxisLimits]
+
+
+def owner_of(machine: models.Machine) -> Owner:
+    """Return a machine that was read already."""
+    return Owner(machine.id, machine.name, limits_of(machine))
+
+
+def owner_named(session: Session, name: str) -> Owner:
+    """Read the machine called ``name``; raises NotThere naming near ones."""
+    rows = session.connection().execute(_NAMED, {"name": name}).all()
+    if not rows:
+        return owner_of(find_machine(session, name))
+    limits = {axis: _limits_in(own) for _, _, axis, *own in rows if axis}
+    return Owner(rows[0].id, name, _with_fastest(limits, rows[0].max_speed_rpm))
+
+
+def _limits_in(columns: list[Any]) -> AxisLimits:
+    return AxisLimits(**dict(zip(_LIMITS, columns, strict=True)))
+
+
+def _named() -> Select[Any]:
+    machine, axis = models.table_of(models.Machine), models.table_of(models.Axis)
+    columns = (axis.c[column] for column in _LIMITS.values())
+    return (
+        select(machine.c.id, machine.c.max_speed_rpm, axis.c.name, *columns)
+        .select_from(machine)
+        .outerjoin(axis, axis.c.machine_id == machine.c.id)
+        .where(machine.c.name == bindparam("name"))
+        .order_by(axis.c.id)
+    )
+
+
+_NAMED = _named()

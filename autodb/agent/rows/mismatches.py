@@ -1,5 +1,7 @@
 """What mismatches were found in and what was decided of them, in words."""
 
+from collections.abc import Iterable
+
 from autodb.store import models
 from autodb.terms.sensor import GAIN
 from autodb.wording import ENGLISH, day, msgid, phrase, presented, stored_msgid
@@ -86,3 +88,8 @@ def decided_words(status: str, term: str | None, by: str | None) -> str:
     if term:
         said = phrase("{decided} as {term}", decided=said, term=term)
     return phrase("{decided} by {who}", decided=said, who=by) if by else said
+
+
+def recordings_of(causes: Iterable[models.Mismatch]) -> set[int]:
+    """Return the recordings, by id, that mismatches were found in."""
+    return {one.id for row in causes for one in row.recordings}

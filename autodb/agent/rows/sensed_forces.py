@@ -122,7 +122,7 @@ def _of_several(
 ) -> list[models.SensedForce]:
     """Return those forces that were sensed by the one of several calibrations that holds."""
     from autodb.agent.rows.calibration_records import as_calibration
-    from autodb.agent.rows.stored_cuts import cuts_as_table
+    from autodb.agent.rows.recordings import cuts_as_table
     from autodb.sensing.ranges.chosen import choose
 
     cuts = [force.cut for force in measured]

@@ -13,7 +13,7 @@ from autodb import standard
 from autodb.agent.rows.calibration_records import keep_calibration
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.machines import as_file, find_machine
-from autodb.agent.rows.stored_cuts import cuts_as_table
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.sense.measured import reference_errors
 from autodb.errors import UnusableInput
 from autodb.fitting.linear import Undetermined

@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.calibrations import current_calibrations, holds_for
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.rows.refresh_cursor import Span
-from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.points import current_signal
 from autodb.sensing.ranges.sensed_force import left_domain

@@ -8,10 +8,10 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.calibrations import current_calibrations
-from autodb.agent.rows.corrected import corrected
+from autodb.agent.rows.drifted import corrected
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.rows.sensed_forces import MEASURED, Calibrations
-from autodb.agent.rows.stored_cuts import cuts_as_table
 from autodb.agent.sense.measured import take_measured
 from autodb.sensing.ranges.chosen import sense_each
 from autodb.store import models

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.calibrations import beyond_its_range
-from autodb.agent.rows.corrected import is_after
-from autodb.agent.rows.drifted import DriftedGain, drifted_gains
+from autodb.agent.rows.drifted import DriftedGain, drifted_gains, is_after
 from autodb.agent.rows.force_errors import errors_of, shared_key
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts, gain_share
 from autodb.pairs.confirmed import with_terms

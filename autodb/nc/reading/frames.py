@@ -41,13 +41,6 @@ def set_place(state: ProgramState, code: str, values: Values, block: ProgramBloc
     nothing_left(left, block, state)
 
 
-def unset_place(state: ProgramState) -> None:
-    """Let coordinates that were set be those of the program's zero again."""
-    state.shift = dict.fromkeys(AXES, 0.0)
-    state.forget()
-    state.place["y"] = 0.0 if state.lathe else None
-
-
 def shift_frame(state: ProgramState, names: set[str], values: Values, block: ProgramBlock) -> None:
     """Shift coordinates by TRANS or ATRANS, turn them by ROT or AROT.
 

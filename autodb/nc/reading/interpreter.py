@@ -385,7 +385,6 @@ class Interpreter:
 _SIDES = ("G41", "G42", "G41.1", "G42.1")
 _OF_MILLS = frozenset({"G68"}) | POCKETS
 """Words that mills have, and that mean something else, or nothing, elsewhere."""
-_UNSET = frozenset({"G92.1", "G92.2", "G92.3", "G50.3"})
 _PARTS = ("", ".1", ".2", ".3", ".4")
 
 

@@ -1,4 +1,4 @@
-"""A prediction as one picture: each quantity of every cut with its interval, and the limits."""
+"""Predicted cuts as one picture: each quantity of every cut with its interval, and the limits."""
 
 from collections.abc import Mapping, Sequence
 
@@ -65,6 +65,18 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
         marks=_marks_words(answer),
         plot=plot(answer, limits),
         prediction=answer.prediction_id,
+        version=__version__,
+    )
+
+
+def render_look_up(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> str:
+    """Return the page of an answer that is not kept: a page that loads nothing from outside."""
+    pair = f"{answer.job.material} / {answer.job.tool}"
+    return figures.whole_page(
+        "looked_up.html.j2",
+        title=pair,
+        plot=plot(answer, limits),
+        said=[*(one.statement for one in answer.exceeds), *answer.notes],
         version=__version__,
     )
 

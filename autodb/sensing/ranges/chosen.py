@@ -74,12 +74,6 @@ def choose(table: CutTable, calibrations: Sequence[Calibration]) -> list[int | s
     return [which(known, cut) for cut in holds_of(table, calibrations[0].axis)]
 
 
-def sensed_force_N(table: CutTable, calibrations: Sequence[Calibration]) -> NDArray[np.float64]:
-    """Return the force (n,) that an axis senses, N; NaN where it senses none."""
-    sensed = [one.force_N for one in sense_each(table, calibrations)]
-    return np.array([np.nan if force is None else force for force in sensed])
-
-
 BEYOND = 0.5
 """Share of the currents' span by which a current may lie beyond them. Chosen."""
 HALVINGS = 50

@@ -1,7 +1,7 @@
 """The pages that a browser shows, each a question that somebody in the shop has."""
 
 from autodb.web.pages import (
-    choosing,
+    browser,
     health,
     importing,
     learning,
@@ -13,12 +13,11 @@ from autodb.web.pages import (
     program,
     recordings,
     scores,
-    signing,
     stability,
 )
 
 PAGES = (
-    signing, machines, mismatches, planner, program, stability, recordings, health, pairs, scores,
-    importing, learning, choosing, machine,
+    browser, machines, mismatches, planner, program, stability, recordings, health, pairs, scores,
+    importing, learning, machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

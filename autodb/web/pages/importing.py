@@ -8,7 +8,7 @@ from fastapi.responses import HTMLResponse
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.channels import channel_names, unit_of
 from autodb.records.proposed.choices import SideChoices

@@ -14,7 +14,7 @@ from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.prediction_basis import PredictionBasis
 from autodb.agent.learn.precision_history import precision_history
 from autodb.agent.learn.usual_cut import usual_cut
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.coefficients import BoundedValue
 from autodb.files.cut_words import cut_in_words

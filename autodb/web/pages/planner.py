@@ -10,7 +10,7 @@ from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.planning import ProposedCuts, plan_cuts
 from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.cut_words import cut_in_words, job_in_words
 from autodb.files.job import Job

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.files.cut_words import job_in_words
 from autodb.reports.planned import predicted
 from autodb.web.html import piece

@@ -15,8 +15,3 @@ def read_state(request: Request, asked: Callable[[Session], Found]) -> Found:
     """Return what is asked of one state of the database."""
     with service_of(request).store.reading() as session:
         return asked(session)
-
-
-def here(path: str) -> str:
-    """Return a path of this service; of any other address, the first page's."""
-    return path if path.startswith("/") and not path.startswith(("//", "/\\")) else "/"

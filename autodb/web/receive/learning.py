@@ -14,7 +14,7 @@ from fastapi import HTTPException
 from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.operate.access import Access, note
 from autodb.agent.operate.refreshing import UPDATING
-from autodb.agent.rows.owner import owner_named
+from autodb.agent.rows.machines import owner_named
 from autodb.errors import UnusableInput
 from autodb.files.excuses import excuse
 from autodb.store import Store

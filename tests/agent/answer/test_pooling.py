@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from sqlalchemy import select
 
 from autodb.agent.answer.pooling import DAY_S, common_stamps, explain_mismatch
-from autodb.agent.learn.excluded import excluded_cuts
+from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.operate.withdrawing import withdraw
 from autodb.store import migrate, models, open_store
 from autodb.store.schemas import head

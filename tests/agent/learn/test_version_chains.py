@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from sqlalchemy import event
 
-from autodb.agent.learn.excluded import excluded_cuts
+from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import chain_ids, posterior_columns, resting_on
 from autodb.files.machine import LATHE

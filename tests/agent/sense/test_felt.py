@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.calibration_records import as_calibration
-from autodb.agent.rows.stored_cuts import cuts_as_table
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.sense.sensed import as_observed
 from autodb.pairs.observed import CHIP
 from autodb.sensing.ranges.forms import LAWS, CurrentForm, MeasuredCuts

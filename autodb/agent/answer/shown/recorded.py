@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.agent.ingest.as_imported import as_imported
-from autodb.agent.rows.stored_cuts import cuts_as_table
+from autodb.agent.rows.recordings import cuts_as_table
 from autodb.errors import UnusableInput
 from autodb.files.channels import unit_of
 from autodb.records.tables import Recording

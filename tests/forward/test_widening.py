@@ -1,14 +1,15 @@
-"""Intervals hold what excluded cuts showed where they were alike, until a person decides."""
+"""Intervals are wider as past predictions were off, for older edges, and for excluded cuts."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 
-from autodb.forward.older_edges import FEEDING, LIFE_S, with_room_for_wear
+from autodb.forward.limits import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, PredictedCut
-from autodb.forward.undecided import UndecidedCuts, placed
+from autodb.forward.widening import GROWN, LIFE_S, UndecidedCuts, placed, wider, with_room_for_wear
 from autodb.pairs.engaged import CUTTING_TIME, SPEED
 
 SD = 0.03
@@ -117,8 +118,24 @@ def test_an_older_edge_than_any_seen_leaves_room_upwards() -> None:
     assert same == cut
     older = with_room_for_wear(cut, cut_s=400.0 + LIFE_S, seen_s=400.0)
     feed = older.force_z_N
-    assert feed.high == pytest.approx(cut.force_z_N.high + FEEDING * 500.0)
+    assert feed.high == pytest.approx(cut.force_z_N.high + GROWN["Ff"] * 500.0)
     assert feed.low == pytest.approx(cut.force_z_N.low)
     assert older.torque_N_m.high > cut.torque_N_m.high
     mill = replace(cut, operation="slot")
     assert with_room_for_wear(mill, cut_s=1000.0, seen_s=0.0) == mill
+
+
+def _intervals(found: PredictedCut | Moment) -> NDArray[np.float64]:
+    every = [getattr(found, one.field) for one in QUANTITIES]
+    return np.array([[one.value, one.high] for one in every])
+
+
+def test_all_of_a_predicted_cut_gets_wider_and_none_of_it_where_nothing_is_known() -> None:
+    one = Interval(100.0, 80.0, 120.0)
+    ends = Moment(50.0, 1000.0, 150.0, one, one, one, one, one)
+    cut = PredictedCut("face", "face", 1000.0, 150.0, one, one, one, one, one, start=ends)
+    assert wider(cut, 1.0) is cut
+    found = wider(cut, 2.0)
+    assert found.start is not None
+    for some in (found, found.start):
+        assert np.array_equal(_intervals(some), np.tile([100.0, 140.0], (5, 1)))

@@ -1,4 +1,4 @@
-"""Signing in and out with a browser."""
+"""What a browser keeps of its reader: signed in or not, and the language and units of the pages."""
 
 from typing import Annotated
 
@@ -6,7 +6,7 @@ from fastapi import APIRouter, Form, HTTPException, Request, Response
 from fastapi.responses import RedirectResponse
 
 from autodb.web.html import service_page
-from autodb.web.pages.reading import here
+from autodb.web.http.chosen import keep_choice
 from autodb.web.service import service_of
 from autodb.wording import phrase
 
@@ -34,7 +34,7 @@ def sign_in(
             request, "sign_in.html.j2", title=phrase("Sign in"), status=error.status_code,
             said=said, then=then,
         )  # fmt: skip
-    response = RedirectResponse(here(then), SEE_OTHER)
+    response = RedirectResponse(_here(then), SEE_OTHER)
     tls = service.settings.tls or request.url.scheme == "https"  # as a proxy that is believed says
     service.sessions.begin(response, token.strip(), tls=tls)
     return response
@@ -49,3 +49,21 @@ def sign_out(request: Request, csrf: Annotated[str, Form()] = "") -> Response:
     if session is not None and session.brought(csrf):
         service.sessions.end(request, response)
     return response
+
+
+@router.post("/shown")
+def choose_shown(
+    request: Request,
+    language: Annotated[str, Form(max_length=20)] = "",
+    units: Annotated[str, Form(max_length=20)] = "",
+    then: Annotated[str, Form(max_length=20_000)] = "/",
+) -> Response:
+    """Keep a choice, and go on where it was made."""
+    response = RedirectResponse(_here(then), SEE_OTHER)
+    keep_choice(request, response, language, units)
+    return response
+
+
+def _here(path: str) -> str:
+    """Return a path of this service; of any other address, the first page's."""
+    return path if path.startswith("/") and not path.startswith(("//", "/\\")) else "/"
