@@ -98,7 +98,7 @@ def import_file(
     from the machine. Of a file that came in before under its name only what is new counts
     (``redelivered``). What is only ``looked_at`` does not count, until it is imported.
     ``instead``: takes back what is there of the file with another side file, in the transaction
-    that has it in as it is read now; None: what is there holds.
+    that has it in as it is read now; None: what is there holds, where it is not withdrawn.
 
     Raises UnusableInput, SetAside of a raw cut that nothing can be learned from; then nothing is
     written.
@@ -109,7 +109,7 @@ def import_file(
     with store.reading() as session:
         machine_id = working_machine(session, machine).id
         known = _known(session, machine_id, sha256, source.side)
-        again = known is not None and known.other_side and instead is not None
+        again = known is not None and _is_read_again(known, instead)
         before = None if known else _same_series(session, machine_id, source, came_as)
     if known is not None and not again:
         return _once_more(store, machine, known, kept, looked_at=looked_at)
@@ -126,10 +126,9 @@ def import_file(
         owner = find_machine(session, machine)
         # another agent may have been faster, or it was there in other bytes
         done = _known(session, owner.id, sha256, source.side, row.content)
-        if done is not None and done.other_side and instead is not None:
-            there = session.get_one(models.StoredRecording, done.recording_id)
-            if there.withdrawn_at is None:
-                instead(session, there)
+        if done is not None and _is_read_again(done, instead):
+            if instead is not None and done.withdrawn is None:
+                instead(session, session.get_one(models.StoredRecording, done.recording_id))
                 session.flush()
             done = None
         if done is None:
@@ -144,6 +143,11 @@ def import_file(
         if kept is not None:
             kept.also(session, done)
         return done
+
+
+def _is_read_again(known: Imported, instead: TakeBack | None) -> bool:
+    """Say whether a file that is there is read as another side file says now."""
+    return known.other_side and (instead is not None or known.withdrawn is not None)
 
 
 def _once_more(

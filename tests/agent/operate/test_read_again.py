@@ -81,6 +81,14 @@ def test_a_side_file_that_cannot_be_read_leaves_all_as_it_was(shop: Cli) -> None
     )
 
 
+def test_a_withdrawn_file_is_read_as_its_side_file_says_now(shop: Cli) -> None:
+    shop("withdraw", "1", "--why", "no material", *MACHINE)
+    assert "withdrawn (no material)" in shop("import", "cuts.csv", *MACHINE).out
+    Path("cuts.toml").write_text(SAID)
+    done = shop("import", "cuts.csv", *MACHINE)
+    assert "recording 2: cuts.csv: imported, 6 rows, 6 cuts" in done.out
+
+
 def test_one_of_two_readings_counts(shop: Cli) -> None:
     """The first does not come back while the second counts."""
     Path("cuts.toml").write_text(SAID)
