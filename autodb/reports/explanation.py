@@ -62,7 +62,8 @@ VARIABLES = (
     msgid("direction in a corner of position × speed"), msgid("corner of position × speed"),
     msgid("periodic in time"), msgid("periodic"), msgid("components"), msgid("direction"),
     msgid("braking, with effort against the motion"), msgid("acceleration"), msgid("position"),
-    msgid("speed"), msgid("time"), msgid("tone"), msgid("bands"), msgid("at"),
+    msgid("speed"), msgid("time"), msgid("tone"), msgid("bands"), msgid("that comes and goes"),
+    msgid("in another shape"), msgid("at"),
 )  # fmt: skip
 """What an effect without a name may depend on, beside channels."""
 _VARIABLE = rf"(?<![.\w])(?:{'|'.join(VARIABLES)})(?![.\w])"

@@ -1,6 +1,6 @@
 """Predicted cuts as one picture: each quantity of every cut with its interval, and the limits."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
@@ -45,6 +45,11 @@ def render_prediction(answer: Predicted, limits: Mapping[str, AxisLimits]) -> st
         pair=f"{job.material} / {job.tool}",
         asked=list(job_in_words(job)),
         limits=list(standings_in_words(answer.limits)),
+        columns=[
+            figures.quantity_title(one.channel, [cut.operation for cut in answer.cuts])
+            for one in QUANTITIES
+        ],
+        taken=list(taken_rows(answer)),
         figures=[
             (cut.name or phrase("cut {number}", number=f"{k}"), figure_rows(its))
             for k, (cut, its) in enumerate(zip(answer.cuts, answer.figures, strict=True), start=1)
@@ -79,6 +84,16 @@ def render_look_up(answer: JobAnswer, limits: Mapping[str, AxisLimits]) -> str:
         said=[*(one.statement for one in answer.exceeds), *answer.notes],
         version=__version__,
     )
+
+
+def taken_rows(answer: JobAnswer) -> Iterator[tuple[str, list[str]]]:
+    """Yield what a cut is, or its start, its end or its largest, and each quantity of it."""
+    for number, cut in enumerate(answer.cuts, start=1):
+        name = cut.name or phrase("cut {number}", number=f"{number}")
+        others = [(f"{name}, {phrase(what)}", some) for what, some in cut.statistics]
+        for called, some in [(name, cut), *others]:
+            each = ((one, one.of(some)) for one in QUANTITIES)
+            yield called, ["" if of is None else _in_interval(of, one.unit) for one, of in each]
 
 
 def _marks_words(answer: JobAnswer) -> str:

@@ -318,6 +318,9 @@ def test_a_prediction_is_written_as_table_and_picture(store: Store, cli: Cli) ->
     page = Path("p.html").read_text("utf-8")
     assert "limit \\u00b1 500 N" in page or "limit ± 500 N" in page
     assert "chance to exceed z&#39;s 500 N" in page
+    (numbers, *_) = re.findall(r'<th scope="row">rough &lt;Ø50&gt;</th>(.*?)</tr>', page)
+    shown = [float(one) for one in re.findall(r"<td>(-?[\d.]+) \(", numbers)]
+    assert_allclose(shown, [answer[field]["value"] for field in FORCES], rtol=6e-3)
     assert "rough <Ø50>" not in page.split("</head>")[1]
     assert not re.search(r"<(?:script|img|link)[^>]+(?:src|href)=[\"']?https?:", page)
 

@@ -276,7 +276,9 @@ def test_a_job_of_a_program_is_answered_as_others_are(
     assert "11 lines cut for 45.9 s, of 47.9 s at a feed" in done.out
     assert "'line 28: G90 G1 Z-40': its largest torque is" in done.out
     assert len((tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()) == 12
-    assert "diamonds peaks along the cut" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "diamonds peaks along the cut" in page
+    assert page.count(", peak along the cut</th>") == 11
     answer = json.loads(cli("predict", job, "--machine", "lathe-1", "--json").out)
     assert len(answer["cuts"]) == 11
     assert all(cut["peaks"]["torque_N_m"] for cut in answer["cuts"])
