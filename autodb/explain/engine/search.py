@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 
 MARGIN = 8.0
 """Evidence above which a candidate is taken: a factor e⁴ against the odds of all. Chosen."""
+ALIKE_DIGITS = 5
+"""Decimals of evidence by which effects are told apart: of columns that say the same, such as a
+drift and a gain of a force that is constant, the first counts, however a processor rounds."""
 BEAM = 5
 CLEARED = 8
 """Sets that weak members are taken out of: the best set left is not always of the best grown."""
@@ -135,7 +138,7 @@ class CandidateSearch:
             choice = Choice(candidate, key[1])
             gain = given.gain(choice.key, allowed=choice.shape.allowed)
             worth = gain.evidence - self.penalty(choice)
-            if gain.full > 0 and (best is None or worth > best.worth):
+            if gain.full > 0 and (best is None or ranked(worth) > ranked(best.worth)):
                 best = Offer(choice, worth)
         return best
 
@@ -149,7 +152,7 @@ class CandidateSearch:
         choices, places, penalties = self._singles[candidate.key]
         evidence, coefficients = given.single(places)
         worth = evidence - penalties
-        for at in np.argsort(-worth, kind="stable"):
+        for at in np.argsort(-np.round(worth, ALIKE_DIGITS), kind="stable"):
             choice, allowed = choices[at], choices[at].shape.allowed
             if choice.key in self._barred or coefficients[at] == 0.0:
                 continue
@@ -184,7 +187,7 @@ class CandidateSearch:
             first = not found.choices and not self.laws
             if beside - self.penalty(offer.choice) > MARGIN or first:
                 sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
-        sets.sort(key=lambda scored: -scored[0])
+        sets.sort(key=lambda scored: -ranked(scored[0]))
         return [self.settled(choices) for _, choices in sets[: 2 * BEAM]]
 
     def with_detail(self, choices: tuple[Choice, ...]) -> Given:
@@ -230,12 +233,12 @@ class CandidateSearch:
         named = self._best_of([s for s in self.candidates if s.named])
         free = self._best_of(self.candidates)
         if all(c.candidate.named for c in free.choices):
-            return max(named, free, key=lambda f: f.score)
+            return max(named, free, key=_rank)
         if self.explained(named) < SIMPLE_ENOUGH * self.explained(free):
             return free
         grown = [self.cleared(found) for found in self.grown(named, self.candidates)]
         beside = [found for found in grown if set(found.keys) > set(named.keys)]
-        return max([named, *beside], key=lambda f: f.score)
+        return max([named, *beside], key=_rank)
 
     def explained(self, found: FoundSet) -> float:
         """Return by how much a set lets the sum of squares fall, over the noise variance."""
@@ -248,10 +251,10 @@ class CandidateSearch:
             longer = {
                 tuple(sorted(f.keys)): f for found in beam for f in self.grown(found, candidates)
             }
-            beam = sorted(longer.values(), key=lambda f: -f.score)[:BEAM]
+            beam = sorted(longer.values(), key=lambda f: -_rank(f))[:BEAM]
             seen += beam
-        seen.sort(key=lambda f: -f.score)
-        return max((self.cleared(found) for found in seen[:CLEARED]), key=lambda f: f.score)
+        seen.sort(key=lambda f: -_rank(f))
+        return max((self.cleared(found) for found in seen[:CLEARED]), key=_rank)
 
     def cleared(self, found: FoundSet) -> FoundSet:
         """Return the set without effects that are not worth it or too faint beside the others."""
@@ -309,6 +312,15 @@ class CandidateSearch:
         return 2.0 * float(np.log(looked)) + choice.candidate.bar
 
 
+def ranked(evidence: float) -> float:
+    """Return evidence as it is compared: what columns that say the same differ by is no more."""
+    return round(evidence, ALIKE_DIGITS)
+
+
+def _rank(found: FoundSet) -> float:
+    return ranked(found.score)
+
+
 MOST_SWAPS = 3
 
 
@@ -333,13 +345,13 @@ def _better(search: CandidateSearch, found: FoundSet, held: Collection[str]) -> 
         falls = search.rivals(found, key)
         if not falls:
             continue
-        rival = min(falls, key=lambda k: falls[k])
-        if falls[rival] < 0:
+        rival = min(falls, key=lambda k: ranked(falls[k]))
+        if ranked(falls[rival]) < 0:
             given = search.products.given([c.key for c in found.without(key)])
             offer = search.best_shape(given, by_key[rival])
             if offer is not None:
                 swapped = search.settled((*found.without(key), offer.choice))
-                if swapped.score > found.score:
+                if _rank(swapped) > _rank(found):
                     return swapped
     return None
 
