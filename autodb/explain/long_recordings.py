@@ -24,6 +24,8 @@ MEANS = 240_000
 """Means that a long recording is searched in: a search works with 60 000. Chosen."""
 LEAST_HZ = 16.0
 """Means a second at least, however long it is: three of a ripple of 20 mm at 100 mm/s. Chosen."""
+MOST_KEPT = 0.9
+"""Share of the rows that means must hold: many short pieces would lose their ends. Chosen."""
 CHUNK = 1_000_000
 """Rows of which motion is derived at a time, so that it takes a fixed memory."""
 SEARCHED = stored_msgid(
@@ -61,7 +63,7 @@ class LongRecording:
 
 def long_recording(recording: Recording, efforts: Collection[str]) -> LongRecording | None:
     """Return a recording as means of its rows with the motion of the axes of some efforts; None
-    where it is short, or not all of its rows were measured.
+    where it is short, in many short pieces, or not all of its rows were measured.
     """
     timing = recording.timing
     factor = min(len(recording) // MEANS, int(timing.rate_hz / LEAST_HZ))
@@ -69,6 +71,8 @@ def long_recording(recording: Recording, efforts: Collection[str]) -> LongRecord
         return None
     rate = WorkingRate(factor, timing)
     lengths = [(one.stop - one.start) // factor for one in _bounded(recording)]
+    if sum(lengths) * factor < MOST_KEPT * len(recording):
+        return None
     ends = np.cumsum(lengths)
     pieces = tuple(slice(int(end - n), int(end)) for end, n in zip(ends, lengths, strict=True) if n)
     channels = {

@@ -86,6 +86,13 @@ def test_means_lie_within_the_pieces_of_a_recording(monkeypatch: pytest.MonkeyPa
     assert len(long.at_every_row(np.zeros(6_250))) == len(kept)
 
 
-def test_a_short_recording_stays_as_it_is() -> None:
+def test_a_short_recording_and_one_in_many_pieces_stay_as_they_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     measured, _ = _recordings()
     assert long_recording(measured, ["x.current"]) is None
+    monkeypatch.setattr(long_recordings, "MEANS", 6_000)
+    pieces = tuple(slice(start, start + 8) for start in range(0, ROWS, 8))
+    timing = Timing(1.0 / RATE_HZ, pieces, ROWS)
+    parted = replace(measured, examined_as=timing)
+    assert long_recording(parted, ["x.current"]) is None
