@@ -19,7 +19,7 @@ from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulat
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.laws import GAIN
 from autodb.explain.engine.plain import NEEDED
-from autodb.explain.engine.search import FoundSet, ranked, settled_set
+from autodb.explain.engine.search import FoundSet, as_compared, settled_set
 from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]
@@ -198,7 +198,9 @@ def _strong(result: FoundInCuts) -> tuple[Choice, ...]:
     found = result.found
     if not found.choices:
         offers = [o for o in result.search.offers(()) if o.choice.candidate.named and o.worth > 0]
-        return tuple(o.choice for o in sorted(offers, key=lambda offer: -ranked(offer.worth))[:1])
+        return tuple(
+            o.choice for o in sorted(offers, key=lambda offer: -as_compared(offer.worth))[:1]
+        )
     most = max(found.evidence, default=0.0)
     pairs = zip(found.choices, found.evidence, strict=True)
     return tuple(choice for choice, evidence in pairs if evidence >= STRONG * most)
@@ -294,7 +296,7 @@ def _longer(search: TableSearch, found: FoundSet) -> FoundSet:
     """Return the best of a set and those with one more effect."""
     found = search.settled(found.choices)
     longer = [search.cleared(f) for f in search.grown(found, search.candidates)]
-    return max([found, *longer], key=lambda f: ranked(f.score))
+    return max([found, *longer], key=lambda f: as_compared(f.score))
 
 
 def _plainer(result: FoundInCuts, found: FoundSet) -> FoundSet:

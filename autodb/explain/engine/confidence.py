@@ -22,7 +22,7 @@ from scipy.stats import t as student
 
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, Choice
 from autodb.explain.engine.plain import ALONE, BLOCKS, NEEDED, PlainRows, beside, rms_fall
-from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet, ranked
+from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet, as_compared
 
 Array = NDArray[np.float64]
 
@@ -311,7 +311,7 @@ class _Held:
             if offer.choice.candidate.key != choice.candidate.key
             and name in (None, offer.choice.candidate.term)
         ]
-        offers.sort(key=lambda offer: -ranked(offer.worth))
+        offers.sort(key=lambda offer: -as_compared(offer.worth))
         falls = []
         for offer in offers[:SWAPS]:
             candidate = offer.choice.candidate

@@ -138,7 +138,7 @@ class CandidateSearch:
             choice = Choice(candidate, key[1])
             gain = given.gain(choice.key, allowed=choice.shape.allowed)
             worth = gain.evidence - self.penalty(choice)
-            if gain.full > 0 and (best is None or ranked(worth) > ranked(best.worth)):
+            if gain.full > 0 and (best is None or as_compared(worth) > as_compared(best.worth)):
                 best = Offer(choice, worth)
         return best
 
@@ -187,7 +187,7 @@ class CandidateSearch:
             first = not found.choices and not self.laws
             if beside - self.penalty(offer.choice) > MARGIN or first:
                 sets.append((found.score + offer.worth, (*found.choices, offer.choice)))
-        sets.sort(key=lambda scored: -ranked(scored[0]))
+        sets.sort(key=lambda scored: -as_compared(scored[0]))
         return [self.settled(choices) for _, choices in sets[: 2 * BEAM]]
 
     def with_detail(self, choices: tuple[Choice, ...]) -> Given:
@@ -312,13 +312,13 @@ class CandidateSearch:
         return 2.0 * float(np.log(looked)) + choice.candidate.bar
 
 
-def ranked(evidence: float) -> float:
+def as_compared(evidence: float) -> float:
     """Return evidence as it is compared: what columns that say the same differ by is no more."""
     return round(evidence, ALIKE_DIGITS)
 
 
 def _rank(found: FoundSet) -> float:
-    return ranked(found.score)
+    return as_compared(found.score)
 
 
 MOST_SWAPS = 3
@@ -345,8 +345,8 @@ def _better(search: CandidateSearch, found: FoundSet, held: Collection[str]) -> 
         falls = search.rivals(found, key)
         if not falls:
             continue
-        rival = min(falls, key=lambda k: ranked(falls[k]))
-        if ranked(falls[rival]) < 0:
+        rival = min(falls, key=lambda k: as_compared(falls[k]))
+        if as_compared(falls[rival]) < 0:
             given = search.products.given([c.key for c in found.without(key)])
             offer = search.best_shape(given, by_key[rival])
             if offer is not None:
