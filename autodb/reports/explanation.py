@@ -57,7 +57,6 @@ CERTAINTY = (
     (0.0, msgid("a guess")),
 )
 
-
 VARIABLES = (
     msgid("direction in a corner of position × speed"), msgid("corner of position × speed"),
     msgid("periodic in time"), msgid("periodic"), msgid("components"), msgid("direction"),

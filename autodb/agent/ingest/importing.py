@@ -116,12 +116,7 @@ def import_file(
     named = source.side.recording.machine
     if named is not None and named != machine:
         raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
-    summary = summarise(source, progress=progress)
-    refuse_implausible(source, summary)
-    cuts, notes = cuts_in(source, progress)
-    unknown = [sentence for base in summary for sentence in left_out_operations(base)]
-    notes = (*source.remarks, *unknown, *notes)
-    row = _row(source, summary, sha256)
+    row, cuts, notes = _read_in(source, sha256, progress)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
         # another agent may have been faster, or it was there in other bytes
@@ -143,6 +138,17 @@ def import_file(
         if kept is not None:
             kept.also(session, done)
         return done
+
+
+def _read_in(
+    source: RecordingSource, sha256: str, progress: Callable[[str], None] | None
+) -> tuple[models.StoredRecording, CutTable | None, tuple[str, ...]]:
+    """Return a file's recording and cuts, and what is to be said of how it was read."""
+    summary = summarise(source, progress=progress)
+    refuse_implausible(source, summary)
+    cuts, notes = cuts_in(source, progress)
+    unknown = [sentence for base in summary for sentence in left_out_operations(base)]
+    return _row(source, summary, sha256), cuts, (*source.remarks, *unknown, *notes)
 
 
 def _is_read_again(known: Imported, instead: TakeBack | None) -> bool:

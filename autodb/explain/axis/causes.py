@@ -23,7 +23,7 @@ from autodb.explain.engine.confidence import (
     of_mistuned,
     of_plain,
 )
-from autodb.explain.engine.entries import own_term_entries, size_words
+from autodb.explain.engine.entries import own_term_entries, retuned_words, size_words
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.fitting.gaussian import NORMAL_95
@@ -46,14 +46,6 @@ OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
 below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
 
 SIZE_LEFT_OUT = stored_msgid("The simulation leaves it out: {size} ({size_low} to {size_high}).")
-HAS_WITH = stored_msgid(
-    "The simulation has {term} with {parameter} {size}; the recording says {size_now} ({size_low} "
-    "to {size_high})."
-)
-OFF_BY = stored_msgid(
-    "The simulation's {term} is off by a factor: the recording says {value} times it ({low} to "
-    "{high})."
-)
 HAS_OTHERWISE = stored_msgid("The simulation has it otherwise: {size} ({size_low} to {size_high}).")
 
 
@@ -387,17 +379,7 @@ def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
         term=name,
         kind="mistuned",
         confidence=off.standing.confidence,
-        statement=(HAS_WITH if said or not read else OFF_BY).format(
-            term=name,
-            parameter=what,
-            size=f"{had:.4g}{_unit_words(now.unit)}",
-            size_now=f"{now.value:.4g}",
-            size_low=f"{now.low:.4g}",
-            size_high=f"{now.high:.4g}",
-            value=f"{now.value:.4g}",
-            low=f"{now.low:.4g}",
-            high=f"{now.high:.4g}",
-        ),
+        statement=retuned_words(name, now, of=(what, had) if said or not read else None),
         parameters={"size": _change_size(reading, name), what: now},
         alternatives=off.standing.near,
     )
@@ -406,7 +388,3 @@ def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
 def _unit(unit: str, reading: AxisReading) -> str:
     """Return the unit of a term's parameter for the axis' ways and the channel's effort."""
     return unit.replace("mm", reading.signals.unit).replace("U", reading.unit)
-
-
-def _unit_words(unit: str) -> str:
-    return "" if unit == "1" else f" {unit}"

@@ -10,6 +10,15 @@ from autodb.explain.engine.search import alike_terms
 from autodb.terms.vocabulary import effect_called
 from autodb.wording import significant, stored_msgid
 
+HAS_WITH = stored_msgid(
+    "The simulation has {term} with {parameter} {size}; the recording says {size_now} ({size_low} "
+    "to {size_high})."
+)
+OFF_BY = stored_msgid(
+    "The simulation's {term} is off by a factor: the recording says {value} times it ({low} to "
+    "{high})."
+)
+
 LIKELY = 0.6
 """A name less likely than this is not given: it is `unknown`, with the names that it could be."""
 LEAST = 0.3
@@ -68,6 +77,20 @@ def named_entry(
         alternatives=sure.near,
         variables=choice.candidate.variables,
         to_tell_apart=apart,
+    )
+
+
+def retuned_words(term: str, now: IntervalValue, *, of: tuple[str, float] | None) -> str:
+    """Return what an own term is and should be: a parameter, its name and value ``of`` the
+    simulation; None: the factor by which all of it is off.
+    """
+    value, low, high = (f"{one:.4g}" for one in (now.value, now.low, now.high))
+    if of is None:
+        return OFF_BY.format(term=term, value=value, low=low, high=high)
+    parameter, had = of
+    size = f"{had:.4g}" if now.unit == "1" else f"{had:.4g} {now.unit}"
+    return HAS_WITH.format(
+        term=term, parameter=parameter, size=size, size_now=value, size_low=low, size_high=high
     )
 
 

@@ -62,7 +62,7 @@ def test_what_rests_on_a_version_is_built_on_it(store: Store) -> None:
 
 
 def test_a_long_chain_asks_no_more_of_the_database(store: Store) -> None:
-    """Each version holds a covariance: read one by one, 10 000 took 20 s at each pass."""
+    """Each version holds a covariance: they are not read one by one."""
     asked: list[str] = []
     event.listen(store.engine, "before_cursor_execute", lambda *given: asked.append(given[2]))
     with store.reading() as session:
