@@ -33,8 +33,8 @@ Chosen: where friction only bends upwards the likeliest dip falls by none or an 
 ones by a quarter to all of it.
 """
 OF_EVERY_AXIS = 4.0
-"""Dry friction is on every axis, a load on one of some: odds of the two where moves are one way
-only, so that both are one constant. Chosen."""
+"""Dry and viscous friction are on every axis, a load or friction by direction on one of some: odds
+of two where moves are one way only, so that both say the same. Chosen."""
 STEADY = 0.98
 """Share of the most dry friction from which on a row turns over no more. Chosen."""
 PARTS = 20
@@ -99,6 +99,7 @@ def viscous_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "viscous", "viscous", forms, (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
+        usual=OF_EVERY_AXIS,
     )  # fmt: skip
 
 

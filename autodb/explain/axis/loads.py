@@ -72,6 +72,7 @@ def weights(s: AxisSignals) -> list[Candidate]:
         (s.channel("position"),),
         excludes=frozenset({"spring"}),
         static=True,
+        phased=True,
     )
     return [constant, turning]
 

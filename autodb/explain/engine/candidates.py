@@ -82,7 +82,8 @@ class Candidate:
     has to show together with others. ``first``: it changes all that is recorded in a way that no
     static law looks like. ``coarse``: its forms stand far apart, and are tuned before more is
     looked for. ``usual``: how many times as many
-    machines have it as have another; it decides where nothing recorded does.
+    machines have it as have another; it decides where nothing recorded does. ``phased``: its two
+    columns are one size and one phase, such as a weight's that turns, and count as one.
     """
 
     key: str
@@ -105,6 +106,7 @@ class Candidate:
     first: bool = False
     coarse: bool = False
     usual: float = 1.0
+    phased: bool = False
 
     @property
     def known_as(self) -> str:

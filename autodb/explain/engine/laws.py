@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
-from autodb.explain.engine.plain import NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.plain import ALONE, NEEDED, PlainRows, beside, rms_fall
 from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.tuning import BesideShapes, tuned
 
@@ -61,8 +61,26 @@ def grown(
         if not able:
             break
         best = max(able, key=lambda offer: offer[0] - rows.richness(offer[1]))[1]
-        found = [*beside(found, best.candidate), best]
+        others = beside(found, best.candidate)
+        usual = _more_usual(rows, others, best, [c for _, c in able])
+        best = max(usual, key=lambda choice: choice.candidate.usual, default=best)
+        found = [*others, best]
     return pruned(rows, found)
+
+
+def _more_usual(
+    rows: PlainRows, others: Sequence[Choice], law: Choice, among: Sequence[Choice]
+) -> list[Choice]:
+    """Return those laws that more machines have than one whose columns, beside others, give theirs:
+    where an axis moves one way only, friction by direction gives friction that grows with speed.
+    """
+    return [
+        choice
+        for choice in among
+        if choice.candidate.usual > law.candidate.usual
+        and len(beside(others, choice.candidate)) == len(others)
+        and rows.own_share([*others, law, choice]) <= ALONE
+    ]
 
 
 def _offered(
@@ -132,7 +150,7 @@ def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
                 if candidate.key in taken or not _stands_in(candidate, others):
                     continue
                 offer = rows.with_one_more(others, candidate, like=like)
-                if offer is None:
+                if offer is None or _more_usual(rows, others, offer[1], pair):
                     continue
                 richer = rows.richness(offer[1]) - sum(map(rows.richness, pair))
                 asked = max(richer, 0.0) - NEEDED * candidate.static

@@ -123,20 +123,28 @@ class PlainRows:
 
     def _weigh(self, own_sizes: Array) -> None:
         """Draw own terms to what the simulation says, as far as slow noise of what all static laws
-        leave allows.
+        leave allows. Of loose columns it says nothing: they are drawn to none, as far as their size
+        in all rows allows, for a block that is left out may alone hold the speeds of one.
         """
         self.slow = self._slow([])
-        size = np.maximum(np.abs(OWN_SD * own_sizes), 1e-300)
+        size, loose = OWN_SD * np.abs(own_sizes), ~np.isfinite(own_sizes)
+        if loose.any():
+            size[loose] = np.abs(self._solved(self._all_static([]))[: len(size)][loose])
+        size = np.maximum(size, 1e-300)
         self._weight[self._own] = self.slow / size**2
 
     def _slow(self, choices: Sequence[Choice]) -> float:
         """Return the variance that slow noise gives a row, beside all static laws and choices."""
-        static = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
-        keys = dict.fromkeys((*static, *(c.key for c in choices)))
-        at = np.concatenate([self._own, *(self._places[key] for key in keys)]).astype(np.intp)
+        at = self._all_static(choices)
         left = self._difference - self._rows[:, at] @ self._solved(at)
         lasting = max(_long_run_variance(left, parts) for parts in SLOW)
         return max(lasting, float(np.mean(left**2)), 1e-300)
+
+    def _all_static(self, choices: Sequence[Choice]) -> Index:
+        """Return the places of own columns, all static laws in their first form, and choices."""
+        static = [(c.key, 0) for c in self.candidates if c.static and (c.key, 0) in self._places]
+        keys = dict.fromkeys((*static, *(c.key for c in choices)))
+        return np.concatenate([self._own, *(self._places[key] for key in keys)]).astype(np.intp)
 
     def slow_beside(self, choice: Choice) -> float:
         """Return the variance that slow noise gives a row where a choice is no part of it."""
@@ -294,7 +302,8 @@ class PlainRows:
 
     def richness(self, choice: Choice) -> float:
         """Return the share by which the held-out rms must fall for a choice's further columns."""
-        return NEEDED * (len(self._places[choice.key]) - 1)
+        further = len(self._places[choice.key]) - 1
+        return NEEDED * (further - choice.candidate.phased)
 
     def asked_more(self, choice: Choice) -> float:
         """Return the share by which the held-out rms must fall further for a choice to be taken at
