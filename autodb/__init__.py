@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from autodb.library.database import open_database as open  # noqa: A004 - as `gzip.open`
     from autodb.library.machine import ShopMachine
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 __all__ = ["Database", "ShopMachine", "UnusableInput", "explain", "identify", "open"]
 
 _PLACES = {

@@ -41,7 +41,7 @@ MachineName = Annotated[
     typer.Option("--machine", help="Name of the machine [default: the only one]"),
 ]
 MachineAlone = Annotated[str | None, typer.Argument(metavar="NAME", hidden=True)]
-"""A machine's name behind a command, as it stood before version 0.2."""
+"""A machine's name behind a command, as it stood before version 0.3."""
 Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")]
 SelfContained = Annotated[
     bool,
@@ -108,7 +108,7 @@ def default_machine(db: str | None) -> str | None:
 
 
 def named_machine(name: str | None, alone: str | None) -> str | None:
-    """Return the name of a machine, which stood ``alone`` behind a command before version 0.2."""
+    """Return the name of a machine, which stood ``alone`` behind a command before version 0.3."""
     if alone is not None:
         typer.echo(f"autodb: '{alone}' alone goes in the next version; use --machine", err=True)
     return name or alone

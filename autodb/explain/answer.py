@@ -50,7 +50,7 @@ class Regime(_Part):
     """The range of a signal in which the mismatch sits.
 
     ``share`` of the squared error in the ``rows``, a share of all, whose signal lies in the range;
-    None: of an answer from before version 0.2, which does not say.
+    None: of an answer from before version 0.3, which does not say.
     """
 
     signal: str

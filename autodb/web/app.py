@@ -5,7 +5,6 @@ Units in the service's document: read off the names, which end in them.
 
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
-from importlib.metadata import version
 from typing import Any
 
 from anyio import CapacityLimiter
@@ -13,6 +12,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import JSONResponse, PlainTextResponse
 from starlette.concurrency import run_in_threadpool
 
+from autodb import __version__
 from autodb.store import open_store
 from autodb.store.watched import Watched
 from autodb.web import pages
@@ -120,7 +120,7 @@ def make_app(settings: Settings) -> FastAPI:
 
     app = FastAPI(
         title="autodb",
-        version=version("autodb"),
+        version=__version__,
         description=ABOUT,
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,

@@ -117,5 +117,5 @@ def test_the_figure_is_that_of_the_contracts(
 
 def test_contributing_names_targets_of_the_makefile() -> None:
     targets = set(re.findall(r"^(\w[\w-]*):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    named = set(re.findall(r"\bmake (\w+)", (ROOT / "CONTRIBUTING.md").read_text("utf-8")))
+    named = set(re.findall(r"\bmake ([\w-]+)", (ROOT / "CONTRIBUTING.md").read_text("utf-8")))
     assert named <= targets

@@ -3,7 +3,6 @@
 The whole demo from a wheel is `make wheel-demo`; in the checkout tests/cli/test_demo.py runs it.
 """
 
-import gzip
 import os
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from pathlib import Path
 from hatchling.builders.wheel import WheelBuilder
 
 from tests.conftest import ROOT
+from tests.helpers.released import VERSIONS, unpacked
 
 JOB = """
 import sys
@@ -35,8 +35,9 @@ for asked in (
     ["lookup", "--material", "C45", "--tool", "CNMG 120408", "--diameter", "50", "--depth", "2",
      "--feed", "0.25", "--speed", "220"],
     ["serve", "--help"],
-    ["init", "--db", "sqlite:///earlier.sqlite3"],
+    *(["init", "--db", f"sqlite:///{path}"] for path in sorted(Path().glob("0.*.sqlite3"))),
     ["doctor"],
+    ["--version"],
 ):
     if code := run(asked):
         sys.exit(code)
@@ -44,25 +45,26 @@ for asked in (
 
 
 def test_the_wheel_predicts_a_job_away_from_the_checkout(tmp_path: Path) -> None:
-    unpacked, elsewhere = tmp_path / "unpacked", tmp_path / "elsewhere"
+    installed, elsewhere = tmp_path / "installed", tmp_path / "elsewhere"
     elsewhere.mkdir()
-    packed = ROOT / "tests" / "agent" / "released" / "0.1.0.sqlite3.gz"
-    (elsewhere / "earlier.sqlite3").write_bytes(gzip.decompress(packed.read_bytes()))
+    earlier = [unpacked(name, elsewhere / f"{name}.sqlite3") for name in VERSIONS]
     wheel = next(WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
     subprocess.run(
         [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index",
-         "--no-compile", "--target", str(unpacked), wheel],
+         "--no-compile", "--target", str(installed), wheel],
         check=True,
     )  # fmt: skip
-    assert (unpacked / "bin" / "autodb").exists()
+    assert (installed / "bin" / "autodb").exists()
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", JOB, str(ROOT), str(unpacked)],
-        capture_output=True, text=True, cwd=elsewhere, check=False, env=_environment(unpacked),
+        [sys.executable, "-W", "error", "-c", JOB, str(ROOT), str(installed)],
+        capture_output=True, text=True, cwd=elsewhere, check=False, env=_environment(installed),
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "rough Ø56" in done.stdout
     assert "predicted from conventional values of C45" in done.stdout
-    assert "upgraded from schema 0001 to" in done.stdout
+    assert earlier
+    for schema in earlier:
+        assert f"upgraded from schema {schema} to" in done.stdout
     assert "Usage: autodb serve" in done.stdout
     assert "FAILED" not in done.stdout
     assert (elsewhere / "job.html").exists()

@@ -1,11 +1,10 @@
 """What a machine has learnt of its pairs, as a file of coefficients for other programs."""
 
-from importlib.metadata import version
-
 import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from autodb import __version__
 from autodb.agent.answer.looking_up import Listed, PairReader
 from autodb.agent.answer.made_cards import rake_deg
 from autodb.agent.learn.learnt_from import learnt_from
@@ -39,7 +38,7 @@ def machine_coefficients(
             f"--machine {machine}'"
         )
     return coefficients.Coefficients(
-        autodb=version("autodb"),
+        autodb=__version__,
         written_at=models.now(),
         machine=machine,
         pairs=[_pair(session, pair_reader, one) for one in listed],

@@ -1,6 +1,5 @@
 """Restoring: what was backed up comes back whole, or not at all."""
 
-import gzip
 import json
 import os
 import signal
@@ -13,8 +12,9 @@ import pytest
 
 from autodb.store import create_store, head, models, open_store
 from autodb.store.restoring import restore
-from tests.conftest import ROOT, Cli
+from tests.conftest import Cli
 from tests.helpers.kept import DB, URL, rows_of
+from tests.helpers.released import VERSIONS, unpacked
 
 pytestmark = pytest.mark.usefixtures("one_law", "made_anew")
 
@@ -36,11 +36,11 @@ def test_restoring_brings_back_what_was_backed_up(
     assert rows_of(Path("empty.sqlite3")) == before
 
 
-def test_a_backup_of_a_released_version_is_upgraded(cli: Cli) -> None:
-    packed = ROOT / "tests" / "agent" / "released" / "0.1.0.sqlite3.gz"
-    Path("old.sqlite3").write_bytes(gzip.decompress(packed.read_bytes()))
+@pytest.mark.parametrize("version", VERSIONS)
+def test_a_backup_of_a_released_version_is_upgraded(cli: Cli, version: str) -> None:
+    schema = unpacked(version, Path("old.sqlite3"))
     before = Path("old.sqlite3").read_bytes()
-    assert f"schema 0001, upgraded to {head()}" in cli("restore", "old.sqlite3").out
+    assert f"schema {schema}, upgraded to {head()}" in cli("restore", "old.sqlite3").out
     assert "lathe-1" in cli("machine", "list").out
     assert Path("old.sqlite3").read_bytes() == before
 
