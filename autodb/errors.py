@@ -5,19 +5,26 @@ from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
 
-from autodb.wording import Worded, language_of, msgid, phrase
+from autodb.wording import Worded, language_of, listed, msgid, phrase
 
 
 class UnusableInput(Exception):  # noqa: N818 - the name says what it is to the reader of the message
     """Input that cannot be used: one line with file, column, row and the remedy (exit 2).
 
-    ``language``: the one that it is said in. ``problems``: each of several, without the file.
+    ``line``: what it was raised with, which can be said again in another language than
+    ``language``, the one that it is in. ``problems``: each of several, without the file.
     """
 
     def __init__(self, line: str, problems: Sequence[str] = ()) -> None:
+        self.line = line
         self.language = language_of(line)
         self.problems = tuple(problems)
-        super().__init__("".join(c if c.isprintable() else " " for c in line))
+        super().__init__(printable(line))
+
+
+def printable(line: str) -> str:
+    """Return a line without what would break it."""
+    return "".join(c if c.isprintable() else " " for c in line)
 
 
 class NotThere(UnusableInput):
@@ -35,9 +42,18 @@ def together(where: object, problems: Sequence[str]) -> UnusableInput:
     a.csv: 2 problems: (1) no time; (2) no channel
     """
     if len(problems) == 1:
-        return UnusableInput(f"{where}: {problems[0]}")
-    listed = "; ".join(f"({number}) {said}" for number, said in enumerate(problems, start=1))
-    return UnusableInput(f"{where}: {len(problems)} problems: {listed}", problems)
+        return UnusableInput(behind_name(where, problems[0]))
+    numbered = (behind_name(f"({k})", said, " ") for k, said in enumerate(problems, start=1))
+    said = phrase(
+        "{where}: {count} problems: {problems}",
+        where=where, count=len(problems), problems=listed(numbered, "; ")
+    )  # fmt: skip
+    return UnusableInput(said, problems)
+
+
+def behind_name(where: object, said: str, separator: str = ": ") -> Worded:
+    """Return what is said of a file, or of another place, behind its name."""
+    return listed([str(where), said], separator)
 
 
 MOST_LOOKED_AT = 2000
@@ -57,8 +73,8 @@ def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
         every = sorted(one.name for one in islice(folder.iterdir(), MOST_LOOKED_AT))
     except OSError:
         if str(folder) != "." and not folder.exists():
-            what = f"there is no folder {folder}"
-            return UnusableInput(f"{path}: no such file; {'; '.join(filter(None, (what, remedy)))}")
+            what = phrase("there is no folder {folder}", folder=folder)
+            return _not_there(path, what, remedy)
         every = []
     names = [name for name in every if not name.startswith(".")]
     kind = {Path(name).stem: name for name in names if Path(name).suffix == path.suffix != ""}
@@ -66,12 +82,19 @@ def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
     others = [name for name in names if name not in kind.values()]
     close = close or get_close_matches(path.name, others, n=3, cutoff=NEAR_FILE)
     if close:
-        return UnusableInput(f"{path}: no such file (did you mean {', '.join(close)}?)")
-    if remedy or not path.suffix:
-        return UnusableInput(f"{path}: no such file{remedy and '; '}{remedy}")
-    if not kind:
-        return UnusableInput(f"{path}: no such file; its folder has no {path.suffix} file")
-    return UnusableInput(f"{path}: no such file (there are: {_first(kind.values())})")
+        hint = phrase(" (did you mean {names}?)", names=", ".join(close))
+    elif remedy or not path.suffix:
+        return _not_there(path, remedy)
+    elif not kind:
+        return _not_there(path, phrase("its folder has no {suffix} file", suffix=path.suffix))
+    else:
+        hint = phrase(" (there are: {names})", names=_first(kind.values()))
+    return UnusableInput(phrase("{file}: no such file{hint}", file=path, hint=hint))
+
+
+def _not_there(path: Path, *remedies: str) -> UnusableInput:
+    said = phrase("{file}: no such file", file=path)
+    return UnusableInput(listed([said, *filter(None, remedies)], "; "))
 
 
 def near(name: str, known: Iterable[str]) -> str:

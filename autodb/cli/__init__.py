@@ -17,8 +17,9 @@ from autodb import __version__
 from autodb.cli._common import Stopped
 from autodb.cli._listed import COMMANDS, GROUP_OF, READERS, examples_of
 from autodb.cli._reader import for_its_reader, shown_again
+from autodb.errors import UnusableInput, printable
 from autodb.files.excuses import excuse
-from autodb.wording import ENGLISH, Worded, language_of, presented
+from autodb.wording import ENGLISH, presented
 
 INTERRUPTED = 130
 YOUNG = 20_000
@@ -95,8 +96,8 @@ def _run(arguments: list[str] | None) -> int:
         said = excuse(error)
         if said is None:
             raise
-        line = Worded(said, language_of(error))
-        typer.echo(f"autodb: {shown_again(line)}", err=True)
+        line = error.line if isinstance(error, UnusableInput) else said
+        typer.echo(f"autodb: {printable(shown_again(line))}", err=True)
         return 2
     return _interrupted() if code == INTERRUPTED else int(code or 0)
 

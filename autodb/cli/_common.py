@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from autodb.wording import phrase
+
 if TYPE_CHECKING:
     from rich.table import Table
     from rich.tree import Tree
@@ -64,7 +66,7 @@ def check_page(path: Path | None, *, option: str, self_contained: bool) -> None:
     if path is not None:
         check_target(path, suffix=".html", option=option)
     elif self_contained:
-        raise UnusableInput(f"--self-contained goes with {option} FILE.html")
+        raise UnusableInput(phrase("--self-contained goes with {option} FILE.html", option=option))
 
 
 @contextmanager
@@ -141,7 +143,10 @@ def from_anywhere(db: str | None) -> str:
     url = database_url(db)
     if on_server(url) and make_url(url).password is not None:
         raise UnusableInput(
-            f"{shown_url(url)}: others can read a command's password; put it into ~/.pgpass"
+            phrase(
+                "{url}: others can read a command's password; put it into ~/.pgpass",
+                url=shown_url(url),
+            )
         )
     return whole_url(url)
 

@@ -51,8 +51,12 @@ COMMANDS = {name: place for commands in GROUPS.values() for name, place in comma
 GROUP_OF = {name: group for group, commands in GROUPS.items() for name in commands}
 READERS = frozenset(
     {
-        "calibrate", "refresh", "predict", "lookup", "predictions score", "explain", "plan", "life",
-        "stability", "sensors", "mismatch list", "mismatch show",
+        "demo", "init", "machine add", "machine update", "machine rename", "machine retire",
+        "machine list", "machine show", "look", "import", "calibrate", "refresh", "predict",
+        "lookup", "predictions score", "explain", "mismatch list", "mismatch show",
+        "mismatch confirm", "mismatch reject", "mismatch reopen", "trace", "sensors", "identify",
+        "scale", "reconstruct", "inspect", "plan", "life", "stability", "doctor", "fleet refresh",
+        "fleet learn", "fleet show",
     }
 )  # fmt: skip
 """Commands that answer in the language and the units of their reader."""

@@ -67,7 +67,7 @@ def _answer_in(language: Language = None, units: Units = None) -> None:
     """Answer in a language and in units; raises UnusableInput for those that there are not."""
     if language is None and units is None:
         return
-    from autodb.errors import UnusableInput, near
+    from autodb.errors import UnusableInput, near_words
     from autodb.files.units import SI, SYSTEMS, presentation_of
     from autodb.wording.catalogues import LANGUAGES
 
@@ -75,7 +75,14 @@ def _answer_in(language: Language = None, units: Units = None) -> None:
         ("--language", language, LANGUAGES), ("--units", units, SYSTEMS)
     ):  # fmt: skip
         if given is not None and given not in known:
-            raise UnusableInput(f"{option} '{given}': there is none{near(given, known)}")
+            raise UnusableInput(
+                phrase(
+                    "{option} '{given}': there is none{hint}",
+                    option=option,
+                    given=given,
+                    hint=near_words(given, known),
+                )
+            )
     present_for(presentation_of(language or "en", units or SI))
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Revolutions
 from autodb.nc.reading.travels import ProgramMove
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float]
@@ -203,8 +204,12 @@ def milled(
         if travel.feed is None:
             if _collides(travel, cutter, rows):
                 raise UnusableInput(
-                    f"{source}: line {travel.line}: this rapid goes through the stock; go around "
-                    "it or use a feed"
+                    phrase(
+                        "{source}: line {line}: this rapid goes through the stock; go around it or "
+                        "use a feed",
+                        source=source,
+                        line=travel.line,
+                    )
                 )
             continue
         of_moves[:, k] = _of_step(travel, count)

@@ -35,6 +35,7 @@ from autodb.cutting.stock import Stock
 from autodb.cutting.turning import speed_m_min
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, CuttingSpeed, Linear, Move, Rapid
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -99,7 +100,9 @@ def engagement(
     nothing moves at a feed, or moves go farther than ``LONGEST_M``.
     """
     if not any(isinstance(move, Linear | Arc) for move in moves):
-        raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
+        raise UnusableInput(
+            phrase("{source}: no move at a feed; use a program with G1, G2 or G3", source=source)
+        )
     ends_mm = piece_ends_mm(moves, source=source, step_mm=step_mm)
     stock = stock.divided(ends_mm, cell_mm=step_mm)
     rows, after = engaged_moves(
@@ -190,8 +193,14 @@ def _refuse_farther(moves: Sequence[Move], source: str) -> None:
         way_m += 0.001 * move.length_mm
         if way_m > LONGEST_M:
             raise UnusableInput(
-                f"{source}: line {move.line}: the path is {way_m:.0f} m long from the first "
-                f"move on; use a program of at most {LONGEST_M:.0f} m"
+                phrase(
+                    "{source}: line {line}: the path is {way_m} m long from the first move on; use "
+                    "a program of at most {longest_m} m",
+                    source=source,
+                    line=move.line,
+                    way_m=localized(f"{way_m:.0f}"),
+                    longest_m=localized(f"{LONGEST_M:.0f}"),
+                )
             )
 
 
@@ -203,8 +212,13 @@ def _met(piece: Piece, stock: Stock, source: str, lean: float) -> tuple[Array, A
     depth_mm, outer_mm, after = _beside(piece, stock, lean)
     if plunges and piece.steeper_than(STEEPEST_DEG) and np.any(depth_mm > TOUCH_MM):
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: this move enters the stock inwards and towards "
-            f"the chuck, steeper than {STEEPEST_DEG:g}°; move square to the axis or flatter"
+            phrase(
+                "{source}: line {line}: this move enters the stock inwards and towards the "
+                "chuck, steeper than {steepest_deg}°; move square to the axis or flatter",
+                source=source,
+                line=piece.move.line,
+                steepest_deg=localized(f"{STEEPEST_DEG:g}"),
+            )
         )
     return depth_mm, outer_mm, after
 
@@ -243,8 +257,14 @@ def _refuse_inside(piece: Piece, stock: Stock, source: str, mirror_mm: float | N
         at = inside[0]
         at_mm = x_mm[at] if mirror_mm is None else mirror_mm - x_mm[at]
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: this rapid goes through the stock, at radius "
-            f"{at_mm:.3f} and z {z_mm[at]:.3f} mm; go around it or use a feed"
+            phrase(
+                "{source}: line {line}: this rapid goes through the stock, at radius {at} and "
+                "z {z} mm; go around it or use a feed",
+                source=source,
+                line=piece.move.line,
+                at=localized(f"{at_mm:.3f}"),
+                z=localized(f"{z_mm[at]:.3f}"),
+            )
         )
 
 
@@ -256,17 +276,27 @@ def _refuse_inwards(piece: Piece, before: Piece | None, source: str) -> None:
     turned = before is not None and before.along_z[0] < -1.0 + SQUARE_SHARE
     if turned and piece.square and piece.steep_inwards:
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: this cuts inwards from the surface that was just "
-            "turned, as in a bore or a groove; state the kind of this tool"
+            phrase(
+                "{source}: line {line}: this cuts inwards from the surface that was just "
+                "turned, as in a bore or a groove; state the kind of this tool",
+                source=source,
+                line=piece.move.line,
+            )
         )
 
 
 def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -> None:
     if np.any(depth_mm > edge_mm):
         raise UnusableInput(
-            f"{source}: line {piece.move.line}: {depth_mm.max():.3f} mm deep, more than the "
-            f"edge's {edge_mm:g} mm (a groove, a bore, or other stock than this?); state the kind "
-            "of this tool, or cut shallower"
+            phrase(
+                "{source}: line {line}: {max} mm deep, more than the edge's {edge} mm (a "
+                "groove, a bore, or other stock than this?); state the kind of this tool, or "
+                "cut shallower",
+                source=source,
+                line=piece.move.line,
+                max=localized(f"{depth_mm.max():.3f}"),
+                edge=localized(f"{edge_mm:g}"),
+            )
         )
 
 
@@ -292,8 +322,12 @@ def engagement_rows(
     endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
     if endless and np.any(ends_mm <= 0):
         raise UnusableInput(
-            f"{source}: line {move.line}: G96 reaches the axis without a speed limit; state "
-            "max_speed_rpm in the machine's [spindle], or G50 S, G92 S or LIMS before it"
+            phrase(
+                "{source}: line {line}: G96 reaches the axis without a speed limit; state "
+                "max_speed_rpm in the machine's [spindle], or G50 S, G92 S or LIMS before it",
+                source=source,
+                line=move.line,
+            )
         )
     rpm = speed.at_rpm(x_mm)
     feed_mm_rev = move.feed.mm_rev(rpm)

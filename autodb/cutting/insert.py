@@ -24,6 +24,7 @@ from autodb.cutting import turning
 from autodb.cutting.elements import Elements
 from autodb.cutting.shear import Edge
 from autodb.errors import UnusableInput
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -161,8 +162,12 @@ def _entering(inserts: Sequence[Insert], inward_rad: Array) -> Array:
         which = int(np.argmax(refused.any(axis=1)))
         worst = np.degrees(inward_rad[np.argmax(np.abs(entering[which] - 0.5 * np.pi))])
         raise UnusableInput(
-            f"an edge at {inserts[which].kappa_deg:g}° cannot follow a feed {worst:g}° off the "
-            "axis; use a tool with another kappa_deg or included_deg"
+            phrase(
+                "an edge at {kappa_deg}° cannot follow a feed {worst}° off the axis; use a "
+                "tool with another kappa_deg or included_deg",
+                kappa_deg=localized(f"{inserts[which].kappa_deg:g}"),
+                worst=localized(f"{worst:g}"),
+            )
         )
     return np.asarray(entering)
 

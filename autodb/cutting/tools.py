@@ -14,7 +14,7 @@ from autodb.cutting.endmill import EndMill
 from autodb.cutting.insert import Insert
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.wording import localized, shop_amount
+from autodb.wording import listed, localized, phrase, shop_amount
 
 Tool = TypeVar("Tool", Insert, EndMill, Drill)
 
@@ -129,7 +129,10 @@ def drill_of(stated: Mapping[str, float]) -> Assumed[Drill]:
     _need(stated, "diameter_mm")
     if stated.get("teeth", 2) != 2:
         raise UnusableInput(
-            f"a drill with {stated['teeth']:g} lips is not modelled; use one with 2"
+            phrase(
+                "a drill with {stated} lips is not modelled; use one with 2",
+                stated=localized(f"{stated['teeth']:g}"),
+            )
         )
 
     def made(n: Mapping[str, float]) -> Drill:
@@ -164,5 +167,8 @@ def _need(stated: Mapping[str, float], *names: str) -> None:
     lacking = [name for name in names if name not in stated]
     if lacking:
         raise UnusableInput(
-            f"the tool's {' and '.join(lacking)} is not known; state it in a tool file"
+            phrase(
+                "the tool's {names} is not known; state it in a tool file",
+                names=listed(lacking, phrase(" and ")),
+            )
         )

@@ -33,6 +33,7 @@ from autodb.cutting.pieces import Piece, pieces
 from autodb.cutting.stock import Stock
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, Linear, Move, Point, Rapid
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 WorkKind = Literal["outside", "boring", "grooving", "threading", "drill"]
@@ -128,7 +129,9 @@ def worked(
     naming ``source`` and the line that its tool cannot cut: a bore or a groove that none explains.
     """
     if not any(isinstance(move, Linear | Arc) for move in moves):
-        raise UnusableInput(f"{source}: no move at a feed; use a program with G1, G2 or G3")
+        raise UnusableInput(
+            phrase("{source}: no move at a feed; use a program with G1, G2 or G3", source=source)
+        )
     at_mm = piece_ends_mm(moves, source=source, step_mm=step_mm)
     widths = [tool.width_mm for tool in tools.values() if tool.width_mm]
     at_mm = np.concatenate([at_mm, *(at_mm + sign * w for w in widths for sign in (1, -1))])
@@ -228,7 +231,11 @@ def _grooving(
 ) -> _Made:
     if tool.width_mm is None:
         raise UnusableInput(
-            f"{source}: line {moves[0].line}: the blade's width is not known; state width_mm"
+            phrase(
+                "{source}: line {line}: the blade's width is not known; state width_mm",
+                source=source,
+                line=moves[0].line,
+            )
         )
     rows, wide = [], []
     for move in moves:
@@ -334,7 +341,11 @@ def _drilling(
 ) -> _Made:
     if tool.diameter_mm is None:
         raise UnusableInput(
-            f"{source}: line {moves[0].line}: the drill's diameter is not known; state diameter_mm"
+            phrase(
+                "{source}: line {line}: the drill's diameter is not known; state diameter_mm",
+                source=source,
+                line=moves[0].line,
+            )
         )
     radius, rows, wide = 0.5 * tool.diameter_mm, [], []
     for move in moves:
@@ -342,7 +353,11 @@ def _drilling(
             continue
         if max(abs(move.start.x_mm), abs(move.end.x_mm)) > _OFF_AXIS_MM:
             raise UnusableInput(
-                f"{source}: line {move.line}: a drill off the axis; state another kind of tool"
+                phrase(
+                    "{source}: line {line}: a drill off the axis; state another kind of tool",
+                    source=source,
+                    line=move.line,
+                )
             )
         for piece in pieces(move, step_mm=step_mm):
             bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.explain.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
 from autodb.records.tables import CutTable, Recording
 from autodb.records.timed import rows_of_file
 from autodb.terms.vocabulary import vocabulary
-from autodb.wording import stored_msgid
+from autodb.wording import localized, phrase, stored_msgid
 
 if TYPE_CHECKING:
     from autodb.explain.long_recordings import LongRecording
@@ -191,14 +191,24 @@ def _unseen(recording: Recording, axis: str) -> list[str]:
 def _check_names(includes: list[str] | None) -> None:
     for name in includes or ():
         if name not in (known := vocabulary()):
-            raise UnusableInput(f"--includes: '{name}' is no term{near(name, sorted(known))}")
+            raise UnusableInput(
+                phrase(
+                    "--includes: '{name}' is no term{hint}",
+                    name=name,
+                    hint=near_words(name, sorted(known)),
+                )
+            )
 
 
 def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> NDArray[np.intp]:
     """Return the simulation's row of each of the recording's rows."""
     key = "cut" if isinstance(recording, CutTable) else "t"
     if key not in simulation:
-        raise UnusableInput(f"{simulation.path}: no column '{key}', the recording has one")
+        raise UnusableInput(
+            phrase(
+                "{file}: no column '{key}', the recording has one", file=simulation.path, key=key
+            )
+        )
     ours, theirs = recording[key], simulation[key]
     place = np.minimum(np.searchsorted(theirs, ours), len(theirs) - 1)
     if key == "t":
@@ -214,8 +224,14 @@ def _rows(recording: Recording | CutTable, simulation: Recording | CutTable) -> 
     off = np.flatnonzero(np.abs(theirs[place] - ours) > allowed)
     if off.size:
         raise UnusableInput(
-            f"{simulation.path}: nothing at {key} = {ours[off[0]]:g} (row {off[0] + 1} of the "
-            f"recording); use the same '{key}' as the recording"
+            phrase(
+                "{file}: nothing at {key} = {ours} (row {off} of the recording); use the same "
+                "'{key}' as the recording",
+                file=simulation.path,
+                key=key,
+                ours=localized(f"{ours[off[0]]:g}"),
+                off=off[0] + 1,
+            )
         )
     return np.asarray(place, dtype=np.intp)
 
@@ -233,13 +249,21 @@ def _over_time(
     wanted = [*effort_channels(missing), *(name for name in FORCES if name in missing)]
     if not efforts and not forces and wanted:
         raise UnusableInput(
-            f"{recording.path}: no channel '{wanted[0]}', which the simulation has"
-            f"{near(wanted[0], list(recording.channels))}"
+            phrase(
+                "{file}: no channel '{wanted}', which the simulation has{hint}",
+                file=recording.path,
+                wanted=wanted[0],
+                hint=near_words(wanted[0], list(recording.channels)),
+            )
         )
     if not efforts and not forces:
         raise UnusableInput(
-            f"{simulation.path}: no drive effort or force in common with the recording "
-            f"({', '.join(shared) or 'nothing'}); use an axis current, or force.x"
+            phrase(
+                "{file}: no drive effort or force in common with the recording ({shared}); use an "
+                "axis current, or force.x",
+                file=simulation.path,
+                shared=", ".join(shared) or phrase("nothing"),
+            )
         )
     found = _axes(rows, simulation, efforts, includes) if efforts else {}
     if forces:
@@ -282,7 +306,10 @@ def _cuts(
     ]
     if not forces:
         raise UnusableInput(
-            f"{simulation.path}: no force.x, force.y or force.z that the recording has in every cut"
+            phrase(
+                "{file}: no force.x, force.y or force.z that the recording has in every cut",
+                file=simulation.path,
+            )
         )
     from autodb.explain.cuts.answers import explain_cuts
 

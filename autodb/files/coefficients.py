@@ -11,9 +11,10 @@ from typing import Literal
 
 from pydantic import Field, ValidationError
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
 from autodb.files.toml import Finite, Section
 from autodb.files.tool import Geometry, ToolKind
+from autodb.wording import phrase
 
 
 class BoundedValue(Section):
@@ -99,10 +100,12 @@ def read_coefficients(path: Path) -> Coefficients:
     try:
         return Coefficients.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise UnusableInput(f"{path}: is no JSON ({error})") from None
+        raise UnusableInput(
+            phrase("{file}: is no JSON ({error})", file=path, error=error)
+        ) from None
     except ValidationError as error:
         from autodb.wording.mistakes import mistake_words
 
         first = error.errors()[0]
         where = ".".join(str(one) for one in first["loc"])
-        raise UnusableInput(f"{path}: {where}: {mistake_words(first)}") from None
+        raise UnusableInput(behind_name(path, behind_name(where, mistake_words(first)))) from None

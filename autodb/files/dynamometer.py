@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, model_validator
 
 from autodb.files.toml import NotNegative, Positive, Section
+from autodb.wording import phrase
 
 COMPONENTS = ("x", "y", "z")
 
@@ -74,8 +75,11 @@ class DynamometerSection(StatedUncertainty):
         also = next((name for name in parts if getattr(self, name) is not None), None)
         if self.stated and also is not None:
             raise ValueError(
-                f"uncertainty_percent and uncertainty_N are the whole, {also} is a part of it; "
-                "state one or the other"
+                phrase(
+                    "uncertainty_percent and uncertainty_N are the whole, {also} is a part of it; "
+                    "state one or the other",
+                    also=also,
+                )
             )
         return self
 

@@ -5,11 +5,23 @@ import os
 import sqlite3
 from pathlib import Path
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
+from autodb.wording import msgid, phrase
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 """Of a full disk, and of a share of it that is used up."""
-DOCTOR = "run 'autodb doctor'"
+DOCTOR = msgid("run 'autodb doctor'")
+SYSTEM = {
+    errno.ENOENT: msgid("No such file or directory"),
+    errno.EACCES: msgid("Permission denied"),
+    errno.EPERM: msgid("Operation not permitted"),
+    errno.EROFS: msgid("Read-only file system"),
+    errno.EISDIR: msgid("Is a directory"),
+    errno.ENOTDIR: msgid("Not a directory"),
+    errno.EEXIST: msgid("File exists"),
+    errno.ENAMETOOLONG: msgid("File name too long"),
+}
+"""What the system says of a file, in its own words (POSIX, strerror)."""
 
 
 def excuse(error: Exception) -> str | None:
@@ -19,9 +31,18 @@ def excuse(error: Exception) -> str | None:
     if is_full(error):
         return full_under(getattr(getattr(error, "orig", error), "filename", None))
     if isinstance(error, OSError):
-        where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or error}"
+        said = (
+            phrase(SYSTEM[error.errno]) if error.errno in SYSTEM else str(error.strerror or error)
+        )
+        return behind_name(error.filename, said) if error.filename else said
     return _of_the_database(error)
+
+
+def system_words(error: OSError) -> str:
+    """Return what the system says of a file, for the reader."""
+    if error.errno in SYSTEM:
+        return phrase(SYSTEM[error.errno])
+    return str(error.strerror or error)
 
 
 def is_full(error: BaseException) -> bool:
@@ -35,9 +56,10 @@ def is_full(error: BaseException) -> bool:
 def full_under(name: str | bytes | None) -> str:
     """Return the line for a full disk that a file, or a folder, of this name lies on."""
     if not name:
-        return "disk full; make room on the disk"
+        return phrase("disk full; make room on the disk")
     place = Path(os.fsdecode(name)).absolute()
-    return f"disk full under {place if place.is_dir() else place.parent}; make room on the disk"
+    folder = place if place.is_dir() else place.parent
+    return phrase("disk full under {folder}; make room on the disk", folder=folder)
 
 
 def _of_the_database(error: Exception) -> str | None:
@@ -45,28 +67,32 @@ def _of_the_database(error: Exception) -> str | None:
     cause = getattr(error, "orig", error)
     if type(cause).__module__.startswith("psycopg"):
         said = str(cause).splitlines()[0]
-        return f"the database: {said}; {_of_a_server(str(getattr(cause, 'sqlstate', None)))}"
+        return phrase(
+            "the database: {said}; {cause}",
+            said=said,
+            cause=_of_a_server(str(getattr(cause, "sqlstate", None))),
+        )
     if not type(cause).__module__.startswith("sqlite3"):
         return None
     works = {
-        "locked": "wait until the other program that writes to it is done",
-        "readonly": "give write permission, or use another database",
+        "locked": phrase("wait until the other program that writes to it is done"),
+        "readonly": phrase("give write permission, or use another database"),
     }
     known = next((text for word, text in works.items() if word in str(cause)), None)
-    return f"the database: {cause}; {known or DOCTOR}"
+    return phrase("the database: {said}; {cause}", said=cause, cause=known or phrase(DOCTOR))
 
 
 def _of_a_server(state: str) -> str:
     """Return the remedy after an error of a server, by its SQLSTATE (PostgreSQL, app. A)."""
     works = {
-        "None": "try again when the server answers",
-        "08": "try again when the server answers",
-        "57P": "try again when the server answers",
-        "40": "nothing was changed, try again",
-        "55P03": "wait until the other program that writes to it is done",
-        "25006": "use a database that can be written to",
-        "42501": "use a database role that may do that",
-        "53100": "make room on the server's disk",
+        "None": phrase("try again when the server answers"),
+        "08": phrase("try again when the server answers"),
+        "57P": phrase("try again when the server answers"),
+        "40": phrase("nothing was changed, try again"),
+        "55P03": phrase("wait until the other program that writes to it is done"),
+        "25006": phrase("use a database that can be written to"),
+        "42501": phrase("use a database role that may do that"),
+        "53100": phrase("make room on the server's disk"),
     }
     known = next((text for begin, text in works.items() if state.startswith(begin)), None)
-    return known or DOCTOR
+    return known or phrase(DOCTOR)

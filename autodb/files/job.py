@@ -9,6 +9,7 @@ from pydantic.config import JsonDict
 from autodb.files.job_cut import Across, Coordinate, Diameter, EndDiameter, JobCut
 from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Section, read_toml
+from autodb.wording import phrase
 
 
 def is_none(value: object) -> bool:
@@ -52,7 +53,9 @@ class ProgramTool(Section):
     def _what_its_kind_needs(self) -> "ProgramTool":
         needs = _NEEDS.get(self.kind)
         if needs is not None and getattr(self, needs) is None:
-            raise ValueError(f"a tool of kind '{self.kind}' needs {needs}")
+            raise ValueError(
+                phrase("a tool of kind '{kind}' needs {needs}", kind=self.kind, needs=needs)
+            )
         return self
 
 
@@ -94,20 +97,27 @@ class JobProgram(Section):
         given = [self.stock_diameter_mm, self.stock, self.block_mm]
         if sum(one is not None for one in given) != 1:
             raise ValueError(
-                "give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no other"
+                phrase(
+                    "give one of stock_diameter_mm (a bar), stock, or block_mm of a mill, and no "
+                    "other"
+                )
             )
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:
-                raise ValueError("block_mm: state [x_low, x_high, y_low, y_high, z_low, z_high]")
+                raise ValueError(
+                    phrase("block_mm: state [x_low, x_high, y_low, y_high, z_low, z_high]")
+                )
         if self.stock is None:
             return self
         if self.stock_face_mm is not None:
-            raise ValueError("stock_face_mm goes with stock_diameter_mm; stock says where it ends")
+            raise ValueError(
+                phrase("stock_face_mm goes with stock_diameter_mm; stock says where it ends")
+            )
         z_mm = [z for z, _ in self.stock]
         if z_mm != sorted(z_mm) or len(set(z_mm)) < 2:
             raise ValueError(
-                "stock: state [z_mm, diameter_mm] at two places or more, with z rising"
+                phrase("stock: state [z_mm, diameter_mm] at two places or more, with z rising")
             )
         return self
 
@@ -133,7 +143,7 @@ class Job(Section):
     @model_validator(mode="after")
     def _cuts_or_a_program(self) -> "Job":
         if bool(self.cut) == (self.program is not None):
-            raise ValueError("give either [[cut]] or [program], and only one of them")
+            raise ValueError(phrase("give either [[cut]] or [program], and only one of them"))
         return self
 
 

@@ -306,7 +306,11 @@ class JobCut(Section):
         if tool_diameter_mm is None:
             what = "mill" if KEYS[self.operation].kind == "end_mill" else "drill"
             raise UnusableInput(
-                f"cut '{self.name}': the {what}'s diameter is not known; state diameter_mm in a "
-                "tool file"
+                phrase(
+                    "cut '{it}': the {what}'s diameter is not known; state diameter_mm in a tool "
+                    "file",
+                    it=self.name,
+                    what=what,
+                )
             )
         return tool_diameter_mm

@@ -9,10 +9,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PositiveInt, model_validator
 
-from autodb.errors import near
+from autodb.errors import near_words
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES
 from autodb.files.dynamometer import DynamometerSection
 from autodb.files.toml import Finite, NotNegative, Positive, ReferenceValue, Section, read_toml
+from autodb.wording import localized, phrase
 
 SPINDLE = "spindle"
 AXES = (*LINEAR_AXES, *ROTARY_AXES, SPINDLE)
@@ -86,7 +87,13 @@ class AxisLimits(Section):
     def _travel(self) -> "AxisLimits":
         low, high = self.travel_low_mm, self.travel_high_mm
         if low is not None and high is not None and low >= high:
-            raise ValueError(f"travel_low_mm {low:g} is not below travel_high_mm {high:g}")
+            raise ValueError(
+                phrase(
+                    "travel_low_mm {low} is not below travel_high_mm {high}",
+                    low=localized(f"{low:g}"),
+                    high=localized(f"{high:g}"),
+                )
+            )
         return self
 
     @model_validator(mode="after")
@@ -95,9 +102,11 @@ class AxisLimits(Section):
         for name, curve in curves.items():
             rpm = [speed for speed, _ in curve or ()]
             if rpm != sorted(set(rpm)):
-                raise ValueError(f"{name}: state [rpm, value] with speeds that rise")
+                raise ValueError(
+                    phrase("{name}: state [rpm, value] with speeds that rise", name=name)
+                )
         if self.efficiency is not None and not any(curves.values()):
-            raise ValueError("efficiency goes with torque_curve or power_curve; state one")
+            raise ValueError(phrase("efficiency goes with torque_curve or power_curve; state one"))
         return self
 
 
@@ -128,8 +137,10 @@ class AxisFile(Section):
     def _counterweight_with_force(self) -> "AxisFile":
         if self.counterweight_force_N is not None and self.counterweight in (None, "none"):
             raise ValueError(
-                'counterweight_force_N needs a counterweight; state counterweight = "weight", '
-                "or leave out the force"
+                phrase(
+                    'counterweight_force_N needs a counterweight; state counterweight = "weight", '
+                    "or leave out the force"
+                )
             )
         return self
 
@@ -145,7 +156,13 @@ class Gear(Section):
     @model_validator(mode="after")
     def _in_order(self) -> "Gear":
         if self.low_rpm >= self.high_rpm:
-            raise ValueError(f"low_rpm {self.low_rpm:g} is not below high_rpm {self.high_rpm:g}")
+            raise ValueError(
+                phrase(
+                    "low_rpm {low} is not below high_rpm {high}",
+                    low=localized(f"{self.low_rpm:g}"),
+                    high=localized(f"{self.high_rpm:g}"),
+                )
+            )
         return self
 
 
@@ -168,7 +185,9 @@ class Retention(Section):
         first, last = self.compress_after_days, self.drop_after_days
         if first is not None and last is not None and last < first:
             raise ValueError(
-                "drop_after_days is less than compress_after_days; use a larger drop_after_days"
+                phrase(
+                    "drop_after_days is less than compress_after_days; use a larger drop_after_days"
+                )
             )
         return self
 
@@ -198,19 +217,34 @@ class MachineFile(Section):
     @model_validator(mode="after")
     def _names(self) -> "MachineFile":
         if not self.axes:
-            raise ValueError("a machine needs axes; add [axes.z] to its file")
+            raise ValueError(phrase("a machine needs axes; add [axes.z] to its file"))
         for name, axis in self.axes.items():
             if name not in AXES:
-                raise ValueError(f"axes.{name}: no axis has this name{near(name, AXES)}")
+                raise ValueError(
+                    phrase(
+                        "axes.{name}: no axis has this name{hint}",
+                        name=name,
+                        hint=near_words(name, AXES),
+                    )
+                )
             if axis.carried_by is not None and axis.carried_by not in self.axes:
-                hint = near(axis.carried_by, self.axes)
-                raise ValueError(f"axes.{name}.carried_by: no axis '{axis.carried_by}'{hint}")
+                hint = near_words(axis.carried_by, self.axes)
+                raise ValueError(
+                    phrase(
+                        "axes.{name}.carried_by: no axis '{carried_by}'{hint}",
+                        name=name,
+                        carried_by=axis.carried_by,
+                        hint=hint,
+                    )
+                )
         for name in self.rotary_order or ():
             if name not in self.axes or name not in ROTARY_AXES:
-                raise ValueError(f"rotary_order: '{name}' is no rotary axis of this file")
+                raise ValueError(
+                    phrase("rotary_order: '{name}' is no rotary axis of this file", name=name)
+                )
         names = [gear.name for gear in self.spindle.gear]
         if len(set(names)) < len(names):
-            raise ValueError("spindle.gear: two gear ranges have the same name")
+            raise ValueError(phrase("spindle.gear: two gear ranges have the same name"))
         return self
 
     @model_validator(mode="after")
@@ -219,7 +253,11 @@ class MachineFile(Section):
             seen = [start]
             while (below := self.axes[seen[-1]].carried_by) is not None:
                 if below in seen:
-                    raise ValueError(f"axes.{start}.carried_by: axes carry each other in a ring")
+                    raise ValueError(
+                        phrase(
+                            "axes.{start}.carried_by: axes carry each other in a ring", start=start
+                        )
+                    )
                 seen.append(below)
         return self
 

@@ -7,6 +7,7 @@ from pydantic import model_validator
 
 from autodb.errors import UnusableInput
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
+from autodb.wording import localized, phrase
 
 SHARE = 0.05
 """Relative sd of the compliance of a bar, of its modulus and where the jaws hold it. Chosen."""
@@ -43,8 +44,11 @@ class MeasuredSection(Section):
     def _alike(self) -> "MeasuredSection":
         if len(self.place_mm) != len(self.diameter_error_mm):
             raise ValueError(
-                f"{len(self.place_mm)} places and {len(self.diameter_error_mm)} errors; give as "
-                "many places as errors"
+                phrase(
+                    "{n} places and {n_2} errors; give as many places as errors",
+                    n=len(self.place_mm),
+                    n_2=len(self.diameter_error_mm),
+                )
             )
         return self
 
@@ -66,7 +70,11 @@ def read_part(path: Path) -> PartFile:
     beyond = [place for place in part.measured.place_mm if place > part.bar.length_mm]
     if beyond:
         raise UnusableInput(
-            f"{path}: measured.place_mm: {beyond[0]:g} is beyond the bar's length_mm, "
-            f"{part.bar.length_mm:g}"
+            phrase(
+                "{file}: measured.place_mm: {beyond} is beyond the bar's length_mm, {length}",
+                file=path,
+                beyond=localized(f"{beyond[0]:g}"),
+                length=localized(f"{part.bar.length_mm:g}"),
+            )
         )
     return part

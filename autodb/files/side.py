@@ -6,12 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PositiveInt, model_validator
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, behind_name, near_words
 from autodb.files.channels import is_channel
 from autodb.files.dynamometer import DynamometerSection, PublicationSection
 from autodb.files.text import TextSection
 from autodb.files.toml import Finite, Positive, Section, checked, read_toml
 from autodb.files.tool import ToolKind, geometry_of, read_tool
+from autodb.wording import listed, phrase
 
 Operation = Literal[
     "slot", "side-up", "side-down", "ramp", "pocket", "turn", "face", "taper", "contour", "drill"
@@ -138,17 +139,23 @@ class SideFile(Section):
     @model_validator(mode="after")
     def _channels(self) -> "SideFile":
         faults = {name: _fault(name, spec) for name, spec in self.channels.items()}
-        said = [f"[channels] '{name}' {fault}" for name, fault in faults.items() if fault]
+        said = [
+            behind_name(f"[channels] '{name}'", fault, " ")
+            for name, fault in faults.items()
+            if fault
+        ]
         if said:
-            raise ValueError("; ".join(said))
+            raise ValueError(listed(said, "; "))
         return self
 
     @model_validator(mode="after")
     def _one_statement_of_forces(self) -> "SideFile":
         if self.source is not None and self.dynamometer is not None:
             raise ValueError(
-                "[source] and [dynamometer] both say where the forces are from; state [source] for "
-                "a publication's forces, [dynamometer] for your own"
+                phrase(
+                    "[source] and [dynamometer] both say where the forces are from; state [source] "
+                    "for a publication's forces, [dynamometer] for your own"
+                )
             )
         return self
 
@@ -188,7 +195,14 @@ def _with_tool_file(path: Path, side: SideFile) -> SideFile:
     for key, value in said.items():
         if known.get(key, value) != value:
             raise UnusableInput(
-                f"{path}: [tool] {key} = {value}, but {side.tool.file} says {known[key]}"
+                phrase(
+                    "{file}: [tool] {key} = {value}, but {file_2} says {known}",
+                    file=path,
+                    key=key,
+                    value=value,
+                    file_2=side.tool.file,
+                    known=known[key],
+                )
             )
     return side.model_copy(update={"tool": ToolSection.model_validate({**known, **said})})
 
@@ -197,12 +211,14 @@ def _fault(name: str, spec: FileColumn) -> str:
     """Return what is wrong with a channel, or nothing."""
     if not is_channel(name):
         known = ["x.position", "x.current", "x.drive_force", "spindle.current", "force.x", "t"]
-        hint = near(name, [*known, "force.z", "z.current", "z.current.range", "z.position", "cut"])
-        return f"is not a channel name{hint}"
+        hint = near_words(
+            name, [*known, "force.z", "z.current", "z.current.range", "z.position", "cut"]
+        )
+        return phrase("is not a channel name{hint}", hint=hint)
     if (spec.column is None) == (spec.row_in is None):
-        return "needs either column or row_in"
+        return phrase("needs either column or row_in")
     if spec.scale == 0:
-        return "has scale 0, which makes every value 0; use another scale"
+        return phrase("has scale 0, which makes every value 0; use another scale")
     if spec.kind == "percent" and spec.rated_A is None:
-        return "of kind percent needs rated_A"
+        return phrase("of kind percent needs rated_A")
     return ""

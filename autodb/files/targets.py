@@ -17,6 +17,7 @@ from pathlib import Path
 
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
+from autodb.wording import localized, phrase
 
 LOGS = ("-wal", "-shm", "-journal")
 """Endings of what SQLite keeps beside a database."""
@@ -31,15 +32,28 @@ Progress = Callable[[str], None]
 def needs_folder(target: Path) -> None:
     """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
     if not target.parent.is_dir():
-        raise UnusableInput(f"{target.parent}: no such folder; create it or name another")
+        raise UnusableInput(
+            phrase("{parent}: no such folder; create it or name another", parent=target.parent)
+        )
 
 
 def check_target(path: Path, *, suffix: str, option: str) -> None:
     """Raise UnusableInput where a file could not be written to ``path``."""
     if path.suffix != suffix:
-        raise UnusableInput(f"{option}: {path} does not end in {suffix}; write FILE{suffix}")
+        raise UnusableInput(
+            phrase(
+                "{option}: {file} does not end in {suffix}; write FILE{suffix}",
+                option=option,
+                file=path,
+                suffix=suffix,
+            )
+        )
     if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; {option} needs the name of a file")
+        raise UnusableInput(
+            phrase(
+                "{file}: is a folder; {option} needs the name of a file", file=path, option=option
+            )
+        )
     needs_folder(path)
 
 
@@ -92,7 +106,10 @@ def replace_by(part: Path, target: Path, *, in_use: bool = False) -> None:
     there = os.path.samestat(target.stat(), same) if in_use else _content(target) == written
     if not there:
         raise UnusableInput(
-            f"{target}: what is on the disk differs from what was written; use another disk"
+            phrase(
+                "{target}: what is on the disk differs from what was written; use another disk",
+                target=target,
+            )
         )
 
 
@@ -145,8 +162,12 @@ def one_writer(target: Path, progress: Progress | None) -> Iterator[None]:
             lock.acquire(timeout=BUSY_S)
     except Timeout:
         raise UnusableInput(
-            f"{target}: another program has been writing it for {BUSY_S:.0f} s; wait until it "
-            "has ended"
+            phrase(
+                "{target}: another program has been writing it for {busy} s; wait until it has "
+                "ended",
+                target=target,
+                busy=localized(f"{BUSY_S:.0f}"),
+            )
         ) from None
     try:
         _sweep(target)

@@ -8,7 +8,8 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
-from autodb.errors import UnusableInput, near, no_such_file
+from autodb.errors import UnusableInput, behind_name, near_words, no_such_file
+from autodb.wording import listed, localized, phrase
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
@@ -44,7 +45,12 @@ class ReferenceValue(Section):
         low = self.value if self.lower is None else self.lower
         high = self.value if self.upper is None else self.upper
         if not low <= self.value <= high:
-            raise ValueError(f"value {self.value:g} must lie between lower and upper")
+            raise ValueError(
+                phrase(
+                    "value {value} must lie between lower and upper",
+                    value=localized(f"{self.value:g}"),
+                )
+            )
         return self
 
 
@@ -64,27 +70,39 @@ def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model
     try:
         return model.model_validate(said)
     except ValidationError as error:
-        raise UnusableInput(f"{where}: {_say(error, model)}") from None
+        raise UnusableInput(behind_name(where, _say(error, model))) from None
 
 
 def _parsed(path: Path, made_by: str) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_MIB * 2**20:
             raise UnusableInput(
-                f"{path}: larger than {LARGEST_MIB} MiB; use a file of some kilobytes"
+                phrase(
+                    "{file}: larger than {largest_mib} MiB; use a file of some kilobytes",
+                    file=path,
+                    largest_mib=LARGEST_MIB,
+                )
             )
         text = path.read_text(encoding="utf-8-sig")
         for number, line in enumerate(text.split("\n"), start=1):
             if line.count(".") > MOST_DOTS:
-                said = f"line {number} has more than {MOST_DOTS} dots; use several lines"
-                raise UnusableInput(f"{path}: {said}")
+                said = phrase(
+                    "line {number} has more than {most_dots} dots; use several lines",
+                    number=number,
+                    most_dots=MOST_DOTS,
+                )
+                raise UnusableInput(behind_name(path, said))
         return tomllib.loads(text)
     except FileNotFoundError:
         raise no_such_file(path, made_by) from None
     except RecursionError:
-        raise UnusableInput(f"{path}: nested too deeply; use a few levels") from None
+        raise UnusableInput(
+            phrase("{file}: nested too deeply; use a few levels", file=path)
+        ) from None
     except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits
-        raise UnusableInput(f"{path}: not a readable TOML file ({error})") from None
+        raise UnusableInput(
+            phrase("{file}: not a readable TOML file ({error})", file=path, error=error)
+        ) from None
 
 
 def _say(error: ValidationError, model: type[BaseModel]) -> str:
@@ -93,8 +111,12 @@ def _say(error: ValidationError, model: type[BaseModel]) -> str:
     found = {_place(one): _mistake(one, keys) for one in reversed(error.errors())}
     places = [place for place in reversed(found) if not _holds_another(place, found)]
     said = [found[place] for place in places]
-    more = [f"{len(said) - MOST_MISTAKES} more mistakes"] if len(said) > MOST_MISTAKES else []
-    return "; ".join([*said[:MOST_MISTAKES], *more])
+    more = (
+        [phrase("{most_mistakes} more mistakes", most_mistakes=len(said) - MOST_MISTAKES)]
+        if len(said) > MOST_MISTAKES
+        else []
+    )
+    return listed([*said[:MOST_MISTAKES], *more], "; ")
 
 
 def _holds_another(place: str, places: Iterable[str]) -> bool:
@@ -111,9 +133,13 @@ def _mistake(mistake: ErrorDetails, keys: list[str]) -> str:
 
     where = _place(mistake)
     if mistake["type"] == "extra_forbidden":
-        return f"{where}: unknown key{near(str(mistake['loc'][-1]), keys)}"
+        return phrase(
+            "{where}: unknown key{hint}",
+            where=where,
+            hint=near_words(str(mistake["loc"][-1]), keys),
+        )
     message = mistake_words(mistake)
-    return f"{where}: {message}" if where else message
+    return behind_name(where, message) if where else message
 
 
 def _keys(schema: dict[str, Any]) -> list[str]:

@@ -23,8 +23,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PositiveInt, ValidationError, model_validator
 from pydantic_core import from_json
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, behind_name, near_words
 from autodb.files.toml import Finite, Positive, Section, read_toml
+from autodb.wording import localized, phrase
 
 ToolKind = Literal["turning_insert", "end_mill", "drill"]
 Angle = Annotated[float, Field(gt=0, lt=180, allow_inf_nan=False)]
@@ -86,8 +87,15 @@ class ToolFile(Section):
         known = {code.symbol: code.ours for code in ISO_13399 if self.kind in code.ours}
         for symbol, value in self.iso13399.items():
             if symbol not in known:
-                hint = near(symbol, known)
-                raise ValueError(f"iso13399.{symbol}: no code of ours for {self.kind}{hint}")
+                hint = near_words(symbol, known)
+                raise ValueError(
+                    phrase(
+                        "iso13399.{symbol}: no code of ours for {kind}{hint}",
+                        symbol=symbol,
+                        kind=self.kind,
+                        hint=hint,
+                    )
+                )
             ours = known[symbol][self.kind]
             try:
                 Geometry.model_validate({ours: int(value) if ours == "teeth" else value})
@@ -95,10 +103,18 @@ class ToolFile(Section):
                 from autodb.wording.mistakes import mistake_words
 
                 said = mistake_words(error.errors()[0])
-                raise ValueError(f"iso13399.{symbol}: {said}") from None
+                raise ValueError(behind_name(f"iso13399.{symbol}", said)) from None
             own = getattr(self.geometry, ours)
             if own is not None and own != value:
-                raise ValueError(f"iso13399.{symbol} = {value:g} but geometry.{ours} = {own:g}")
+                raise ValueError(
+                    phrase(
+                        "iso13399.{symbol} = {value} but geometry.{ours} = {own}",
+                        symbol=symbol,
+                        value=localized(f"{value:g}"),
+                        ours=ours,
+                        own=localized(f"{own:g}"),
+                    )
+                )
         return self
 
 
@@ -110,13 +126,17 @@ def read_tool(path: Path) -> ToolFile:
         said = _said_in_bit(path)
         return ToolFile.model_validate(said)
     except OSError as error:
-        raise UnusableInput(f"{path}: {error.strerror}; name a file that is there") from None
+        raise UnusableInput(
+            phrase(
+                "{file}: {strerror}; name a file that is there", file=path, strerror=error.strerror
+            )
+        ) from None
     except ValidationError as error:
         from autodb.wording.mistakes import mistake_words
 
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
-        raise UnusableInput(f"{path}: {where}: {mistake_words(first)}") from None
+        raise UnusableInput(behind_name(path, behind_name(where, mistake_words(first)))) from None
 
 
 def geometry_of(tool: ToolFile) -> Geometry:
@@ -152,15 +172,23 @@ def _said_in_bit(path: Path) -> dict[str, Any]:
     try:
         bit = from_json(path.read_bytes())
     except ValueError as error:
-        raise UnusableInput(f"{path}: is no JSON ({error}); save the bit again") from None
+        raise UnusableInput(
+            phrase("{file}: is no JSON ({error}); save the bit again", file=path, error=error)
+        ) from None
     if not isinstance(bit, dict) or not isinstance(bit.get("parameter"), dict):
-        raise UnusableInput(f"{path}: parameter: missing; use a bit that FreeCAD has saved")
+        raise UnusableInput(
+            phrase("{file}: parameter: missing; use a bit that FreeCAD has saved", file=path)
+        )
     shape = str(bit.get("shape-type") or Path(str(bit.get("shape", ""))).stem)
     plain = "".join(c for c in shape.lower() if c.isalpha())
     if plain not in _BIT_KINDS:
         raise UnusableInput(
-            f"{path}: shape '{shape}' is no tool whose forces are known; use an end mill, a ball "
-            "end, a bull nose, a drill or an ISO insert"
+            phrase(
+                "{file}: shape '{shape}' is no tool whose forces are known; use an end mill, a "
+                "ball end, a bull nose, a drill or an ISO insert",
+                file=path,
+                shape=shape,
+            )
         )
     kind = _BIT_KINDS[plain]
     stated = {**bit["parameter"], **(bit.get("attribute") or {})}
@@ -181,7 +209,12 @@ def _quantity(path: Path, name: str, value: object) -> float:
     read = _QUANTITY.fullmatch(str(value))
     if read is None or read[2].lower() not in _BIT_UNITS:
         raise UnusableInput(
-            f"{path}: parameter.{name}: '{value}' is no quantity; use one such as '6 mm'"
+            phrase(
+                "{file}: parameter.{name}: '{value}' is no quantity; use one such as '6 mm'",
+                file=path,
+                name=name,
+                value=value,
+            )
         )
     return float(read[1].replace(",", ".")) * _BIT_UNITS[read[2].lower()]
 

@@ -92,10 +92,17 @@ def conversion(unit: str, *, to: str, where: str) -> tuple[float, float]:
         one = float(quantity(1.0, _plain(unit)).to(target).magnitude)
     except DimensionalityError:
         raise UnusableInput(
-            f"{where}: unit '{unit}' cannot become {to}; use {to} or a unit of the same kind"
+            phrase(
+                "{where}: unit '{unit}' cannot become {to}; use {to} or a unit of the same kind",
+                where=where,
+                unit=unit,
+                to=to,
+            )
         ) from None
     except Exception:  # pint's parser fails on nonsense in any way, assertions included
-        raise UnusableInput(f"{where}: unknown unit '{unit}'; use {to}") from None
+        raise UnusableInput(
+            phrase("{where}: unknown unit '{unit}'; use {to}", where=where, unit=unit, to=to)
+        ) from None
     return one - zero, zero
 
 

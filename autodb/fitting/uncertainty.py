@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from autodb.wording import amount_words, localized, phrase
+from autodb.wording.kept import said_again
 
 COVERAGE = 0.9545
 """Share that an expanded uncertainty with k = 2 covers of a normal distribution."""
@@ -84,11 +85,20 @@ class UncertaintyBudget:
         return [self._line(one) for one in self.contributions]
 
     def _line(self, one: BudgetEntry) -> str:
+        name, source = said_again(one.name), said_again(one.source)
         if one.standard is None:
-            return f"{one.name}: {one.source}"
-        few = "" if one.freedom is None else f", {one.freedom:.0f} degrees of freedom"
-        how = f"type {one.evaluation}{few}"
-        return f"{one.name}: {one.standard:.3g} {self.unit} ({how}): {one.source}"
+            return phrase("{name}: {source}", name=name, source=source)
+        value = amount_words(one.standard, self.unit, ".3g")
+        if one.freedom is None:
+            how = phrase("type {letter}", letter=one.evaluation)
+        else:
+            how = phrase(
+                "type {letter}, {freedom} degrees of freedom",
+                letter=one.evaluation, freedom=localized(f"{one.freedom:.0f}")
+            )  # fmt: skip
+        return phrase(
+            "{name}: {value} ({how}): {source}", name=name, value=value, how=how, source=source
+        )
 
     def total(self) -> str:
         """Return the combined and the expanded uncertainty in words."""

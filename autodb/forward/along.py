@@ -23,6 +23,7 @@ from autodb.pairs.engaged import (
 )
 from autodb.pairs.observed import PairCuts
 from autodb.pairs.posterior import PairPosterior
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -68,6 +69,17 @@ class ProgramLine:
         }
 
 
+MOST_LINES = 10
+"""Lines of a program that are listed one by one."""
+
+
+def first_lines(numbers: Sequence[str]) -> str:
+    """Return the numbers of lines as a note lists them: the first, and how many more."""
+    some = ", ".join(numbers[:MOST_LINES])
+    more = len(numbers) - MOST_LINES
+    return phrase("{what} and {count} more", what=some, count=more) if more > 0 else some
+
+
 def nose_leaves(
     lines: Sequence[ProgramLine], beside: Collection[int], nose_mm: float | None
 ) -> Iterator[str]:
@@ -84,14 +96,18 @@ def nose_leaves(
     if most_mm < TOLD_MM:
         return
     numbers = list(dict.fromkeys(f"{one.number}" for one in slanted))
-    more = f" and {len(numbers) - 10} more" if len(numbers) > 10 else ""
-    which = f"lines {', '.join(numbers[:10])}{more} go" if len(numbers) > 1 else (
-        f"line {numbers[0]} goes"
-    )  # fmt: skip
+    which = phrase("line {number} goes", number=numbers[0])
+    if len(numbers) > 1:
+        which = phrase("lines {numbers} go", numbers=first_lines(numbers))
     yield (
-        f"{which} at an angle without G41 or G42: where the "
-        f"program is of the tip and not of the nose's path, a nose of {nose_mm:g} mm leaves up to "
-        f"{most_mm:.2g} mm more, and the depth of the first pass over a cylinder is less by that"
+        phrase(
+            "{which} at an angle without G41 or G42: where the program is of the tip and "
+            "not of the nose's path, a nose of {nose} mm leaves up to {most} mm more, and "
+            "the depth of the first pass over a cylinder is less by that",
+            which=which,
+            nose=localized(f"{nose_mm:g}"),
+            most=localized(f"{most_mm:.2g}"),
+        )
     )
 
 
@@ -129,7 +145,14 @@ def _cuts(
     try:
         return operation.cuts(lines[0].numbers or tool.numbers, rows, called=tool.name)
     except UnusableInput as error:
-        raise UnusableInput(f"{source}: line {_refused(tool, lines)}: {error}") from error
+        raise UnusableInput(
+            phrase(
+                "{source}: line {line}: {error}",
+                source=source,
+                line=_refused(tool, lines),
+                error=error,
+            )
+        ) from error
 
 
 def _refused(tool: ToolOf, lines: Sequence[ProgramLine]) -> int:
@@ -189,7 +212,11 @@ def peaked(cuts: Sequence[PredictedCut]) -> Iterator[str]:
         times = cut.peaks.torque_N_m.value / cut.torque_N_m.value
         if times > PEAKED:
             yield (
-                f"cut {number} '{cut.name}': its largest torque is {times:.1f} times its mean; "
-                "a shoulder or a step is met within a short "
-                "part of its way"
+                phrase(
+                    "cut {number} '{cut}': its largest torque is {times} times its mean; a "
+                    "shoulder or a step is met within a short part of its way",
+                    number=number,
+                    cut=cut.name,
+                    times=localized(f"{times:.1f}"),
+                )
             )

@@ -16,6 +16,7 @@ from autodb.files.job import JobProgram
 from autodb.forward.along import ProgramLine
 from autodb.nc.reading import program_text
 from autodb.pairs.engaged import Conditions
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -83,8 +84,13 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
     found = checksum(path)
     if asked.sha256 not in (None, found):
         raise UnusableInput(
-            f"{path}: is not the program of this job, its sha256 is {found}; use the file with "
-            f"{asked.sha256}"
+            phrase(
+                "{file}: is not the program of this job, its sha256 is {found}; use the file "
+                "with {sha256}",
+                file=path,
+                found=found,
+                sha256=asked.sha256,
+            )
         )
     return text, found
 

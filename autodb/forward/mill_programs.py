@@ -15,7 +15,7 @@ from autodb.cutting.block import ACROSS, Block, Cutter, MilledSteps, milled
 from autodb.errors import UnusableInput
 from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT
-from autodb.forward.along import ProgramLine
+from autodb.forward.along import ProgramLine, first_lines
 from autodb.forward.line_parts import (
     CalledLine,
     Followed,
@@ -39,6 +39,7 @@ from autodb.pairs.engaged import (
     SPEED,
     Conditions,
 )
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -75,7 +76,10 @@ def follow_mill(
     )
     if not lines and not plunged:
         raise UnusableInput(
-            f"{source}: the program cuts no stock; state a block that reaches into the path"
+            phrase(
+                "{source}: the program cuts no stock; state a block that reaches into the path",
+                source=source,
+            )
         )
     return Followed(
         source, sha256, lines, done.fed_s, _names(done, steps), float(steps.removed_mm3.sum()),
@@ -99,9 +103,8 @@ def _spans_mm(travels: PackedMoves) -> dict[str, float]:
 
 def _said(plunged: Sequence[int]) -> Iterator[str]:
     if plunged:
-        some = ", ".join(f"{line}" for line in plunged[:10])
-        more = f" and {len(plunged) - 10} more" if len(plunged) > 10 else ""
-        yield f"mills plunge in lines {some}{more}: what that takes is not predicted"
+        some = first_lines([f"{line}" for line in plunged])
+        yield phrase("mills plunge in lines {lines}: what that takes is not predicted", lines=some)
 
 
 def _names(done: ReadProgram, steps: MilledSteps) -> tuple[str, ...]:
@@ -115,8 +118,14 @@ def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool
     tool = asked.tools.get(name, asked.tools.get(name.lstrip("0"), asked.tools.get(OTHERS)))
     if tool is None or tool.diameter_mm is None:
         raise UnusableInput(
-            f"{source}: line {travel.line}: nothing is stated of tool '{name}'; state its kind, "
-            f"diameter_mm and teeth as [program.tools.{name}] or [program.tools.{OTHERS}]"
+            phrase(
+                "{source}: line {line}: nothing is stated of tool '{name}'; state its kind, "
+                "diameter_mm and teeth as [program.tools.{name}] or [program.tools.{others}]",
+                source=source,
+                line=travel.line,
+                name=name,
+                others=OTHERS,
+            )
         )
     return tool
 
@@ -154,8 +163,15 @@ def _refuse_beyond(
     if beyond.size:
         at = steps.move[beyond[0]]
         raise UnusableInput(
-            f"{source}: line {travels[at].line}: a feed of {tooth[at]:g} mm a tooth is "
-            f"beyond any tool; use {LEAST:g} to {most['feed_mm_tooth']:g}"
+            phrase(
+                "{source}: line {line}: a feed of {tooth} mm a tooth is beyond any tool; use "
+                "{least} to {most}",
+                source=source,
+                line=travels[at].line,
+                tooth=localized(f"{tooth[at]:g}"),
+                least=localized(f"{LEAST:g}"),
+                most=localized(f"{most['feed_mm_tooth']:g}"),
+            )
         )
 
 

@@ -52,6 +52,7 @@ from autodb.pairs.engaged import (
     WIDTH,
     Conditions,
 )
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -100,7 +101,10 @@ def follow(
     lines = tuple(_lines(done, arcs, said, str(path)))
     if not lines:
         raise UnusableInput(
-            f"{path}: the program cuts no stock; state a stock that reaches beyond the path"
+            phrase(
+                "{file}: the program cuts no stock; state a stock that reaches beyond the path",
+                file=path,
+            )
         )
     cuts = {line.number for line in lines}
     tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
@@ -131,7 +135,7 @@ def _work_tool(tool: ProgramTool) -> WorkTool:
     """Return a tool as engagement sees it; an edge of unknown angle follows up a shoulder."""
     if tool.kind == "end_mill":
         raise UnusableInput(
-            "a lathe's tool of kind 'end_mill'; state block_mm for a mill's program"
+            phrase("a lathe's tool of kind 'end_mill'; state block_mm for a mill's program")
         )
     leans_deg = FOLLOWS_DEG if tool.kappa_deg is None else tool.kappa_deg - 90.0
     return WorkTool(
@@ -155,23 +159,32 @@ def stock_of(asked: JobProgram) -> Stock:
 def _refuse_beyond(move: Move, source: str) -> None:
     """Raise UnusableInput for a move that no machine makes: as of a cut that a job states."""
     places = (move.start.x_mm, move.start.z_mm, move.end.x_mm, move.end.z_mm)
-    stated = [("a place", "mm", abs(place), 0.0, "x.position") for place in places]
+    stated = [(phrase("a place"), "mm", abs(place), 0.0, "x.position") for place in places]
     if not isinstance(move, Rapid):
         feed, speed = move.feed, move.speed
         if isinstance(feed, PerRev):
             _refuse_feed(move, feed.mm, source)
         else:
-            stated.append(("a feed", "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
+            stated.append((phrase("a feed"), "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
         if isinstance(speed, CuttingSpeed):
-            stated.append(("a speed", "m/min", speed.m_min, LEAST, "cutting.speed"))
+            stated.append((phrase("a speed"), "m/min", speed.m_min, LEAST, "cutting.speed"))
         else:
-            stated.append(("a speed", "rpm", speed.rpm, LEAST, "spindle.speed"))
+            stated.append((phrase("a speed"), "rpm", speed.rpm, LEAST, "spindle.speed"))
     for what, unit, value, least, channel in stated:
         most = largest_of(channel)
         if not least <= value <= most:
             raise UnusableInput(
-                f"{source}: line {move.line}: {what} of {value:g} {unit} is beyond any machine; "
-                f"use {least:g} to {most:g}"
+                phrase(
+                    "{source}: line {line}: {what} of {value} {unit} is beyond any machine; use "
+                    "{least} to {most}",
+                    source=source,
+                    line=move.line,
+                    what=what,
+                    value=localized(f"{value:g}"),
+                    unit=unit,
+                    least=localized(f"{least:g}"),
+                    most=localized(f"{most:g}"),
+                )
             )
 
 
@@ -181,8 +194,15 @@ def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
     most = MOST_PITCH_MM if thread else MOST_CUT["turning_insert"]["feed_mm_rev"]
     if not LEAST <= mm_rev <= most:
         raise UnusableInput(
-            f"{source}: line {move.line}: a feed of {mm_rev:g} mm/rev is beyond what a tool cuts "
-            f"with; use {LEAST:g} to {most:g}, or G94 or G98 for mm/min"
+            phrase(
+                "{source}: line {line}: a feed of {mm_rev} mm/rev is beyond what a tool cuts "
+                "with; use {least} to {most}, or G94 or G98 for mm/min",
+                source=source,
+                line=move.line,
+                mm_rev=localized(f"{mm_rev:g}"),
+                least=localized(f"{LEAST:g}"),
+                most=localized(f"{most:g}"),
+            )
         )
 
 
@@ -216,8 +236,15 @@ def _refuse_feed_a_minute(done: ContourEngagement, source: str) -> None:
     if beyond.size:
         at = beyond[0]
         raise UnusableInput(
-            f"{source}: line {done.line[at]}: at {done.speed_rpm[at]:.0f} rpm its feed is "
-            f"{done.feed_mm_rev[at]:g} mm a revolution; use at most {most:g}"
+            phrase(
+                "{source}: line {line}: at {speed} rpm its feed is {feed_mm_rev} mm a "
+                "revolution; use at most {most}",
+                source=source,
+                line=done.line[at],
+                speed=localized(f"{done.speed_rpm[at]:.0f}"),
+                feed_mm_rev=localized(f"{done.feed_mm_rev[at]:g}"),
+                most=localized(f"{most:g}"),
+            )
         )
 
 
@@ -227,8 +254,13 @@ def _refuse_drilling(done: ContourEngagement, source: str) -> None:
     if core.any():
         at = int(np.argmax(core))
         raise UnusableInput(
-            f"{source}: line {done.line[at]}: on the spindle's axis this cuts "
-            f"{done.depth_mm[at]:.3f} mm deep, as a drill does; state the kind of this tool"
+            phrase(
+                "{source}: line {line}: on the spindle's axis this cuts {depth} mm deep, as a "
+                "drill does; state the kind of this tool",
+                source=source,
+                line=done.line[at],
+                depth=localized(f"{done.depth_mm[at]:.3f}"),
+            )
         )
 
 

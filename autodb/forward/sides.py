@@ -15,6 +15,7 @@ from autodb.cutting.working import Worked, tool_number
 from autodb.files.job import OTHERS, JobProgram
 from autodb.nc.reading import Arc, Move, Point, Rapid
 from autodb.nc.reading.cycles.cycle_moves import Blade
+from autodb.wording import phrase
 
 
 def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]]:
@@ -29,7 +30,7 @@ def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]
     if not below:
         return tuple(moves), ()
     names = ", ".join(f"{tool}" for tool in below if tool)
-    note = f"X is below 0 where tools {names} cut: seen from above the axis"
+    note = phrase("X is below 0 where tools {names} cut: seen from above the axis", names=names)
     return tuple(_reflected(move) if move.tool in below else move for move in moves), (note,)
 
 
@@ -62,8 +63,13 @@ def cut_sideways(found: Worked) -> tuple[str, ...]:
     ]
     if not lines:
         return ()
-    some = ", ".join(f"{line}" for line in lines[:6]) + (" and more" if len(lines) > 6 else "")
-    return (f"a blade cuts away from the chuck in lines {some}: its z is that of a cut towards it",)
+    some = ", ".join(f"{line}" for line in lines[:6])
+    some = phrase("{what} and more", what=some) if len(lines) > 6 else some
+    said = phrase(
+        "a blade cuts away from the chuck in lines {lines}: its z is that of a cut towards it",
+        lines=some,
+    )
+    return (said,)
 
 
 def inward_deg(found: Worked, rows: NDArray[np.intp]) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from autodb.pairs.engaged import BANDS, BY_NAME, Conditions, Stated, stated_mill
 from autodb.pairs.forecast import expected_means
 from autodb.pairs.observed import PairCuts, Variant
 from autodb.pairs.posterior import PairPosterior
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 
@@ -31,10 +32,20 @@ def waves_N(
     Raises UnusableInput where the operation does not mill, or the cut lacks what it needs.
     """
     if operation not in BANDS:
-        raise UnusableInput(f"operation '{operation}': use {', '.join(BANDS)}")
+        raise UnusableInput(
+            phrase(
+                "operation '{operation}': use {names}", operation=operation, names=", ".join(BANDS)
+            )
+        )
     lacking = BY_NAME[operation].lacking(conditions)
     if lacking:
-        raise UnusableInput(f"operation '{operation}' without {' and '.join(lacking)}")
+        raise UnusableInput(
+            phrase(
+                "operation '{operation}' without {names}",
+                operation=operation,
+                names=listed(lacking, phrase(" and ")),
+            )
+        )
     assumed = tools.end_mill_of(tool.numbers)
     cut = stated_milling(assumed.tool, Stated([conditions]), BANDS[operation])
 

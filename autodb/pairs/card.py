@@ -15,6 +15,7 @@ from autodb.cutting.kienzle import View, ViewRange, kienzle, linear_edge
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.prior import CardForces
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -95,8 +96,15 @@ def kienzle_card(material: str, posterior: Gaussian, at: ViewRange, *, source: s
     m_c = numbers["m_c"]
     if not 0.0 <= m_c.value <= STEEPEST:
         raise UnusableInput(
-            f"'{material}': m_c is {m_c.value:.3g} over chips of {at.thinnest_mm:g} to "
-            f"{at.thickest_mm:g} mm; use chips for which it is 0 to {STEEPEST:g}"
+            phrase(
+                "'{material}': m_c is {value} over chips of {thinnest} to {thickest} mm; use "
+                "chips for which it is 0 to {steepest}",
+                material=material,
+                value=localized(f"{m_c.value:.3g}"),
+                thinnest=localized(f"{at.thinnest_mm:g}"),
+                thickest=localized(f"{at.thickest_mm:g}"),
+                steepest=localized(f"{STEEPEST:g}"),
+            )
         )
     bounds = (m_c.lower, m_c.upper)
     return KienzleCard(material, numbers["k_c1.1"], m_c.value, bounds, at, source)

@@ -11,11 +11,12 @@ from typing import NoReturn
 import numpy as np
 
 from autodb.cutting.kienzle import ViewRange
-from autodb.errors import UnusableInput, near, no_such_file
+from autodb.errors import UnusableInput, near_words, no_such_file
 from autodb.files import csvtext
 from autodb.files.units import RAW, conversion
 from autodb.pairs.card import STEEPEST, UNIT, Bounded, KienzleCard
 from autodb.readers import Columns, open_bases
+from autodb.wording import phrase
 
 STEEPEST_RAKE_DEG = 60.0
 """Beyond any insert or mill. Chosen."""
@@ -91,11 +92,25 @@ def read_cards(path: Path) -> tuple[KienzleCard, ...]:
 def _check_header(path: Path, columns: tuple[str, ...]) -> None:
     for name in columns:
         if name not in COLUMNS:
-            raise UnusableInput(f"{path}: unknown column '{name}'{near(name, COLUMNS)}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: unknown column '{name}'{hint}",
+                    file=path,
+                    name=name,
+                    hint=near_words(name, COLUMNS),
+                )
+            )
     for name in (*LABELS, *NEEDED):
         if name not in columns:
             needed = ", ".join(n for n in COLUMNS if n in LABELS or n in NEEDED)
-            raise UnusableInput(f"{path}: column '{name}' is missing; write {needed}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: column '{name}' is missing; write {needed}",
+                    file=path,
+                    name=name,
+                    needed=needed,
+                )
+            )
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from autodb.fitting.rounds import MIXED_ROUNDS, NotSettled, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, PassiveKnown, Scatter
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -87,7 +88,11 @@ def posterior_of_readings(
     except NotSettled as error:
         cuts = len(np.unique(observed.cut))
         raise UnusableInput(
-            f"{cuts} cuts do not determine the pair ({error}); leave out those that stand out"
+            phrase(
+                "{cuts} cuts do not determine the pair ({error}); leave out those that stand out",
+                cuts=cuts,
+                error=error,
+            )
         ) from error
     return replace(
         prior,

@@ -10,7 +10,7 @@ from pathlib import Path
 from autodb.errors import UnusableInput, no_such_file
 from autodb.files.text import TextSection
 from autodb.readers._base import BLOCK_ROWS, Columns, ColumnSet, Labels
-from autodb.wording import stored_msgid
+from autodb.wording import phrase, stored_msgid
 
 __all__ = ["BLOCK_ROWS", "MOST_COLUMNS", "READERS", "ColumnSet", "Columns", "Labels", "open_bases"]
 
@@ -40,7 +40,7 @@ def reader_of(path: Path) -> str:
     Raises UnusableInput for what is missing, or no kind of file that is read.
     """
     if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; give one recording file")
+        raise UnusableInput(phrase("{file}: is a folder; give one recording file", file=path))
     if not path.exists():
         raise no_such_file(path)
     reader = READERS.get(path.suffix.lower())
@@ -63,18 +63,26 @@ def open_bases(path: Path, stated: TextSection | None = None) -> tuple[ColumnSet
             if not file.read(1):
                 raise UnusableInput(EMPTY.format(file=path))
     except PermissionError:
-        raise UnusableInput(f"{path}: no permission to read it") from None
+        raise UnusableInput(phrase("{file}: no permission to read it", file=path)) from None
     open_file = import_module(f"autodb.readers.{reader}").open_file
     bases: tuple[ColumnSet, ...] = open_file(path, stated or TextSection())
     columns = sum(len(base.columns) for base in bases)
     if columns > MOST_COLUMNS:
         raise UnusableInput(
-            f"{path}: {columns} columns; send at most {MOST_COLUMNS}, only the channels that "
-            "are needed"
+            phrase(
+                "{file}: {columns} columns; send at most {most_columns}, only the channels "
+                "that are needed",
+                file=path,
+                columns=columns,
+                most_columns=MOST_COLUMNS,
+            )
         )
     if not any(base.columns for base in bases):
         raise UnusableInput(
-            f"{path}: no columns of data; store vectors at the top level of a MAT file, "
-            "one-dimensional datasets in HDF5, or channels with rows"
+            phrase(
+                "{file}: no columns of data; store vectors at the top level of a MAT file, "
+                "one-dimensional datasets in HDF5, or channels with rows",
+                file=path,
+            )
         )
     return bases

@@ -21,7 +21,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
-from autodb.wording import stored_msgid
+from autodb.wording import msgid, phrase, stored_msgid
 
 Numbers = NDArray[np.float64]
 Labels = NDArray[np.str_]
@@ -73,8 +73,13 @@ def refuse_twice(path: Path, names: Iterable[str], where: str) -> None:
     twice = [name for name, times in Counter(names).items() if times > 1]
     if twice:
         raise UnusableInput(
-            f"{path}: column '{min(twice)}' stands in the {where} twice; give each column its "
-            "own name"
+            phrase(
+                "{file}: column '{twice}' stands in the {where} twice; give each column its "
+                "own name",
+                file=path,
+                twice=min(twice),
+                where=where,
+            )
         )
 
 
@@ -161,14 +166,19 @@ def damaged(path: Path, kind: str, reason: str) -> UnusableInput:
     """Return the line for a file that is not whole, or for which there is no memory."""
     if reason == NO_MEMORY:
         return UnusableInput(
-            f"{path}: this {kind} file {NO_MEMORY}; use CSV, Parquet or HDF5 "
-            "('-v7.3'), which are read in blocks"
+            phrase(
+                "{file}: this {kind} file {no_memory}; use CSV, Parquet or HDF5 ('-v7.3'), "
+                "which are read in blocks",
+                file=path,
+                kind=kind,
+                no_memory=phrase(NO_MEMORY),
+            )
         )
     why = reason.rstrip(". ")
     return UnusableInput(NOT_WHOLE.format(file=path, kind=kind, reason=why))
 
 
-NO_MEMORY = "asks for more memory than there is"
+NO_MEMORY = msgid("asks for more memory than there is")
 
 
 def undamaged(path: Path, kind: str, read: Callable[[], T]) -> T:
@@ -199,8 +209,13 @@ def library(path: Path, name: str) -> Any:
         found = import_module(name)
     except ImportError:
         raise UnusableInput(
-            f"{path}: reading {path.suffix} needs {name}; run pip install 'autodb[formats]', "
-            "or use CSV or Parquet"
+            phrase(
+                "{file}: reading {suffix} needs {name}; run pip install 'autodb[formats]', or "
+                "use CSV or Parquet",
+                file=path,
+                suffix=path.suffix,
+                name=name,
+            )
         ) from None
     for logger in logging.root.manager.loggerDict:
         if logger.split(".")[0] == name:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from autodb.errors import UnusableInput
+from autodb.wording import phrase
 
 MOST_BESIDE = 64
 """Columns of a matrix that are channels; a wider one is a picture or a spectrum. Chosen."""
@@ -48,8 +49,12 @@ def vectors(h5py: Any, path: Path) -> list[Vector]:
             return
         if item.external or item.is_virtual:
             raise UnusableInput(
-                f"{path}: the rows of '{name}' lie in another file; use a file that holds the "
-                "rows itself"
+                phrase(
+                    "{file}: the rows of '{name}' lie in another file; use a file that holds the "
+                    "rows itself",
+                    file=path,
+                    name=name,
+                )
             )
         if not item.shape or 0 in item.shape:
             return

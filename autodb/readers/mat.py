@@ -16,6 +16,7 @@ from autodb.readers import hdf5
 from autodb.readers._base import Columns, ColumnSet, as_label, as_number
 from autodb.readers._child import isolated, isolated_value
 from autodb.readers.hdf5_columns import LONGER, MOST_BESIDE
+from autodb.wording import phrase
 
 MOST_STRUCTS = 1000
 """Structs of one array that are looked at. Chosen: a struct a cut, of some hundred cuts."""
@@ -67,7 +68,11 @@ def _variables(path: Path, wanted: list[str] | None = None) -> dict[str, _Named]
         kinds = {name: kind for name, _, kind in whosmat(path)}
     except TypeError:
         raise UnusableInput(
-            f"{path}: holds an object that only MATLAB reads; save its numbers as arrays or structs"
+            phrase(
+                "{file}: holds an object that only MATLAB reads; save its numbers as arrays or "
+                "structs",
+                file=path,
+            )
         ) from None
     held = [name for name, kind in kinds.items() if kind in _NUMBERS or kind in _HOLDING]
     wanted = held if wanted is None else [name for name in wanted if name in held]

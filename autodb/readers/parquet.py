@@ -19,6 +19,7 @@ from autodb.readers._base import (
     numpy_columns,
     refuse_twice,
 )
+from autodb.wording import phrase
 
 Way = tuple[str | int, ...]
 """How a column is reached: a column of the file, then fields of a struct or a place in a list."""
@@ -45,7 +46,7 @@ def open_file(path: Path, _: TextSection) -> tuple[ColumnSet, ...]:
             yield numpy_columns(str(path), table, numbers, labels, row)
             row += batch.num_rows
         if not row:
-            raise UnusableInput(f"{path}: no rows of data")
+            raise UnusableInput(phrase("{file}: no rows of data", file=path))
 
     units = {_called(way): said[str(way[0])].decode("utf-8", "replace") for way in ways}
     return (ColumnSet("", tuple(reached), blocks, units),)

@@ -15,6 +15,7 @@ import numpy as np
 from autodb.errors import UnusableInput
 from autodb.files.text import TextSection
 from autodb.readers._base import Columns, ColumnSet, Numbers, as_label, undamaged
+from autodb.wording import phrase
 
 KIND = "SINUMERIK trace"
 TIME = "t"
@@ -86,8 +87,11 @@ def _elements(path: Path) -> Iterator[tuple[int, ElementTree.Element]]:
         if event == "start":
             if not parents and one.tag != ROOT:
                 raise UnusableInput(
-                    f"{path}: XML, but no trace of a SINUMERIK control; export it as CSV, a column "
-                    "a channel"
+                    phrase(
+                        "{file}: XML, but no trace of a SINUMERIK control; export it as CSV, a "
+                        "column a channel",
+                        file=path,
+                    )
                 )
             frame += one.tag == FRAME
             parents.append(one)

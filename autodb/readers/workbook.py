@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.text import TextSection
 from autodb.readers._base import (
     Columns,
@@ -28,6 +28,7 @@ from autodb.readers.text.beside import lines_of_table
 from autodb.readers.text.cells import UNKNOWN, is_number
 from autodb.readers.text.layout import column_names, stated_units
 from autodb.readers.text.rows import TablePlace, find_table, stated_table
+from autodb.wording import phrase
 
 LIBRARY = "python_calamine"
 KIND = "spreadsheet"
@@ -58,7 +59,9 @@ def open_file(path: Path, stated: TextSection) -> tuple[ColumnSet, ...]:
     found = isolated_value(path, KIND, lambda: _sheets(calamine, path, stated))
     sheets = [_Sheet(**sheet) for sheet in found]
     if not sheets:
-        raise UnusableInput(f"{path}: no sheet has a table with numbers below names")
+        raise UnusableInput(
+            phrase("{file}: no sheet has a table with numbers below names", file=path)
+        )
     return tuple(_base(calamine, path, sheet, several=len(sheets) > 1) for sheet in sheets)
 
 
@@ -66,7 +69,14 @@ def _sheets(calamine: Any, path: Path, stated: TextSection) -> list[dict[str, An
     book = calamine.CalamineWorkbook.from_path(str(path))
     names = list(book.sheet_names)
     if stated.sheet is not None and stated.sheet not in names:
-        raise UnusableInput(f"{path}: no sheet '{stated.sheet}'{near(stated.sheet, names)}")
+        raise UnusableInput(
+            phrase(
+                "{file}: no sheet '{sheet}'{hint}",
+                file=path,
+                sheet=stated.sheet,
+                hint=near_words(stated.sheet, names),
+            )
+        )
     found = []
     for name in [stated.sheet] if stated.sheet else names:
         cells = book.get_sheet_by_name(name).to_python(skip_empty_area=False, nrows=LOOKED_AT)
@@ -106,10 +116,16 @@ def _sheet(name: str, rows: list[list[str]], stated: TextSection) -> _Sheet | No
 
 def _words(name: str, place: TablePlace, ends: int | None) -> str:
     said = [f"sheet '{name}'"]
-    said += ["columns are called by their place"] if place.header is None else []
-    said += [f"row {place.header + 1} names the columns"] if place.header else []
-    said += [f"row {place.units + 1} has units"] if place.units is not None else []
-    said += [f"remarks from row {ends + 1} on left out"] if ends is not None else []
+    said += [phrase("columns are called by their place")] if place.header is None else []
+    said += (
+        [phrase("row {header} names the columns", header=place.header + 1)] if place.header else []
+    )
+    said += (
+        [phrase("row {units} has units", units=place.units + 1)] if place.units is not None else []
+    )
+    said += (
+        [phrase("remarks from row {ends} on left out", ends=ends + 1)] if ends is not None else []
+    )
     return ", ".join(said)
 
 
@@ -128,7 +144,9 @@ def _base(calamine: Any, path: Path, sheet: _Sheet, *, several: bool) -> ColumnS
             if any(cell not in ("", None) for cell in row)
         ]
         if not rows:
-            raise UnusableInput(f"{path}: no rows of data in sheet '{sheet.name}'")
+            raise UnusableInput(
+                phrase("{file}: no rows of data in sheet '{sheet}'", file=path, sheet=sheet.name)
+            )
         place = {name: k for k, name in enumerate(sheet.columns)}
         where = f"{path}: sheet '{sheet.name}'"
         for span in block_rows(len(rows)):

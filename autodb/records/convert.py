@@ -14,6 +14,7 @@ from autodb.readers import Columns
 from autodb.readers.text.cells import name_and_unit
 from autodb.records.tables import EDGE, Array
 from autodb.timing.dates import seconds_of
+from autodb.wording import localized, phrase
 
 LARGEST = 1e15
 """Numbers beyond this are damage, not a measurement in any of our units."""
@@ -142,8 +143,14 @@ class Conversion:
             return found
         row = next(i for i, text in enumerate(texts) if text and seconds_of([text]) is None)
         raise UnusableInput(
-            f"{self.path}: column '{self.stamps}', row {before + row + 1}: '{texts[row][:40]}' is "
-            "no moment; write 2026-11-26T10:00:00.125, or seconds"
+            phrase(
+                "{file}: column '{stamps}', row {row}: '{texts}' is no moment; write "
+                "2026-11-26T10:00:00.125, or seconds",
+                file=self.path,
+                stamps=self.stamps,
+                row=before + row + 1,
+                texts=texts[row][:40],
+            )
         )
 
     def _refuse_damage(self, name: str, spec: FileColumn, numbers: Array, before: int) -> None:
@@ -154,8 +161,14 @@ class Conversion:
         if huge.size:
             row, column = before + int(huge[0]) + 1, spec.column or name
             raise UnusableInput(
-                f"{self.path}: column '{column}', row {row}: {numbers[huge[0]]:g} is no "
-                "measurement; leave the cell empty"
+                phrase(
+                    "{file}: column '{column}', row {row}: {numbers} is no measurement; leave the "
+                    "cell empty",
+                    file=self.path,
+                    column=column,
+                    row=row,
+                    numbers=localized(f"{numbers[huge[0]]:g}"),
+                )
             )
 
     def stated_unit(self, name: str) -> str | None:

@@ -10,11 +10,12 @@ import pyarrow as pa
 from narwhals.exceptions import DuplicateError
 
 from autodb import readers
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.side import SideFile
 from autodb.files.text import TextSection
 from autodb.readers._base import numpy_columns, refuse_twice
 from autodb.records.source import RecordingSource, assembled_source
+from autodb.wording import phrase
 
 UNIT = b"unit"
 """Key under which a column of an Arrow table, and of the Parquet file of it, says its unit."""
@@ -38,11 +39,18 @@ def arrow_of(frame: Any, *, name: str, units: Mapping[str, str] | None = None) -
     made = _known_as(name, frame)
     columns = [str(column) for column in made.columns]
     if not columns or not len(made):
-        raise UnusableInput(f"{name}: no rows of data")
+        raise UnusableInput(phrase("{name}: no rows of data", name=name))
     stated = dict(units or {})
     for column in stated:
         if column not in columns:
-            raise UnusableInput(f"{name}: units: no column '{column}'{near(column, columns)}")
+            raise UnusableInput(
+                phrase(
+                    "{name}: units: no column '{column}'{hint}",
+                    name=name,
+                    column=column,
+                    hint=near_words(column, columns),
+                )
+            )
     arrays = [_array(made[column]) for column in made.columns]
     fields = [
         pa.field(column, array.type, metadata=_said(stated.get(column)))
@@ -65,7 +73,9 @@ def frame_source(table: pa.Table, *, name: str, side: SideFile) -> RecordingSour
     said = {field.name: (field.metadata or {}).get(UNIT, b"").decode() for field in table.schema}
     base = readers.ColumnSet("", tuple(table.column_names), blocks, said)
     if side.csv != TextSection():
-        raise UnusableInput(f"{name}: [csv] says how a text file is written; leave it out")
+        raise UnusableInput(
+            phrase("{name}: [csv] says how a text file is written; leave it out", name=name)
+        )
     return assembled_source(Path(name), [base], side)
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.files.channels import unit_of
 from autodb.files.units import conversion
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 
@@ -31,10 +32,14 @@ class Mistake:
     @property
     def remedy(self) -> str:
         """What to state in the side file."""
-        return f'state unit = "{self.unit}" for {_listed(self.channels)} in the side file'
+        return phrase(
+            'state unit = "{unit}" for {channels} in the side file',
+            unit=self.unit,
+            channels=_listed(self.channels),
+        )
 
     def __str__(self) -> str:
-        return f"{_listed(self.channels)} in {self.unit}"
+        return phrase("{channels} in {unit}", channels=_listed(self.channels), unit=self.unit)
 
 
 class Radius(Mistake):
@@ -48,10 +53,12 @@ class Radius(Mistake):
     @property
     def remedy(self) -> str:
         """What to state in the side file."""
-        return f"set scale = 2 for {_listed(self.channels)} in the side file"
+        return phrase(
+            "set scale = 2 for {channels} in the side file", channels=_listed(self.channels)
+        )
 
     def __str__(self) -> str:
-        return f"{_listed(self.channels)} as a radius"
+        return phrase("{channels} as a radius", channels=_listed(self.channels))
 
 
 class MistakenPerMinute(Mistake):
@@ -67,11 +74,11 @@ class MistakenPerMinute(Mistake):
     @property
     def remedy(self) -> str:
         """What to change."""
-        return "give the feed in millimetres per revolution"
+        return phrase("give the feed in millimetres per revolution")
 
 
 def _listed(channels: tuple[str, ...]) -> str:
-    return " and ".join(filter(None, (", ".join(channels[:-1]), channels[-1])))
+    return listed(filter(None, (", ".join(channels[:-1]), channels[-1])), phrase(" and "))
 
 
 FORCES = ("force.x", "force.y", "force.z")

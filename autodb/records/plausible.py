@@ -21,7 +21,7 @@ from autodb.records.mistaken import SPEEDS, Mistake
 from autodb.records.source import RecordingSource
 from autodb.records.stamps import doubt_of_rate
 from autodb.records.summary import BaseSummary
-from autodb.wording import significant
+from autodb.wording import listed, localized, phrase, significant
 
 LEAST_TRAVEL_MM = 1.0
 """A recording in which axes move, but none by this much, is taken for one in metres,"""
@@ -88,25 +88,41 @@ def _too_large(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     largest = max(abs(channel.minimum), abs(channel.maximum)) if channel.finite else 0.0
     if channel.unit != RAW and largest > largest_of(channel.name):
         yield (
-            f"column '{_column(channel.name, side)}': {largest:g} {unit_of(channel.name)} as "
-            f"{channel.name} is beyond any machine; state its unit in the side file: "
-            f'"{channel.name}" = {{column = …, unit = …}}'
+            phrase(
+                "column '{channel}': {largest} {channel_2} as {channel_3} is beyond any "
+                'machine; state its unit in the side file: "{channel_3}" = {{column = …, unit '
+                "= …}}",
+                channel=_column(channel.name, side),
+                largest=localized(f"{largest:g}"),
+                channel_2=unit_of(channel.name),
+                channel_3=channel.name,
+            )
         )
 
 
 def _too_cold(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     if channel.unit == "°C" and channel.finite and channel.minimum < -273.15:
         yield (
-            f"column '{_column(channel.name, side)}': {channel.minimum:g} °C as {channel.name} "
-            "is below absolute zero; state its unit in the side file"
+            phrase(
+                "column '{channel}': {minimum} °C as {channel_2} is below absolute zero; state "
+                "its unit in the side file",
+                channel=_column(channel.name, side),
+                minimum=localized(f"{channel.minimum:g}"),
+                channel_2=channel.name,
+            )
         )
 
 
 def _below_none(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
     if channel.name in ("tool.cutting_time", DURATION) and channel.finite and channel.minimum < 0.0:
         yield (
-            f"column '{_column(channel.name, side)}': {channel.minimum:g} s as {channel.name} is "
-            "less than none; correct it, or leave the cell empty"
+            phrase(
+                "column '{channel}': {minimum} s as {channel_2} is less than none; correct it, "
+                "or leave the cell empty",
+                channel=_column(channel.name, side),
+                minimum=localized(f"{channel.minimum:g}"),
+                channel_2=channel.name,
+            )
         )
 
 
@@ -115,14 +131,21 @@ def _speeds_apart(base: BaseSummary) -> Iterator[str]:
         factor = rates.factor
         if factor is not None and factor < 0:
             yield (
-                f"{axis}.velocity runs against the slope of {axis}.position over t; set sign = "
-                "-1 for one of them in the side file"
+                phrase(
+                    "{axis}.velocity runs against the slope of {axis}.position over t; set sign = "
+                    "-1 for one of them in the side file",
+                    axis=axis,
+                )
             )
         elif factor is not None and not 1 / WIDEST_FACTOR < factor < WIDEST_FACTOR:
             yield (
-                f"{axis}.velocity is {factor:.3g} times the slope of {axis}.position over t: "
-                "one of the three is in another unit (mm/min is 60, m is 1000); state its unit "
-                "in the side file"
+                phrase(
+                    "{axis}.velocity is {factor} times the slope of {axis}.position over t: one of "
+                    "the three is in another unit (mm/min is 60, m is 1000); state its unit in the "
+                    "side file",
+                    axis=axis,
+                    factor=localized(f"{factor:.3g}"),
+                )
             )
 
 
@@ -138,10 +161,14 @@ def _in_metres(base: BaseSummary, side: SideFile) -> Iterator[str]:
     name = max(moving, key=lambda n: moving[n])
     if not base.channels[name].stated:
         yield (
-            f"column '{_column(name, side)}': {name} travels {significant(moving[name])} mm in "
-            "all, as "
-            f'if logged in metres; state "{name}" = {{column = "{_column(name, side)}", unit = '
-            '"m"} in the side file, or unit = "mm" if it is in mm'
+            phrase(
+                "column '{name}': {name_2} travels {moving} mm in all, as if logged in metres; "
+                'state "{name_2}" = {{column = "{name}", unit = "m"}} in the side file, or '
+                'unit = "mm" if it is in mm',
+                name=_column(name, side),
+                name_2=name,
+                moving=significant(moving[name]),
+            )
         )
 
 
@@ -155,7 +182,9 @@ def left_out_operations(base: BaseSummary) -> tuple[str, ...]:
     if not odd:
         return ()
     listed = ", ".join(f"'{text}'" for text in odd)
-    return (f"no operation of ours: {listed}; nothing is learnt of these cuts",)
+    return (
+        phrase("no operation of ours: {listed}; nothing is learnt of these cuts", listed=listed),
+    )
 
 
 def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
@@ -166,8 +195,15 @@ def _operations(base: BaseSummary, side: SideFile) -> Iterator[str]:
     row, column = base.operations[odd[0]], _column("operation", side)
     means = ", ".join(f'"{text}" = "{suggested_operation(text) or "…"}"' for text in odd)
     yield (
-        f"column '{column}', row {row}: '{odd[0]}' is no operation; say what it means under "
-        f"[values] in the side file: operation = {{{means}}} (of {', '.join(known)})"
+        phrase(
+            "column '{column}', row {row}: '{odd}' is no operation; say what it means "
+            "under [values] in the side file: operation = {{{means}}} (of {names})",
+            column=column,
+            row=row,
+            odd=odd[0],
+            means=means,
+            names=", ".join(known),
+        )
     )
 
 
@@ -177,11 +213,22 @@ def _cuts_apart(base: BaseSummary) -> Iterator[str]:
     if odd.sum() > OUTLYING_SHARE * len(ratios):
         ratio = float(np.median(ratios[odd]))
         mends = [mistake for mistake in SPEEDS if _mends(mistake, ratio)]
-        what = f"as if {' or '.join(map(str, mends))}" if mends else "one of them in another unit"
-        remedy = mends[0].remedy if len(mends) == 1 else "state its unit in the side file"
+        what = (
+            phrase("as if {names}", names=listed(map(str, mends), phrase(" or ")))
+            if mends
+            else phrase("one of them in another unit")
+        )
+        remedy = mends[0].remedy if len(mends) == 1 else phrase("state its unit in the side file")
         yield (
-            f"π · work.diameter · spindle.speed is {ratio:.3g} times cutting.speed in "
-            f"{int(odd.sum())} of {len(ratios)} cuts, {what}; {remedy}"
+            phrase(
+                "π · work.diameter · spindle.speed is {ratio} times cutting.speed in {sum} of "
+                "{n} cuts, {what}; {remedy}",
+                ratio=localized(f"{ratio:.3g}"),
+                sum=int(odd.sum()),
+                n=len(ratios),
+                what=what,
+                remedy=remedy,
+            )
         )
 
 
@@ -202,10 +249,16 @@ def _clipped(channel: ChannelSummary, side: SideFile) -> Iterator[str]:
         far = abs(plateau.value) >= FAR * largest
         if far and plateau.value != 0 and plateau.held >= max(CLIPPED_SAMPLES, channel.elsewhere):
             yield (
-                f"column '{_column(channel.name, side)}': {channel.name} is clipped at "
-                f"{plateau.value:.6g} {channel.unit} ({plateau.held} samples); use a wider "
-                "sensor range, or set clips = true in the side file if the drive itself limits "
-                "the current"
+                phrase(
+                    "column '{channel}': {channel_2} is clipped at {value} {unit} ({held} "
+                    "samples); use a wider sensor range, or set clips = true in the side file if "
+                    "the drive itself limits the current",
+                    channel=_column(channel.name, side),
+                    channel_2=channel.name,
+                    value=localized(f"{plateau.value:.6g}"),
+                    unit=channel.unit,
+                    held=plateau.held,
+                )
             )
             return
 

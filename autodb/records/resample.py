@@ -5,6 +5,7 @@ import numpy as np
 from autodb.errors import UnusableInput
 from autodb.records.source import FEWEST_ROWS, RecordingSource
 from autodb.records.tables import Array, CutTable, Recording
+from autodb.wording import localized, phrase
 
 PASS_BAND = 0.4
 """Low-pass corner as a share of the new rate: below its Nyquist frequency (0.5)."""
@@ -16,14 +17,21 @@ def common_times_s(source: RecordingSource, rate_hz: float) -> Array:
     Raises UnusableInput where they share too little, or one is a table of cuts.
     """
     if not rate_hz > 0:
-        raise UnusableInput(f"--resample {rate_hz:g}: give a rate in Hz above 0")
+        raise UnusableInput(
+            phrase("--resample {rate}: give a rate in Hz above 0", rate=localized(f"{rate_hz:g}"))
+        )
     spans = [(r.t_s[0], r.t_s[-1]) for r in _recordings(source)]
     start_s, end_s = max(start for start, _ in spans), min(end for _, end in spans)
     t_s = start_s + np.arange(int(max(end_s - start_s, 0.0) * rate_hz) + 1) / rate_hz
     if len(t_s) < FEWEST_ROWS:
         raise UnusableInput(
-            f"{source.path}: its time bases share {max(end_s - start_s, 0.0):.3g} s: too little "
-            f"for {rate_hz:g} Hz; read one of them with --group NAME"
+            phrase(
+                "{file}: its time bases share {start} s: too little for {rate} Hz; read one of "
+                "them with --group NAME",
+                file=source.path,
+                start=localized(f"{max(end_s - start_s, 0.0):.3g}"),
+                rate=localized(f"{rate_hz:g}"),
+            )
         )
     return np.asarray(t_s, dtype=np.float64)
 
@@ -40,12 +48,20 @@ def read_at(source: RecordingSource, t_s: Array) -> Recording:
     for recording in recordings:
         if recording.t_s[0] > t_s[0] or recording.t_s[-1] < t_s[-1]:
             raise UnusableInput(
-                f"{source.path}: from {recording.t_s[0]:g} to {recording.t_s[-1]:g} s only; "
-                f"{t_s[0]:g} to {t_s[-1]:g} s are needed"
+                phrase(
+                    "{file}: from {t} to {t_2} s only; {t_3} to {t_4} s are needed",
+                    file=source.path,
+                    t=localized(f"{recording.t_s[0]:g}"),
+                    t_2=localized(f"{recording.t_s[-1]:g}"),
+                    t_3=localized(f"{t_s[0]:g}"),
+                    t_4=localized(f"{t_s[-1]:g}"),
+                )
             )
         for name in recording.channels:
             if name in channels and name != "t":
-                raise UnusableInput(f"{source.path}: '{name}' stands in two time bases")
+                raise UnusableInput(
+                    phrase("{file}: '{name}' stands in two time bases", file=source.path, name=name)
+                )
             if name != "t":
                 channels[name] = _onto(t_s, recording, name)
     return Recording(
@@ -70,7 +86,9 @@ def one_base(
     Where its stamps are those of ``like``, its rows are laid out alike.
     """
     if group is not None and resample_hz is not None:
-        raise UnusableInput("give either --group or --resample: one reads a part, the other all")
+        raise UnusableInput(
+            phrase("give either --group or --resample: one reads a part, the other all")
+        )
     if resample_hz is None:
         only = len(source.bases) == 1 and like is not None
         base = source.choose(None if only else group)
@@ -83,7 +101,9 @@ def one_base(
 def only_over_time(found: Recording | CutTable) -> Recording:
     """Return a recording over time; raises UnusableInput where it is a table of cuts."""
     if isinstance(found, CutTable):
-        raise UnusableInput(f"{found.path}: is a table of cuts; use a recording over time")
+        raise UnusableInput(
+            phrase("{file}: is a table of cuts; use a recording over time", file=found.path)
+        )
     return found
 
 
@@ -91,7 +111,9 @@ def _recordings(source: RecordingSource) -> list[Recording]:
     tables = [base.read() for base in source.usable()]
     series = [table for table in tables if isinstance(table, Recording)]
     if len(series) < len(tables):
-        raise UnusableInput(f"{source.path}: holds a table of cuts; --resample is for recordings")
+        raise UnusableInput(
+            phrase("{file}: holds a table of cuts; --resample is for recordings", file=source.path)
+        )
     return series
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from autodb import readers
-from autodb.errors import UnusableInput, near, together
+from autodb.errors import UnusableInput, near_words, together
 from autodb.files.side import SideFile, StatedColumns, read_sidefile
 from autodb.records.convert import Conversion, specs
 from autodb.records.tables import (
@@ -22,6 +22,8 @@ from autodb.records.tables import (
 )
 from autodb.records.timed import on_even_rows
 from autodb.timing.dates import is_date
+from autodb.wording import listed, phrase
+from autodb.wording.kept import said_again
 
 FEWEST_ROWS = 3
 SHOWN = 12
@@ -120,7 +122,13 @@ class ChannelSet:
         rows = len(channels["t"])
         if rows < FEWEST_ROWS:
             raise UnusableInput(
-                f"{path}: {rows} rows are too few for a recording; record at least {FEWEST_ROWS}"
+                phrase(
+                    "{file}: {rows} rows are too few for a recording; record at least "
+                    "{fewest_rows}",
+                    file=path,
+                    rows=rows,
+                    fewest_rows=FEWEST_ROWS,
+                )
             )
         usable = {name: values for name, values in channels.items() if name not in unusable}
         return Recording(
@@ -151,9 +159,14 @@ class RecordingSource:
         """How the file is written, where that was found out, and which columns are not read."""
         layouts = dict.fromkeys(base.base.layout for base in self.bases if base.base.layout)
         ignored = [column for base in self.bases for column in base.ignored]
-        more = f" and {len(ignored) - SHOWN} more" if len(ignored) > SHOWN else ""
-        unread = f"not read, no channel names it: {', '.join(ignored[:SHOWN])}{more}"
-        return (*(f"read as: {layout}" for layout in layouts), *([unread] if ignored else []))
+        names = ", ".join(ignored[:SHOWN])
+        if len(ignored) > SHOWN:
+            names = phrase("{what} and {count} more", what=names, count=len(ignored) - SHOWN)
+        unread = phrase("not read, no channel names it: {names}", names=names)
+        return (
+            *(phrase("read as: {layout}", layout=said_again(layout)) for layout in layouts),
+            *([unread] if ignored else []),
+        )
 
     def choose(self, group: str | None = None) -> ChannelSet:
         """Return the time base called ``group``, or the only one that can be read.
@@ -165,8 +178,11 @@ class RecordingSource:
         usable = self.usable()
         if len(usable) > 1:
             raise UnusableInput(
-                f"{self.path}: several time bases: {self._listed(usable)}; read one of them "
-                "with --group NAME"
+                phrase(
+                    "{file}: several time bases: {listed}; read one of them with --group NAME",
+                    file=self.path,
+                    listed=self._listed(usable),
+                )
             )
         return usable[0]
 
@@ -176,18 +192,26 @@ class RecordingSource:
         if not found and any(base.has_key for base in self.bases):
             ignored = [column for base in self.bases for column in base.ignored]
             like = get_close_matches("x.current", ignored, n=1)
-            there = near("x.current", ignored) if ignored else ""
-            example = f', such as "x.current" = "{like[0]}"' if like else there
+            there = near_words("x.current", ignored) if ignored else ""
+            example = phrase(', such as "x.current" = "{like}"', like=like[0]) if like else there
             raise UnusableInput(
-                f"{self.path}: no channel beside its time or cut number; name its columns in a "
-                f"side file under [channels]{example}"
+                phrase(
+                    "{file}: no channel beside its time or cut number; name its columns in a side "
+                    "file under [channels]{example}",
+                    file=self.path,
+                    example=example,
+                )
             )
         if not found:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
-                f"{self.path}: neither a column 't' (time, s) nor 'cut'{near('t', columns)}; "
-                'name the column in the side file: [channels] "t" = "NAME OF THE COLUMN", or the '
-                'step of even rows: "t" = {row_in = "*", step_s = SECONDS}'
+                phrase(
+                    "{file}: neither a column 't' (time, s) nor 'cut'{hint}; name the column in "
+                    'the side file: [channels] "t" = "NAME OF THE COLUMN", or the step of even '
+                    'rows: "t" = {{row_in = "*", step_s = SECONDS}}',
+                    file=self.path,
+                    hint=near_words("t", columns),
+                )
             )
         return found
 
@@ -196,15 +220,29 @@ class RecordingSource:
         if found is None:
             if len(self.bases) == 1:
                 raise UnusableInput(
-                    f"{self.path}: no group '{group}'; the file has one time base; leave out "
-                    "--group"
+                    phrase(
+                        "{file}: no group '{group}'; the file has one time base; leave out --group",
+                        file=self.path,
+                        group=group,
+                    )
                 )
             names = [base.name for base in self.bases]
-            raise UnusableInput(f"{self.path}: no group '{group}'{near(group, names)}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: no group '{group}'{hint}",
+                    file=self.path,
+                    group=group,
+                    hint=near_words(group, names),
+                )
+            )
         if not found.has_key:
             raise UnusableInput(
-                f"{self.path}: group '{group}' has neither a column 't' (time, s) nor 'cut'"
-                f"{near('t', found.base.columns)}"
+                phrase(
+                    "{file}: group '{group}' has neither a column 't' (time, s) nor 'cut'{hint}",
+                    file=self.path,
+                    group=group,
+                    hint=near_words("t", found.base.columns),
+                )
             )
         return found
 
@@ -219,7 +257,7 @@ def open_source(path: Path, *, columns: StatedColumns = None) -> RecordingSource
     Raises UnusableInput for a file or side file that cannot be used.
     """
     if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; give a file in it")
+        raise UnusableInput(phrase("{file}: is a folder; give a file in it", file=path))
     readers.reader_of(path)
     if isinstance(columns, SideFile):
         return open_as_stored(path, columns)
@@ -244,10 +282,15 @@ def assembled_source(
     everywhere = [column for base in opened for column in base.columns]
     wanted = dict.fromkeys(str(s.column or s.row_in) for s in side.channels.values())
     there = {*everywhere, "*"}
-    problems = [f"no column '{w}'{near(w, everywhere)}" for w in wanted if w not in there]
+    problems: list[str] = [
+        phrase("no column '{w}'{hint}", w=w, hint=near_words(w, everywhere))
+        for w in wanted
+        if w not in there
+    ]
     layouts = dict.fromkeys(base.layout for base in opened if base.layout)
     if problems and layouts:
-        problems[-1] += f"; the file is read as: {'; '.join(layouts)}"
+        read_as = phrase("the file is read as: {what}", what=listed(map(said_again, layouts), "; "))
+        problems[-1] = listed([problems[-1], read_as], "; ")
     bases = tuple(
         ChannelSet(base, Conversion(path, specs(base.columns, side), side, base.units))
         for base in opened

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.channels import unit_of
 from autodb.files.side import SideFile
 from autodb.timing import Timing, examined
+from autodb.wording import localized, phrase
+from autodb.wording.kept import said_again
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +55,14 @@ class _Table:
         if name in self.unusable:
             raise UnusableInput(self.unusable[name])
         if name not in self.channels:
-            raise UnusableInput(f"{self.path}: no channel '{name}'{self.near(name)}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: no channel '{name}'{near}",
+                    file=self.path,
+                    name=name,
+                    near=self.near(name),
+                )
+            )
         return self.channels[name]
 
     def get(self, name: str) -> Array | None:
@@ -62,7 +71,7 @@ class _Table:
 
     def near(self, name: str) -> str:
         """Return a hint at columns of the file, read or ignored, that look like ``name``."""
-        return near(name, [*self.channels, *self.ignored])
+        return near_words(name, [*self.channels, *self.ignored])
 
     def unit(self, name: str) -> str:
         """Return the unit of channel ``name`` (`raw` for uncalibrated counts)."""
@@ -103,8 +112,12 @@ class Recording(_Table):
         found = examined(self.t_s, {}, where=str(self.path))
         if found.layout is not None:
             raise UnusableInput(
-                f"{self.path}: column 't' is not even ({found}); lay its rows out with "
-                "autodb.records.on_even_rows"
+                phrase(
+                    "{file}: column 't' is not even ({found}); lay its rows out with "
+                    "autodb.records.on_even_rows",
+                    file=self.path,
+                    found=found,
+                )
             )
         return found
 
@@ -126,8 +139,13 @@ class Recording(_Table):
         """
         if len(self.pieces) > 1:
             raise UnusableInput(
-                f"{self.path}: column 't': {self.timing}; this needs even rows without a gap: give "
-                f"one piece as a file of its own ({self.timing.parted(self.t_s)})"
+                phrase(
+                    "{file}: column 't': {timing}; this needs even rows without a gap: give one "
+                    "piece as a file of its own ({parted})",
+                    file=self.path,
+                    timing=said_again(str(self.timing)),
+                    parted=self.timing.parted(self.t_s),
+                )
             )
         return self.timing.rate_hz
 
@@ -169,6 +187,11 @@ def check_cuts(path: Path, cut: Array) -> None:
     if len(numbers) < len(cut):
         row = min(set(range(len(cut))) - set(first.tolist()))
         raise UnusableInput(
-            f"{path}: row {row + 1}: cut {cut[row]:g} stands twice; write one row per cut, or "
-            "rename that column if rows are moments in time"
+            phrase(
+                "{file}: row {row}: cut {cut} stands twice; write one row per cut, or rename "
+                "that column if rows are moments in time",
+                file=path,
+                row=row + 1,
+                cut=localized(f"{cut[row]:g}"),
+            )
         )

@@ -10,6 +10,7 @@ from autodb.records.tables import Array, Recording
 from autodb.timing import StampFinding, Timing, examined
 from autodb.timing.places import EFFORTS, PLACES, drawn_between, filled_between, unwrapped
 from autodb.timing.units import highest_acceleration
+from autodb.wording import phrase
 
 SMOOTH = (*PLACES, ".velocity")
 """Ends of the names of channels that are smooth over time: resampled by splines."""
@@ -84,7 +85,7 @@ def _refuse_doubtful_unit(made: Recording) -> None:
     sharpest = max((one for one in found if one is not None), default=None)
     doubt = doubt_of_rate(made.timing, sharpest, made.side)
     if doubt:
-        raise UnusableInput(f"{made.path}: column 't': {doubt}")
+        raise UnusableInput(phrase("{file}: column 't': {doubt}", file=made.path, doubt=doubt))
 
 
 def rows_of_file(recording: Recording, values: Array, otherwise: Array | None = None) -> Array:

@@ -31,7 +31,7 @@ from autodb.reports.explanation_plots import (
     where_words,
 )
 from autodb.reports.said_in_pages import told
-from autodb.terms.vocabulary import all_terms, effect_called, vocabulary
+from autodb.terms.vocabulary import effect_called, statement_parts, vocabulary
 from autodb.wording import (
     ENGLISH,
     Worded,
@@ -137,9 +137,8 @@ def told_statement(statement: str) -> Markup:
 
 def statement_words(statement: str) -> list[Worded]:
     """Return what was stated of a cause: what its effect does, and the rest as it was kept."""
-    does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
-    rest = statement.removeprefix(does).strip()
-    return [*([phrase(does)] if does else []), *([Worded(rest, "en")] if rest else [])]
+    does, *rest = statement_parts(statement)
+    return [*([phrase(does)] if does else []), *(Worded(one, "en") for one in rest)]
 
 
 def move_words(term: str, others: Sequence[str], text: str, called: Callable[[str], str]) -> Worded:

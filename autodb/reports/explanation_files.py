@@ -18,6 +18,7 @@ from autodb.files.targets import hidden, replace_by
 from autodb.reports.explanation import render_explanation
 from autodb.reports.together_page import recording_folders, render_together
 from autodb.reports.written import LIBRARIES, below, contained, put_library, write_page
+from autodb.wording import phrase
 
 REPORT = "report.html"
 FILES = frozenset({"corrected.csv", REPORT, "explanation.json"})
@@ -86,9 +87,13 @@ def check_folder(folder: Path, *, several: bool = False) -> None:
 
 def _check(folder: Path, ours: Callable[[Path], bool]) -> None:
     if folder.exists() and not folder.is_dir():
-        raise UnusableInput(f"{folder}: is a file; --out needs a folder")
+        raise UnusableInput(phrase("{folder}: is a file; --out needs a folder", folder=folder))
     if folder.is_dir() and not ours(folder):
-        raise UnusableInput(f"{folder}: holds other files, it would be replaced; give a new --out")
+        raise UnusableInput(
+            phrase(
+                "{folder}: holds other files, it would be replaced; give a new --out", folder=folder
+            )
+        )
 
 
 def _replace(folder: Path, write: Callable[[Path], None], ours: Callable[[Path], bool]) -> None:

@@ -16,6 +16,7 @@ from autodb.fitting.gaussian import NORMAL_95
 from autodb.reports import amounts, figures
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.wording import amount_words, localized, msgid, phrase
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -106,7 +107,7 @@ def load_rms(values: Array) -> float:
 def scale_words(sensed: ReconstructedLoad) -> str:
     """Say what made newtons of amperes, and how sure that is; of no drive, what there is to say."""
     if sensed.said is not None:
-        return sensed.said
+        return said_again(sensed.said)
     if sensed.scale is not None:
         percent = 100.0 * NORMAL_95 * sensed.scale.share
         return phrase(
@@ -114,7 +115,7 @@ def scale_words(sensed: ReconstructedLoad) -> str:
             "rows and not in their sd",
             constant=amount_words(sensed.scale.per_ampere, f"{sensed.scale.unit}/A", ".4g"),
             share=_percent(percent, ".2g"),
-            source=sensed.scale.source,
+            source=said_again(sensed.scale.source),
         )
     if sensed.load.unit == "A":
         return phrase(

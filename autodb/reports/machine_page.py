@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.tracing import Node, trace
+from autodb.agent.answer.traced_forces import Node
+from autodb.agent.answer.tracing import trace
 from autodb.agent.learn.precision_history import LearningCurve
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.calibration_records import as_calibration

@@ -38,6 +38,19 @@ CERTIFICATE, CROSSTALK, DRIFT, MOUNTING, NOISE = (
     stored_msgid("dynamometer certificate"), stored_msgid("cross-talk"), stored_msgid("drift"),
     stored_msgid("mounting"), stored_msgid("noise of the dynamometer"),
 )  # fmt: skip
+NAMED = stored_msgid("dynamometer {name}")
+UNNAMED = stored_msgid("dynamometer, not stated which")
+CERTIFIED = stored_msgid("{found}, certificate {certificate}")
+UNCERTIFIED = stored_msgid("{found}, certificate not stated")
+OF_FORCE = stored_msgid("{share} of the force, k = {k}: {found}")
+BESIDE_IT = stored_msgid("{size}, k = 2: {found}")
+BESIDE = stored_msgid("uncertainty as stated, beside")
+FROM_OTHER = stored_msgid("cross-talk from force.{axis}")
+LIMIT_OF_OTHER = stored_msgid("limit {share} of force.{axis}, rectangular")
+LIMIT = stored_msgid("limit {size} over a recording, rectangular")
+TAKEN_NOISE = stored_msgid(
+    "not stated; {share} of the recording's largest force is taken in its place"
+)
 WHOLE = stored_msgid("uncertainty as stated")
 TAKEN = stored_msgid("not stated; {share} of the force is taken in its place")
 WITHIN = stored_msgid("limit {share} of the force, rectangular")
@@ -82,17 +95,19 @@ class ForceStatement:
         if self.source is not None:
             return self.source.words
         name = self.dynamometer.name if self.dynamometer else None
-        return f"dynamometer {name}" if name else "dynamometer"
+        return NAMED.format(name=name) if name else "dynamometer"
 
     @property
     def words(self) -> str:
         """The origin in words, with its certificate."""
         stated = self.dynamometer
         if self.source is not None or stated is None:
-            return self.called if self.source is not None else "dynamometer, not stated which"
+            return self.called if self.source is not None else UNNAMED
         dated = ("dated " + stated.certificate_date) if stated.certificate_date else None
         said = [one for one in (stated.certificate, dated) if one]
-        return f"{self.called}, certificate {', '.join(said) or 'not stated'}"
+        if not said:
+            return UNCERTIFIED.format(found=self.called)
+        return CERTIFIED.format(found=self.called, certificate=", ".join(said))
 
     def errors(self, component: str, forces_N: Mapping[str, float]) -> list[ForceError]:
         """Return the errors that a component of one cut's ``forces_N`` shares with other forces."""
@@ -113,11 +128,17 @@ class ForceStatement:
         percent = of_component(whole.uncertainty_percent, component)
         beside_N = of_component(whole.uncertainty_N, component)
         if percent is not None:
-            said, share = f"{percent:g} % of the force, k = 2: {self.words}", 0.01 * percent
+            said, share = (
+                OF_FORCE.format(share=f"{percent:g} %", k="2", found=self.words),
+                0.01 * percent,
+            )
             yield self._shared(component, WHOLE, share=share / K_OF_WHOLE, source=said)
         if beside_N is not None:
-            said, shift_N = f"{beside_N:g} N, k = 2: {self.words}", beside_N / K_OF_WHOLE
-            yield self._shared(component, f"{WHOLE}, beside", shift_N=shift_N, source=said)
+            said, shift_N = (
+                BESIDE_IT.format(size=f"{beside_N:g} N", found=self.words),
+                beside_N / K_OF_WHOLE,
+            )
+            yield self._shared(component, BESIDE, shift_N=shift_N, source=said)
 
     def _parts(
         self, component: str, stated: DynamometerSection, forces_N: Mapping[str, float]
@@ -128,7 +149,9 @@ class ForceStatement:
             said = TAKEN.format(share=f"{100.0 * share:g} %")
         else:
             share = 0.01 * percent / stated.certificate_k
-            said = f"{percent:g} % of the force, k = {stated.certificate_k:g}: {self.words}"
+            said = OF_FORCE.format(
+                share=f"{percent:g} %", k=f"{stated.certificate_k:g}", found=self.words
+            )
         yield self._shared(component, CERTIFICATE, share=share, source=said)
         percent = of_component(stated.mounting_percent, component)
         if percent is not None:
@@ -138,13 +161,13 @@ class ForceStatement:
         percent = of_component(stated.crosstalk_percent, component)
         for other, force_N in forces_N.items():
             if percent is not None and other != component:
-                name, shift_N = f"{CROSSTALK} from force.{other}", 0.01 * percent * force_N
-                said = f"limit {percent:g} % of force.{other}, rectangular"
+                name, shift_N = FROM_OTHER.format(axis=other), 0.01 * percent * force_N
+                said = LIMIT_OF_OTHER.format(share=f"{percent:g} %", axis=other)
                 moved_N = limits_as_standard(shift_N)
                 yield self._shared(component, name, shift_N=moved_N, source=said)
         limit_N = of_component(stated.drift_N, component)
         if limit_N is not None:
-            said = f"limit {limit_N:g} N over a recording, rectangular"
+            said = LIMIT.format(size=f"{limit_N:g} N")
             moved_N = limits_as_standard(limit_N)
             drift = self._shared(component, DRIFT, shift_N=moved_N, source=said)
             yield replace(drift, passing=True)
@@ -154,17 +177,14 @@ class ForceStatement:
         stated = self.dynamometer
         noise_N = None if stated is None else of_component(stated.noise_N, component)
         if noise_N is not None:
-            said = "standard deviation of the mean of one cut, as stated"
+            said = stored_msgid("standard deviation of the mean of one cut, as stated")
             return ForceError(NOISE, 0.0, noise_N, "B", said)
         bound_N, freedom = measured.scatter_of_repeats(component)
         default_N = DEFAULT_NOISE * measured.largest_N
         if freedom >= ENOUGH_REPEATS and bound_N < default_N:
-            said = "scatter of repeated cuts, which holds the process too"
+            said = stored_msgid("scatter of repeated cuts, which holds the process too")
             return ForceError(NOISE, 0.0, bound_N, "A", said, freedom=freedom)
-        said = (
-            f"not stated; {100.0 * DEFAULT_NOISE:g} % of the recording's largest force is taken in "
-            "its place"
-        )
+        said = TAKEN_NOISE.format(share=f"{100.0 * DEFAULT_NOISE:g} %")
         return ForceError(NOISE, 0.0, default_N, "B", said)
 
 

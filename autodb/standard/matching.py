@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.records.tables import CutTable
 from autodb.standard.protocol import CutProtocol, StandardCut
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -40,11 +41,21 @@ def reference_forces(table: CutTable, protocol: CutProtocol, component: str) -> 
             force[rows] = reference.value
             shares.append((reference.upper - reference.lower) / 3.92 / abs(reference.value))
     if not matched:
-        raise UnusableInput(f"{table.path}: no row is a standard cut of '{protocol.name}'")
+        raise UnusableInput(
+            phrase(
+                "{file}: no row is a standard cut of '{protocol}'",
+                file=table.path,
+                protocol=protocol.name,
+            )
+        )
     if not shares:
         raise UnusableInput(
-            f"protocol '{protocol.name}': no reference for force.{component} yet; "
-            "measure its cuts once with a dynamometer"
+            phrase(
+                "protocol '{protocol}': no reference for force.{component} yet; measure its "
+                "cuts once with a dynamometer",
+                protocol=protocol.name,
+                component=component,
+            )
         )
     return References(force, float(np.mean(shares)))
 
@@ -53,9 +64,14 @@ def _refuse_two_in_one(table: CutTable, cut: StandardCut, twice: NDArray[np.bool
     if twice.any():
         number = table.cut[np.flatnonzero(twice)[0]]
         raise UnusableInput(
-            f"{table.path}: cut {number:g} is '{cut.name}' and another standard cut; a table "
-            "does not state the direction of feed; use a protocol with one direction for each "
-            "speed, feed and depth"
+            phrase(
+                "{file}: cut {number} is '{cut}' and another standard cut; a table does not "
+                "state the direction of feed; use a protocol with one direction for each "
+                "speed, feed and depth",
+                file=table.path,
+                number=localized(f"{number:g}"),
+                cut=cut.name,
+            )
         )
 
 

@@ -13,10 +13,11 @@ from typing import Annotated
 from pydantic import Field, PositiveInt, model_validator
 
 from autodb.assets import kit
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.side import Operation
 from autodb.files.toml import Finite, NotNegative, Positive, Section, read_toml
 from autodb.files.tool import Geometry
+from autodb.wording import phrase
 
 PASSIVE = {"turn": "x", "face": "z"}
 """The axis that stands still in a turning operation: its force shows in no current."""
@@ -151,7 +152,9 @@ def read_protocol(name: str) -> CutProtocol:
     if path.suffix == ".toml":
         return read_toml(path, CutProtocol)
     if name not in shipped():
-        raise UnusableInput(f"no protocol '{name}'{near(name, shipped())}")
+        raise UnusableInput(
+            phrase("no protocol '{name}'{hint}", name=name, hint=near_words(name, shipped()))
+        )
     return read_toml(kit("calibration") / f"{name}.toml", CutProtocol)
 
 

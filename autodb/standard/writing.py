@@ -8,6 +8,7 @@ from typing import Any
 from autodb.errors import UnusableInput
 from autodb.files.targets import hidden, replace_by
 from autodb.standard.protocol import CutProtocol
+from autodb.wording import phrase
 
 
 def as_toml(protocol: CutProtocol) -> str:
@@ -42,7 +43,9 @@ def write_once(text: str, path: Path) -> bool:
         if path.exists():
             if path.read_bytes() == text.encode():
                 return False
-            raise UnusableInput(f"{path}: is there already and differs; use another --out")
+            raise UnusableInput(
+                phrase("{file}: is there already and differs; use another --out", file=path)
+            )
         part.write_text(text, encoding="utf-8")
         replace_by(part, path)
     return True

@@ -43,6 +43,7 @@ from autodb.store.urls import (
     shown_url,
     whole_url,
 )
+from autodb.wording import phrase
 
 __all__ = [
     "DEFAULT_URL",
@@ -127,7 +128,9 @@ def open_store(url: str, *, any_schema: bool = False) -> Store:
     engine = engine_of(url)
     named = shown_url(url)
     if not on_server(url) and not file_of(url).exists():
-        raise NotThere(f"{named}: no database there; make one with 'autodb init'")
+        raise NotThere(
+            phrase("{named}: no database there; make one with 'autodb init'", named=named)
+        )
     try:
         _check_schema(engine, url, any_schema=any_schema)
     except UnusableInput:
@@ -151,10 +154,20 @@ def _check_schema(engine: Engine, url: str, *, any_schema: bool) -> None:
     named = shown_url(url)
     found = revision_of(engine, url)
     if found is None:
-        raise UnusableInput(f"{named}: no autodb database; make one with 'autodb init'")
+        raise UnusableInput(
+            phrase("{named}: no autodb database; make one with 'autodb init'", named=named)
+        )
     if found != head() and not any_schema:
         works = "run 'autodb init'" if found in revisions() else "install a newer autodb"
-        raise UnusableInput(f"{named}: schema {found}, this version needs {head()}; {works}")
+        raise UnusableInput(
+            phrase(
+                "{named}: schema {found}, this version needs {value}; {works}",
+                named=named,
+                found=found,
+                value=head(),
+                works=works,
+            )
+        )
     if not (any_schema or on_server(url)):
         _runs_nothing_else(engine, named)
 
@@ -165,7 +178,11 @@ def _runs_nothing_else(engine: Engine, named: str) -> None:
         strange = trigger_faults(rowsums.driver_of(connection))
     if strange:
         raise UnusableInput(
-            f"{named}: {strange[0]}; restore a backup or an export with 'autodb restore'"
+            phrase(
+                "{named}: {strange}; restore a backup or an export with 'autodb restore'",
+                named=named,
+                strange=strange[0],
+            )
         )
 
 
@@ -194,11 +211,20 @@ def create_store(url: str) -> Created:
         found = revision_of(engine, url)
         if found is None and inspect(engine).get_table_names():
             new = "database" if on_server(url) else "file"
-            raise UnusableInput(f"{named}: holds another program's tables; use a new {new}")
+            raise UnusableInput(
+                phrase(
+                    "{named}: holds another program's tables; use a new {new}", named=named, new=new
+                )
+            )
         if found is not None and found not in revisions():
             raise UnusableInput(
-                f"{named}: schema {found} is not known to this version, which knows up to "
-                f"{head()}; install a newer autodb"
+                phrase(
+                    "{named}: schema {found} is not known to this version, which knows up to "
+                    "{value}; install a newer autodb",
+                    named=named,
+                    found=found,
+                    value=head(),
+                )
             )
     finally:
         engine.dispose()

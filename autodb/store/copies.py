@@ -12,6 +12,7 @@ from autodb.files.targets import Progress, sync
 from autodb.store import head, revisions, rowsums
 from autodb.store.engines import open_sqlite
 from autodb.store.schemas import schema_faults
+from autodb.wording import phrase
 
 PAGES_A_STEP = 2048
 WAIT_S = 5.0
@@ -58,7 +59,9 @@ def copy_of(source: Path, partial: Path, progress: Progress | None) -> Copied:
     except rowsums.UNREADABLE as error:
         if is_full(error):
             raise UnusableInput(full_under(str(partial))) from None
-        raise UnusableInput(f"{source}: cannot be copied as a database ({error})") from None
+        raise UnusableInput(
+            phrase("{source}: cannot be copied as a database ({error})", source=source, error=error)
+        ) from None
     return Copied(before, schema)
 
 
@@ -77,11 +80,18 @@ def stored_schema_of(connection: sqlite3.Connection, path: Path) -> str:
     if "alembic_version" in names:
         row = connection.execute("SELECT version_num FROM alembic_version").fetchone()
     if row is None:
-        raise UnusableInput(f"{path}: no autodb database; use a file that 'autodb backup' wrote")
+        raise UnusableInput(
+            phrase("{file}: no autodb database; use a file that 'autodb backup' wrote", file=path)
+        )
     if row[0] not in revisions():
         raise UnusableInput(
-            f"{path}: schema {row[0]} is not known to this version, which knows up to {head()}; "
-            "install a newer autodb"
+            phrase(
+                "{file}: schema {row} is not known to this version, which knows up to {value}; "
+                "install a newer autodb",
+                file=path,
+                row=row[0],
+                value=head(),
+            )
         )
     return str(row[0])
 
@@ -90,19 +100,33 @@ def _check(copy: sqlite3.Connection, source: Path, schema: str, before: dict[str
     """Raise UnusableInput where a copy is not sound, holds what is not ours, or other values."""
     strange = schema_faults(copy, schema)
     if strange:
-        raise UnusableInput(f"{source}: {strange[0]}; use an earlier backup or an export")
+        raise UnusableInput(
+            phrase(
+                "{source}: {strange}; use an earlier backup or an export",
+                source=source,
+                strange=strange[0],
+            )
+        )
     faults = [row[0] for row in copy.execute("PRAGMA integrity_check") if row[0] != "ok"]
     faults += [f"rows of '{row[0]}' point to no row" for row in copy.execute(
         "PRAGMA foreign_key_check")]  # fmt: skip
     if row_counts(copy) != before:
         faults.append("the copy holds another number of rows")
     if faults:
-        raise UnusableInput(f"{source}: damaged ({faults[0]}); run 'autodb doctor'")
+        raise UnusableInput(
+            phrase(
+                "{source}: damaged ({faults}); run 'autodb doctor'", source=source, faults=faults[0]
+            )
+        )
     altered = rowsums.altered(copy)
     if altered:
         raise UnusableInput(
-            f"{source}: damaged ({altered[0]} changed after they were written); restore an "
-            "earlier backup with 'autodb restore'"
+            phrase(
+                "{source}: damaged ({altered} changed after they were written); restore an "
+                "earlier backup with 'autodb restore'",
+                source=source,
+                altered=altered[0],
+            )
         )
 
 

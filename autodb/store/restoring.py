@@ -12,6 +12,7 @@ from autodb.store import create_store, file_of, head, on_server
 from autodb.store.copies import Copied, connect, copy_of, row_counts, settle, stored_schema_of
 from autodb.store.exports import load_export
 from autodb.store.moving import to_server
+from autodb.wording import phrase
 
 
 def restore(
@@ -55,7 +56,9 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
     if not target.exists():
         for beside in (target.with_name(f"{target.name}{end}") for end in ("-wal", "-journal")):
             if beside.exists():
-                raise UnusableInput(f"{beside}: lies there without its database; move it away")
+                raise UnusableInput(
+                    phrase("{beside}: lies there without its database; move it away", beside=beside)
+                )
         return
     try:
         with closing(connect(target)) as old:
@@ -66,12 +69,20 @@ def _may_be_replaced(target: Path, *, replace: bool) -> None:
         if replace:
             return  # what cannot be read is set aside, not lost
         raise UnusableInput(
-            f"{target}: is there and cannot be read as a database ({error}); move it "
-            "aside with --replace, or use another --db"
+            phrase(
+                "{target}: is there and cannot be read as a database ({error}); move it aside "
+                "with --replace, or use another --db",
+                target=target,
+                error=error,
+            )
         ) from None
     if any(held.values()) and not replace:
         raise UnusableInput(
-            f"{target}: holds {sum(held.values())} rows; use another --db or --replace"
+            phrase(
+                "{target}: holds {values} rows; use another --db or --replace",
+                target=target,
+                values=sum(held.values()),
+            )
         )
 
 
@@ -88,9 +99,15 @@ def _put_in_place(partial: Path, target: Path) -> None:
         except sqlite3.OperationalError as error:
             if "locked" in str(error):
                 raise UnusableInput(
-                    f"{target}: another program has it open ({error}); close that program"
+                    phrase(
+                        "{target}: another program has it open ({error}); close that program",
+                        target=target,
+                        error=error,
+                    )
                 ) from None
-            raise UnusableInput(f"{target}: cannot be replaced ({error})") from None
+            raise UnusableInput(
+                phrase("{target}: cannot be replaced ({error})", target=target, error=error)
+            ) from None
         except sqlite3.DatabaseError:
             _set_aside(target)
             replace_by(partial, target, in_use=True)

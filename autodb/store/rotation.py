@@ -16,6 +16,7 @@ from autodb.files.targets import Progress, one_writer
 from autodb.store.backups import backup
 from autodb.store.copies import Copied
 from autodb.store.restoring import restore
+from autodb.wording import phrase
 
 NAME = re.compile(r"autodb-(\d{8}T\d{6})Z\.sqlite3")
 STAMP = "%Y%m%dT%H%M%S"
@@ -74,7 +75,9 @@ def dated(folder: Path) -> list[Dated]:
     Raises UnusableInput where there is no such folder.
     """
     if not folder.is_dir():
-        raise UnusableInput(f"{folder}: no such folder; create it or name another")
+        raise UnusableInput(
+            phrase("{folder}: no such folder; create it or name another", folder=folder)
+        )
     found = ((path, NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         Dated(path, datetime.strptime(match[1], STAMP).replace(tzinfo=UTC))
@@ -140,8 +143,11 @@ def drill(folder: Path, *, now: datetime, progress: Progress | None = None) -> R
     there = dated(folder)
     if not there:
         raise UnusableInput(
-            f"{folder}: no backup there; make one with 'autodb backup {folder} --keep 7 "
-            "--every day'"
+            phrase(
+                "{folder}: no backup there; make one with 'autodb backup {folder} --keep 7 "
+                "--every day'",
+                folder=folder,
+            )
         )
     with TemporaryDirectory() as aside:
         url = f"sqlite:///{Path(aside) / 'restored.sqlite3'}"
@@ -157,5 +163,7 @@ def age_words(age: timedelta) -> str:
     """
     minutes = round(age / timedelta(minutes=1))
     if minutes < 120:
-        return f"{minutes} min"
-    return f"{minutes // 60} h" if minutes < 72 * 60 else f"{minutes // (24 * 60)} days"
+        return phrase("{count} min", count=minutes)
+    if minutes < 72 * 60:
+        return phrase("{count} h", count=minutes // 60)
+    return phrase("{count} days", count=minutes // (24 * 60))

@@ -7,6 +7,7 @@ from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
 from autodb.errors import UnusableInput
+from autodb.wording import phrase
 
 DEFAULT_URL = "sqlite:///autodb.sqlite3"
 SERVER_URL = "postgresql://USER@HOST/DATABASE"
@@ -31,14 +32,26 @@ def parsed(url: str) -> URL:
     try:
         found = make_url(url)
     except (ArgumentError, ValueError):
-        raise UnusableInput(f"'{url}' is no database URL; {works}") from None
+        raise UnusableInput(
+            phrase("'{url}' is no database URL; {works}", url=url, works=works)
+        ) from None
     if found.drivername in DRIVERS:
         if not found.database:
-            raise UnusableInput(f"{shown_url(url)}: names no database; use {SERVER_URL}")
+            raise UnusableInput(
+                phrase(
+                    "{url}: names no database; use {server_url}",
+                    url=shown_url(url),
+                    server_url=SERVER_URL,
+                )
+            )
         return found.set(drivername="postgresql+psycopg")
     if found.get_backend_name() != SQLITE:
         raise UnusableInput(
-            f"'{shown_url(url)}': only SQLite and PostgreSQL are supported; {works}"
+            phrase(
+                "'{url}': only SQLite and PostgreSQL are supported; {works}",
+                url=shown_url(url),
+                works=works,
+            )
         )
     return found
 
@@ -67,9 +80,21 @@ def file_of(url: str) -> Path:
     Raises UnusableInput when the URL is none of a file, or means a database in memory.
     """
     if on_server(url):
-        raise UnusableInput(f"{shown_url(url)}: is on a server, not in a file; use {DEFAULT_URL}")
+        raise UnusableInput(
+            phrase(
+                "{url}: is on a server, not in a file; use {default_url}",
+                url=shown_url(url),
+                default_url=DEFAULT_URL,
+            )
+        )
     database = parsed(url).database
     if database in (None, "", ":memory:"):
-        raise UnusableInput(f"{url}: a database in memory keeps nothing; use {DEFAULT_URL}")
+        raise UnusableInput(
+            phrase(
+                "{url}: a database in memory keeps nothing; use {default_url}",
+                url=url,
+                default_url=DEFAULT_URL,
+            )
+        )
     path = Path(str(database))
     return path.resolve() if path.is_symlink() else path

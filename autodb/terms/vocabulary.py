@@ -260,3 +260,12 @@ def where_kept(name: str, channel: str) -> Home:
     """
     home = effect_called(name).belongs_to
     return home if home == "machine" or channel.startswith("force.") else "recording"
+
+
+def statement_parts(statement: str) -> list[str]:
+    """Return what was stated of a cause: what its effect does, empty where no term is, and the
+    rest, where there is any.
+    """
+    does = next((t.statement for t in all_terms() if statement.startswith(t.statement)), "")
+    rest = statement.removeprefix(does).strip()
+    return [does, *filter(None, [rest])]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from autodb.timing.steps import AROUND, FILLED_ROWS, Numbered, rows_a_stamp
 from autodb.timing.verdict import StampFinding
-from autodb.wording import stored_msgid
+from autodb.wording import localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -129,10 +129,11 @@ def _unless_kinked(found: Clock, places: Sequence[Array], most: float) -> Clock:
     bent = kinks(np.maximum.accumulate(found.times_s), places)
     if found.unfit or bent is None or bent <= most:
         return found
-    unfit = (
-        f"{found.findings[0].sentence}, but the axis then moves by leaps ({100 * bent**0.5:.2g} % "
-        "of its way in a step), as where rows are missing or stamps wrong: when rows were taken "
-        "cannot be told"
+    unfit = phrase(
+        "{sentence}, but the axis then moves by leaps ({bent} % of its way in a step), "
+        "as where rows are missing or stamps wrong: when rows were taken cannot be told",
+        sentence=found.findings[0].sentence,
+        bent=localized(f"{100 * bent**0.5:.2g}"),
     )
     return replace(found, unfit=unfit)
 
@@ -156,9 +157,10 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
     else:
         kind, what = "jittered", JITTER.format(sd=_time(float(np.std(fast))))
         if np.std(fast) > rows.step_s:
-            unfit = (
-                f"stamps jitter by {_time(float(np.std(fast)))} (one sd), rows are "
-                f"{_time(rows.step_s)} apart: their order is not known"
+            unfit = phrase(
+                "stamps jitter by {std} (one sd), rows are {step} apart: their order is not known",
+                std=_time(float(np.std(fast))),
+                step=_time(rows.step_s),
             )
             return Clock(even, True, (), unfit=unfit)
     found = [StampFinding(kind, what, len(even))]
@@ -166,9 +168,10 @@ def _by_number(even: Array, slow: Array, fast: Array, rows: Numbered, *, wanders
         return Clock(even, True, tuple(found))
     rate = float(np.std(np.diff(slow))) / rows.step_s
     if rows.shared and rate > STEADY_RATE:
-        unfit = (
-            f"several rows share a stamp, and their rate varies by {100 * rate:.2g} %, as where "
-            "rows are missing: when they were taken cannot be told"
+        unfit = phrase(
+            "several rows share a stamp, and their rate varies by {rate} %, as where rows "
+            "are missing: when they were taken cannot be told",
+            rate=localized(f"{100 * rate:.2g}"),
         )
         return Clock(even, True, tuple(found), unfit=unfit)
     return Clock(even + slow, False, (*found, _wandering(slow, rows.step_s)))
@@ -199,9 +202,11 @@ def _as_stamped(t_s: Array, off: Array, rows: Numbered) -> Clock:
     sentence = UNEVEN.format(share=f"{uneven:.2g}")
     found = (StampFinding("uneven", sentence, len(t_s)),)
     if rows.resolution_s > COARSE * rows.step_s:
-        unfit = (
-            f"rows taken unevenly, about every {_time(rows.step_s)}, with stamps rounded to "
-            f"{_time(rows.resolution_s)}: when they were taken cannot be told"
+        unfit = phrase(
+            "rows taken unevenly, about every {step}, with stamps rounded to {resolution}: "
+            "when they were taken cannot be told",
+            step=_time(rows.step_s),
+            resolution=_time(rows.resolution_s),
         )
         return Clock(t_s, False, found, unfit=unfit)
     blur = rows.resolution_s / np.sqrt(12.0)

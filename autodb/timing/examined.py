@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
 from autodb.timing.clock import EVEN
 from autodb.timing.layout import LaidPiece, Layout
 from autodb.timing.pieces import COARSER, SHORTEST_ROWS, SHORTEST_S, Run, laid_pieces, run_of
@@ -15,7 +15,7 @@ from autodb.timing.places import PLACES, leaping
 from autodb.timing.rates import runs_of_one_rate
 from autodb.timing.runs import Ordered, in_order
 from autodb.timing.verdict import StampFinding, Timing, even, merged
-from autodb.wording import stored_msgid
+from autodb.wording import localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -62,18 +62,25 @@ def examined(t_s: Array, channels: Mapping[str, Array], *, where: str) -> Timing
     if len(t_s) < SHORTEST_ROWS:
         if is_even(t_s, within=NEARLY):
             return even(t_s)
-        raise UnusableInput(f"{where}: {_first_uneven(t_s)}")
+        raise UnusableInput(behind_name(where, _first_uneven(t_s)))
     lost = ~np.isfinite(t_s)
     if np.mean(lost) > 1.0 - FEWEST_STAMPS:
         raise UnusableInput(
-            f"{where}: t, row {int(np.argmax(lost)) + 1}: no finite number ({int(lost.sum())} such "
-            "rows); record a time on every row"
+            phrase(
+                "{where}: t, row {row}: no finite number ({count} such rows); record a time "
+                "on every row",
+                where=where,
+                row=int(np.argmax(lost)) + 1,
+                count=int(lost.sum()),
+            )
         )
     places = [channels[name] for name in recorded.places]
     ordered = in_order(t_s, list(channels.values()), places)
     runs = _runs(ordered, recorded)
     if not runs:
-        raise UnusableInput(f"{where}: column 't' stands still; record a time on every row")
+        raise UnusableInput(
+            phrase("{where}: column 't' stands still; record a time on every row", where=where)
+        )
     return _laid_out(runs, ordered, recorded, len(t_s))
 
 
@@ -94,13 +101,16 @@ def _first_uneven(t_s: Array) -> str:
     """Say where the stamps of a recording that is too short to be laid out are not even."""
     lost = np.flatnonzero(~np.isfinite(t_s))
     if lost.size:
-        return f"t, row {lost[0] + 1}: no finite number; record a time on every row"
+        return phrase("t, row {row}: no finite number; record a time on every row", row=lost[0] + 1)
     steps = np.diff(t_s)
     back = np.flatnonzero(steps <= 0)
     row = int(back[0] if back.size else np.argmax(np.abs(steps - np.median(steps)))) + 1
-    return (
-        f"column 't', row {row + 1}: {steps[row - 1]:.6g} s after the row before; record even "
-        f"steps, or at least {SHORTEST_ROWS} rows"
+    return phrase(
+        "column 't', row {row}: {steps} s after the row before; record even steps, or "
+        "at least {shortest_rows} rows",
+        row=row + 1,
+        steps=localized(f"{steps[row - 1]:.6g}"),
+        shortest_rows=SHORTEST_ROWS,
     )
 
 
@@ -116,8 +126,11 @@ def _runs(ordered: Ordered, recorded: _Recorded) -> list[Run]:
             run = run_of(ordered.rows[rows], ordered.t_s[rows], recorded.channels, recorded.places)
             if run is not None and run.clock.unfit:
                 raise UnusableInput(
-                    f"{recorded.where}: column 't': {run.clock.unfit}; record a time on every row, "
-                    "in full"
+                    phrase(
+                        "{where}: column 't': {unfit}; record a time on every row, in full",
+                        where=recorded.where,
+                        unfit=run.clock.unfit,
+                    )
                 )
             if run is not None:
                 runs.append(run)
@@ -172,7 +185,12 @@ def _long_enough(
     if not kept:
         said = "; ".join(finding.sentence for finding in merged(findings))
         raise UnusableInput(
-            f"{where}: column 't': no run of even rows is {shortest * step_s:.3g} s long ({said}); "
-            "record with even steps"
+            phrase(
+                "{where}: column 't': no run of even rows is {step} s long ({said}); record "
+                "with even steps",
+                where=where,
+                step=localized(f"{shortest * step_s:.3g}"),
+                said=said,
+            )
         )
     return kept, sum(len(part.rows) for part in parts if len(part.t_s) < shortest)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.verdict import StampFinding
-from autodb.wording import stored_msgid
+from autodb.wording import localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -133,9 +133,12 @@ def _angle(name: str, values: Array, wide: Array) -> tuple[Array, StampFinding |
     on = np.unwrap(values, period=TURN_DEG)
     fastest = float(np.quantile(np.abs(np.diff(on)), ORDINARY))
     if fastest > FASTEST * TURN_DEG:
-        why = (
-            f"{name} starts again at {TURN_DEG:g}° and turns by {fastest:.3g}° in a row: too far "
-            "to count turns; record it at a higher rate, or counted on over turns"
+        why = phrase(
+            "{name} starts again at {turn_deg}° and turns by {fastest}° in a row: too far "
+            "to count turns; record it at a higher rate, or counted on over turns",
+            name=name,
+            turn_deg=localized(f"{TURN_DEG:g}"),
+            fastest=localized(f"{fastest:.3g}"),
         )
         return values, None, why
     sentence = WRAPS_AT.format(channel=name, at=f"{TURN_DEG:g}°", count=_times(len(turns)))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.timing.layout import Layout
-from autodb.wording import stored_msgid
+from autodb.wording import listed, localized, phrase, stored_msgid
 
 Array = NDArray[np.float64]
 ROUNDING = 1e-9
@@ -115,9 +115,13 @@ class Timing:
 
     def parted(self, t_s: Array) -> str:
         """Say where the pieces of a recording lie, whose time (n,) this is, in s."""
-        shown = [f"{t_s[p.start]:.6g} to {t_s[p.stop - 1]:.6g} s" for p in self.pieces[:SHOWN]]
+        ends = ((t_s[p.start], t_s[p.stop - 1]) for p in self.pieces[:SHOWN])
+        shown = listed(
+            phrase("{low} to {high} s", low=localized(f"{a:.6g}"), high=localized(f"{b:.6g}"))
+            for a, b in ends
+        )
         more = len(self.pieces) - SHOWN
-        return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+        return phrase("{what} and {count} more", what=shown, count=more) if more > 0 else shown
 
 
 def even(t_s: Array) -> Timing:

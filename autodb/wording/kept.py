@@ -3,7 +3,7 @@
 What is stored is the sentence itself, so that programs and older databases have the same. It is
 recognised by its fixed words, which the catalogue marks, and said again with what stood between
 them: numbers with the reader's marks, amounts in the shop's units. What is not recognised stays in
-English and says so.
+English and says so. One that was not stored yet knows what it was made of.
 """
 
 import re
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 from string import Formatter
 
-from autodb.wording.amounts import localized, shop_amount
+from autodb.wording.amounts import day, localized, shop_amount
 from autodb.wording.presentation import ENGLISH, presentation
-from autodb.wording.sentences import Worded, language_of, listed, phrase
+from autodb.wording.sentences import Worded, language_of, listed, phrase, phrase_many
 
 SENTENCES = (
     "why", "verdict", "said", "what", "group", "found", "kind", "where", "conditions", "move",
@@ -30,6 +30,7 @@ SEPARATOR = "; "
 _AMOUNT = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?)(?: (\S{1,8}))?")
 
 
+_DAY = re.compile(r"\d{4}-\d\d-\d\d(?: \d\d:\d\d)?")
 SENTENCE_ENDS = re.compile(r"(?<=\.) (?=[A-Z])")
 """Between sentences that stand one after the other."""
 
@@ -84,13 +85,44 @@ def said_again(text: str) -> Worded:
     """
     if presentation() == ENGLISH:
         return Worded(text, "en")
-    made = _whole(text)
+    made = _made_again(text) or _whole(text)
     if made is None and SEPARATOR in text:
         parts = text.split(SEPARATOR)
         every = [amount_again(one) if _AMOUNT.fullmatch(one) else _whole(one) for one in parts]
         if all(every):
             return listed([one for one in every if one], SEPARATOR)
     return Worded(text, "en") if made is None else made
+
+
+def _made_again(text: str) -> Worded | None:
+    """Return a text that knows what it was made of for the reader; None: it does not."""
+    said = text.said if isinstance(text, Worded) else None
+    if said is None:
+        return None
+    values = {name: _part_again(one) for name, one in said.values.items()}
+    if not said.sentences:
+        between = said_again(said.separator)
+        if language_of(between) == "en":  # marks alone, which every language has
+            between = Worded(said.separator, presentation().language)
+        made = listed((one for one in values.values() if isinstance(one, str)), between)
+    elif len(said.sentences) == 1:
+        made = phrase(said.sentences[0], **values)
+    else:
+        one, many = said.sentences
+        made = phrase_many(one, many, said.count, **values)
+    return made if language_of(made) == presentation().language else None
+
+
+def _part_again(part: object) -> object:
+    """Return what was filled in for the reader: a text again, an amount with the shop's unit."""
+    if isinstance(part, Worded):
+        return said_again(part)
+    line = getattr(part, "line", None)  # of a refusal
+    if isinstance(line, Worded):
+        return said_again(line)
+    if isinstance(part, str):
+        return day(part) if _DAY.fullmatch(part) else amount_again(part)
+    return part
 
 
 def _whole(text: str) -> Worded | None:

@@ -1,6 +1,7 @@
 """Sentences, looked up in the reader's language."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from autodb.wording.presentation import presentation
@@ -9,20 +10,42 @@ MOST_LISTED = 5
 """Stretches that are listed one by one."""
 
 
+@dataclass(frozen=True)
+class MadeOf:
+    """What a text was made of: a sentence, or that for one and that for many, with its values.
+
+    Without a sentence it is its values one after another, ``separator`` between them.
+    """
+
+    sentences: tuple[str, ...]
+    values: Mapping[str, object] = field(default_factory=dict)
+    count: int = 1
+    separator: str = ", "
+
+
 class Worded(str):
-    """A text that knows the language it is in."""
+    """A text that knows the language it is in and what it was made of: it can be said again."""
 
     language: str
+    said: MadeOf | None
 
-    def __new__(cls, text: str, language: str) -> "Worded":
+    def __new__(cls, text: str, language: str, said: MadeOf | None = None) -> "Worded":
         """Return a text in a language."""
         made = super().__new__(cls, text)
         made.language = language
+        made.said = said
         return made
 
     def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override]  # its copies know it too
         """Return what a copy is made of."""
         return str(self), self.language
+
+    def __getstate__(self) -> None:
+        """Leave out what the values of a sentence are: they may be anything."""
+
+    def __deepcopy__(self, _memo: object) -> "Worded":
+        """Return the text itself, which nothing changes."""
+        return self
 
 
 def language_of(text: object) -> str:
@@ -51,7 +74,8 @@ def phrase(english: str, **values: object) -> Worded:
         text = _looked_up(language, english)
     except LookupError:
         text, language = english, "en"
-    return Worded(text.format(**values) if values else text, language)
+    made = text.format(**values) if values else text
+    return Worded(made, language, MadeOf((english,), values))
 
 
 def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
@@ -61,13 +85,16 @@ def phrase_many(one: str, many: str, count: int, **values: object) -> Worded:
         text = _looked_up(language, one, many, count)
     except LookupError:
         text, language = (one if count == 1 else many), "en"
-    return Worded(text.format(count=count, **values), language)
+    made = text.format(count=count, **values)
+    return Worded(made, language, MadeOf((one, many), values, count))
 
 
 def listed(some: Iterable[str], separator: str = ", ") -> Worded:
     """Return texts one after another, in English where one of them is."""
     every = list(some)
-    return Worded(separator.join(every), _language(every))
+    parts = {f"part_{k}": one for k, one in enumerate(every)}
+    said = MadeOf((), parts, separator=separator)
+    return Worded(separator.join(every), _language(every), said)
 
 
 def listed_stretches(

@@ -57,8 +57,9 @@ class Marked(NullTranslations):
         """Return a sentence marked."""
         if message.startswith("%Y"):
             return message
+        twice = "{{" in message
         return "".join(
-            re.sub(r"[^']*\w[^']*", rf"{OPEN}\g<0>{CLOSE}", text)
+            re.sub(r"[^']*\w[^']*", rf"{OPEN}\g<0>{CLOSE}", _braced(text) if twice else text)
             + ("" if name is None else f"{{{name}}}")
             for text, name, _, _ in Formatter().parse(message)
         )
@@ -66,6 +67,11 @@ class Marked(NullTranslations):
     def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
         """Return the sentence for a count marked."""
         return self.gettext(msgid1 if n == 1 else msgid2)
+
+
+def _braced(text: str) -> str:
+    """Return a text whose braces are no places of a sentence."""
+    return text.replace("{", "{{").replace("}", "}}")
 
 
 def unmarked(text: str) -> str:

@@ -21,8 +21,18 @@ from autodb.pairs.posterior import CALIBRATION, DAY, EDGE, GAIN, LOT, REFERENCES
 from autodb.pairs.updating import ReadingErrors, reading_errors
 from autodb.sensing.dynamometer import PARTS, WHOLE, ForceError
 from autodb.store import models
+from autodb.wording import stored_msgid
 
-TRANSFER, SENSING, PROCESS = "transfer from the reference cut", "sensing", "process"
+TRANSFER, SENSING, PROCESS = (
+    stored_msgid("transfer from the reference cut"), stored_msgid("sensing"),
+    stored_msgid("process"),
+)  # fmt: skip
+ALONE = stored_msgid("sensing, this cut alone")
+CALIBRATED = stored_msgid("sensing, calibration")
+FROM_DAY_TO_DAY = stored_msgid("sensing, drift from day to day")
+DRIFTED = stored_msgid("sensing, drifted gain")
+GAIN_OF_SENSOR = stored_msgid("sensing, gain")
+WORN = stored_msgid("process, wear of this edge")
 
 
 def budget_of_force(session: Session, force: models.SensedForce) -> UncertaintyBudget:
@@ -65,12 +75,12 @@ def _own(force: models.SensedForce, sd_N: float) -> Iterator[BudgetEntry]:
         whole = float(force.value_N or 0.0)
         yield BudgetEntry(one.name, one.standard_N(whole), one.evaluation, one.source, one.freedom)
     if not own:
-        said = "scatter of one cut's own, with the noise of its current"
+        said = stored_msgid("scatter of one cut's own, with the noise of its current")
         if force.calibration is None:
-            yield BudgetEntry(f"{SENSING}, this cut alone", sd_N, "B", force.estimator)
+            yield BudgetEntry(ALONE, sd_N, "B", force.estimator)
             return
         freedom = _freedom(force.calibration)
-        yield BudgetEntry(f"{SENSING}, this cut alone", sd_N, "A", said, freedom)
+        yield BudgetEntry(ALONE, sd_N, "A", said, freedom)
 
 
 def _freedom(row: models.CalibrationVersion) -> float:
@@ -100,28 +110,35 @@ def _stated(force: models.SensedForce) -> Mapping[str, ForceError]:
 
 def _coefficients(force: models.SensedForce, sd_N: float) -> BudgetEntry:
     assert force.calibration is not None
-    said = f"coefficients of calibration {force.calibration.id}"
-    return BudgetEntry(f"{SENSING}, calibration", sd_N, "A", said, _freedom(force.calibration))
+    said = stored_msgid("coefficients of calibration {number}").format(number=force.calibration.id)
+    return BudgetEntry(CALIBRATED, sd_N, "A", said, _freedom(force.calibration))
 
 
 def _references(force: models.SensedForce, sd_N: float) -> BudgetEntry:
     assert force.calibration is not None
-    said = f"reference forces that calibration {force.calibration.id} was made with"
+    said = stored_msgid("reference forces that calibration {number} was made with").format(
+        number=force.calibration.id
+    )
     return BudgetEntry(TRANSFER, sd_N, "B", said)
 
 
 def _day(_force: models.SensedForce, sd_N: float) -> BudgetEntry:
-    return BudgetEntry(f"{SENSING}, drift from day to day", sd_N, "A", "groups of cuts differ so")
+    return BudgetEntry(FROM_DAY_TO_DAY, sd_N, "A", stored_msgid("groups of cuts differ so"))
 
 
 def _gain(force: models.SensedForce, sd_N: float) -> BudgetEntry:
     if force.calibration is not None:
-        return BudgetEntry(f"{SENSING}, drifted gain", sd_N, "A", "pairs read otherwise since then")
-    return BudgetEntry(f"{SENSING}, gain", sd_N, "B", f"gain of sensor {force.estimator_id}")
+        return BudgetEntry(DRIFTED, sd_N, "A", stored_msgid("pairs read otherwise since then"))
+    return BudgetEntry(
+        GAIN_OF_SENSOR,
+        sd_N,
+        "B",
+        stored_msgid("gain of sensor {number}").format(number=force.estimator_id),
+    )
 
 
 def _edge(_force: models.SensedForce, sd_N: float) -> BudgetEntry:
-    return BudgetEntry(f"{PROCESS}, wear of this edge", sd_N, "A", "edges differ so")
+    return BudgetEntry(WORN, sd_N, "A", stored_msgid("edges differ so"))
 
 
 _SENSED: dict[str, Callable[[models.SensedForce, float], BudgetEntry]] = {
@@ -138,20 +155,22 @@ def _of_none(force: models.SensedForce, known: list[BudgetEntry]) -> Iterator[Bu
             yield BudgetEntry(name, None, "B", _why_none(names))
     if force.errors is not None:
         for name in (TRANSFER, SENSING):
-            yield BudgetEntry(name, None, "B", "none: measured in the cut itself")
+            yield BudgetEntry(name, None, "B", stored_msgid("none: measured in the cut itself"))
 
 
 def _why_none(names: list[str]) -> str:
     if any(name.startswith(WHOLE) for name in names):
-        return f"in the {WHOLE}"
+        return stored_msgid("in the {what}").format(what=WHOLE)
     if TRANSFER in names:
-        return "not stated beside the intervals of the reference forces"
-    return "not stated"
+        return stored_msgid("not stated beside the intervals of the reference forces")
+    return stored_msgid("not stated")
 
 
 def _process(found: ReadingErrors, version: models.CuttingParameters | None) -> BudgetEntry:
     if version is None:
-        return BudgetEntry(PROCESS, None, "A", "not known: no version of the pair learnt it")
+        return BudgetEntry(
+            PROCESS, None, "A", stored_msgid("not known: no version of the pair learnt it")
+        )
     freedom = float(np.mean(as_posterior(version).scatter.weight))
-    said = f"scatter of the pair's cuts, parameters {version.id}"
+    said = stored_msgid("scatter of the pair's cuts, parameters {number}").format(number=version.id)
     return BudgetEntry(PROCESS, float(found.process[0]), "A", said, freedom)

@@ -18,6 +18,7 @@ from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.card import Bounded, kienzle_card, linear_coefficients
 from autodb.pairs.posterior import OWN
 from autodb.store import models
+from autodb.wording import phrase
 
 UNITS = {"K_tc": "N/mm^2", "K_rc": "N/mm^2", "K_te": "N/mm", "K_re": "N/mm"}
 
@@ -34,8 +35,11 @@ def machine_coefficients(
     listed = pair_reader.pairs(material, tool)
     if not listed:
         raise UnusableInput(
-            f"machine '{machine}' has no fitted work-tool pair; run 'autodb refresh "
-            f"--machine {machine}'"
+            phrase(
+                "machine '{machine}' has no fitted work-tool pair; run 'autodb refresh "
+                "--machine {machine}'",
+                machine=machine,
+            )
         )
     return coefficients.Coefficients(
         autodb=__version__,

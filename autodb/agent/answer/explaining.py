@@ -29,6 +29,7 @@ from autodb.records import source as records
 from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges import chosen
 from autodb.store import Store, models
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -122,8 +123,10 @@ def expected_and_sensed(
         kept, expected_N = [kept[k] for k in order], expected_N[order]
     if not kept:
         raise UnusableInput(
-            "no cut belongs to a work-tool pair that the machine has parameters of; run 'autodb "
-            "refresh' first"
+            phrase(
+                "no cut belongs to a work-tool pair that the machine has parameters of; run "
+                "'autodb refresh' first"
+            )
         )
     table = cuts_as_table(kept, path=Path(kept[0].recording.path), conditions=_in_use(kept))
     if stamps is not None:
@@ -142,7 +145,9 @@ def expected_and_sensed(
             sensed[f"force.{component}"] = force
             predicted[f"force.{component}"] = mean
     if not sensed:
-        raise UnusableInput(f"{table.path}: no force component is sensed in every cut")
+        raise UnusableInput(
+            phrase("{file}: no force component is sensed in every cut", file=table.path)
+        )
     others = {n: c for n, c in table.channels.items() if not n.startswith("force.")}
     known = {n: c for n, c in others.items() if np.isfinite(c).all()}
     return (

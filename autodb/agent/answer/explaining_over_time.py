@@ -16,6 +16,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.drives.feed_axis import predict_effort
 from autodb.store import models
 from autodb.terms.vocabulary import RUNOUT
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -29,8 +30,11 @@ def explain_over_time(session: Session, owner: models.Machine, recording: Record
     forces = any(name in recording for name in FORCES)
     if not simulated and not forces:
         raise UnusableInput(
-            f"{recording.path}: the machine has no model of its axes; identify them with "
-            "'autodb identify'"
+            phrase(
+                "{file}: the machine has no model of its axes; identify them with 'autodb "
+                "identify'",
+                file=recording.path,
+            )
         )
     found = []
     if simulated:

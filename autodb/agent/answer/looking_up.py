@@ -25,10 +25,11 @@ from autodb.agent.matching.past_predictions import width_of_next
 from autodb.agent.rows.catalogue import GEOMETRY
 from autodb.agent.rows.machines import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.job_cut import JobCut
 from autodb.forward.prediction import ToolOf
 from autodb.store import models
+from autodb.wording import phrase
 
 _PARAMETERS, _PAIR, _MATERIAL, _TOOL = map(
     models.table_of, (models.CuttingParameters, models.Pair, models.Material, models.Tool)
@@ -112,9 +113,15 @@ class PairReader:
     def _refuse_unknown(self, what: str, name: str | None, known: set[str]) -> None:
         if name is None or name in known:
             return
-        hint = near(name, sorted(known)) if known else "; run 'autodb refresh'"
+        hint = near_words(name, sorted(known)) if known else phrase("; run 'autodb refresh'")
         raise UnusableInput(
-            f"machine '{self._owner.name}' has no parameters of a pair with {what} '{name}'{hint}"
+            phrase(
+                "machine '{owner}' has no parameters of a pair with {what} '{name}'{hint}",
+                owner=self._owner.name,
+                what=what,
+                name=name,
+                hint=hint,
+            )
         )
 
 

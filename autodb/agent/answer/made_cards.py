@@ -15,6 +15,7 @@ from autodb.cutting.kienzle import ViewRange
 from autodb.errors import UnusableInput
 from autodb.pairs.card import KienzleCard, kienzle_card
 from autodb.pairs.engaged import BY_NAME
+from autodb.wording import listed, phrase
 
 RAKE = "rake_deg"
 
@@ -42,10 +43,14 @@ def made_cards(
         try:
             cards.append(_card(session, pair_reader, machine, pair))
         except UnusableInput as error:
-            left_out.append(str(error))
+            left_out.append(error.line)
     if not cards:
-        why = "; ".join(left_out) or "run 'autodb refresh'"
-        raise UnusableInput(f"machine '{machine}' has no pair to make a card of; {why}")
+        why = listed(left_out, "; ") or phrase("run 'autodb refresh'")
+        raise UnusableInput(
+            phrase(
+                "machine '{machine}' has no pair to make a card of; {why}", machine=machine, why=why
+            )
+        )
     return MadeCards(tuple(cards), tuple(left_out))
 
 

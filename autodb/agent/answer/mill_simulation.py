@@ -20,6 +20,7 @@ from autodb.pairs.posterior import PairPosterior
 from autodb.records.tables import Recording
 from autodb.signals import by_piece, flagged_runs
 from autodb.store import models
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -63,15 +64,23 @@ def known_pair(session: Session, owner: models.Machine, recording: Recording) ->
     material, tool = recording.side.recording.work, recording.side.tool.name
     if material is None or tool is None:
         raise UnusableInput(
-            f"{recording.path}: its work-tool pair is not known; use --simulation FILE with "
-            "force.*, or a side file with [recording] work and [tool] name"
+            phrase(
+                "{file}: its work-tool pair is not known; use --simulation FILE with force.*, "
+                "or a side file with [recording] work and [tool] name",
+                file=recording.path,
+            )
         )
     known = known_of(session, owner_of(owner), material, tool)
     if not known.own:
         raise UnusableInput(
-            f"{recording.path}: {owner.name} has no parameters of {material} / {tool}; use "
-            "--simulation FILE with force.*, or import cuts of this pair and run 'autodb "
-            "refresh'"
+            phrase(
+                "{file}: {owner} has no parameters of {material} / {tool}; use --simulation "
+                "FILE with force.*, or import cuts of this pair and run 'autodb refresh'",
+                file=recording.path,
+                owner=owner.name,
+                material=material,
+                tool=tool,
+            )
         )
     return known
 
@@ -89,7 +98,10 @@ def expected_waves(known: KnownPair, recording: Recording) -> ExpectedWaves:
     operation = recording.side.cut.operation
     if operation is None:
         raise UnusableInput(
-            f"{recording.path}: the operation is not stated; state [cut] operation in a side file"
+            phrase(
+                "{file}: the operation is not stated; state [cut] operation in a side file",
+                file=recording.path,
+            )
         )
     rows = _wholly_inside(recording, rpm, mill.feed_mm * mill.teeth * rpm / 60.0)
     inside = _at(recording, rows)
@@ -128,8 +140,11 @@ def _rpm(recording: Recording) -> float:
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
     if rpm is None:
         raise UnusableInput(
-            f"{recording.path}: no spindle.speed, and no speed_rpm in its side file; record one "
-            "of them or state it there"
+            phrase(
+                "{file}: no spindle.speed, and no speed_rpm in its side file; record one of "
+                "them or state it there",
+                file=recording.path,
+            )
         )
     return rpm
 
@@ -160,8 +175,12 @@ def _wholly_inside(recording: Recording, rpm: float, fed_mm_s: float) -> slice:
         last -= min(int(np.argmax(usual[:last][::-1])), way) + turn
     if last - first < TURNS * turn:
         raise UnusableInput(
-            f"{recording.path}: the mill is wholly in the work for less than {TURNS} turns; "
-            "record a longer cut"
+            phrase(
+                "{file}: the mill is wholly in the work for less than {turns} turns; record a "
+                "longer cut",
+                file=recording.path,
+                turns=TURNS,
+            )
         )
     return slice(first, last)
 

@@ -181,9 +181,10 @@ def terms_words(posterior: PairPosterior, terms: Iterable[str]) -> Iterator[str]
         if name == WEAR and posterior.wear is not None:
             yield _wear_words(posterior)
         elif name == BAND and posterior.terms.band is not None:
-            yield f"{BAND}: {_band_words(posterior)}"
+            yield listed([BAND, _band_words(posterior)], ": ")
         elif name == HARD_SPOT.name:
-            yield from (f"{name}: {_lot_words(posterior, lot)}" for lot in posterior.terms.lots)
+            lots = posterior.terms.lots
+            yield from (listed([name, _lot_words(posterior, lot)], ": ") for lot in lots)
         else:
             yield from _law_words(posterior, name)
 
@@ -201,16 +202,21 @@ def _law_words(posterior: PairPosterior, name: str) -> Iterator[str]:
             float(PARAMETERS[k].outside(at)) for at in (middle, middle - half, middle + half)
         )
         said.append(
-            f"{NAMES[k]} {significant(value)} ({significant(low)} to {significant(high)}) "
-            f"{PARAMETERS[k].unit}"
-        )
+            phrase(
+                "{name} {value} ({low} to {high}) {unit}",
+                name=NAMES[k], value=localized(significant(value)),
+                low=localized(significant(low)), high=localized(significant(high)),
+                unit=PARAMETERS[k].unit
+            )
+        )  # fmt: skip
     if said:
-        yield f"{name}: {', '.join(said)}"
+        yield listed([name, listed(said)], ": ")
 
 
 def _share_words(mean: float, sd: float) -> str:
     half = NORMAL_95 * sd
-    return f"{100 * mean:+.0f} % ({100 * (mean - half):+.0f} to {100 * (mean + half):+.0f} %)"
+    middle, low, high = (localized(f"{100 * at:+.0f}") for at in (mean, mean - half, mean + half))
+    return phrase("{value} % ({low} to {high} %)", value=middle, low=low, high=high)
 
 
 def _band_words(posterior: PairPosterior) -> str:
@@ -218,19 +224,28 @@ def _band_words(posterior: PairPosterior) -> str:
     assert band is not None
     half = NORMAL_95 * float(np.sqrt(band.covariance[0][0]))
     ends = (band.centre_m_min * np.exp(step * half) for step in (-1.0, 1.0))
-    low, high = (f"{end:.3g}" for end in ends)
+    low, high = (localized(f"{end:.3g}") for end in ends)
     sd = np.sqrt(np.diag(posterior.state.covariance)[place])
     along, across = map(_share_words, posterior.state.mean[place].tolist(), sd.tolist())
-    return (
-        f"around {band.centre_m_min:.3g} m/min ({low} to {high}) force along the cutting speed "
-        f"changes by {along} and across it by {across}"
+    return phrase(
+        "around {centre_m_min} m/min ({low} to {high}) force along the cutting speed "
+        "changes by {along} and across it by {across}",
+        centre_m_min=localized(f"{band.centre_m_min:.3g}"),
+        low=low,
+        high=high,
+        along=along,
+        across=across,
     )
 
 
 def _lot_words(posterior: PairPosterior, lot: str) -> str:
     place = posterior.columns(lot_key(lot)).start
     sd = float(np.sqrt(posterior.state.covariance[place, place]))
-    return f"forces of lot '{lot}' differ by {_share_words(float(posterior.state.mean[place]), sd)}"
+    return phrase(
+        "forces of lot '{lot}' differ by {mean}",
+        lot=lot,
+        mean=_share_words(float(posterior.state.mean[place]), sd),
+    )
 
 
 def said_of_terms(
@@ -258,23 +273,31 @@ def said_of_terms(
             - 1.0
         )
         if inside > NOTICED and cut.state is None:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield (
-                f"cut {number}{name}: {100 * inside:.0f} % into the band of {BAND}: "
-                f"{_band_words(posterior)}"
-            )
+            yield phrase(
+                "{cut}: {share} % into the band of {band}: {what}",
+                cut=_cut_words(number, cut.name), share=f"{100 * inside:.0f}", band=BAND,
+                what=_band_words(posterior)
+            )  # fmt: skip
 
 
 def _said_of_lots(posterior: PairPosterior) -> Iterator[str]:
     lots = posterior.terms.lots
     if posterior.lot in lots:
-        yield f"{_lot_words(posterior, str(posterior.lot))}; this is in the forces"
+        yield phrase(
+            "{what}; this is in the forces", what=_lot_words(posterior, str(posterior.lot))
+        )
     elif lots:
         which = (
-            "no lot is stated" if posterior.lot is None else f"lot '{posterior.lot}' is not known"
+            phrase("no lot is stated")
+            if posterior.lot is None
+            else phrase("lot '{lot}' is not known", lot=posterior.lot)
         )
-        known = "; ".join(_lot_words(posterior, lot) for lot in lots)
-        yield f"{which}: predicted as of the other lots; {known}"
+        known = listed((_lot_words(posterior, lot) for lot in lots), "; ")
+        yield phrase("{which}: predicted as of the other lots; {known}", which=which, known=known)
+
+
+def _three(value: float) -> str:
+    return localized(significant(value))
 
 
 def _wear_words(posterior: PairPosterior) -> str:
@@ -284,13 +307,28 @@ def _wear_words(posterior: PairPosterior) -> str:
     place = posterior.columns(WEAR)
     half = NORMAL_95 * np.sqrt(np.diag(posterior.state.covariance)[place])
     along, across = (
-        f"{significant(value)} ({significant(value - one)} to {significant(value + one)})"
+        phrase(
+            "{value} ({low} to {high})",
+            value=_three(value),
+            low=_three(value - one),
+            high=_three(value + one),
+        )
         for value, one in zip(posterior.state.mean[place], half, strict=True)
     )
-    differ = f"edges differ by {100 * wear.between:.0f} %" if wear.between else "edges alike"
-    return (
-        f"{WEAR}: each mm of an edge takes {along} N more along the cutting speed and {across} N "
-        f"across the edge after {wear.reference_s:.0f} s, as T^{wear.power:.2g}; {differ}"
+    differ = (
+        phrase("edges differ by {between} %", between=localized(f"{100 * wear.between:.0f}"))
+        if wear.between
+        else phrase("edges alike")
+    )
+    return phrase(
+        "{wear}: each mm of an edge takes {along} N more along the cutting speed and "
+        "{across} N across the edge after {reference} s, as T^{power}; {differ}",
+        wear=WEAR,
+        along=along,
+        across=across,
+        reference=localized(f"{wear.reference_s:.0f}"),
+        power=localized(f"{wear.power:.2g}"),
+        differ=differ,
     )
 
 
@@ -305,15 +343,18 @@ def _said_of_wear(
         return
     fresh = [k for k, cut in enumerate(asked, start=1) if cut.cutting_time_s is None]
     if fresh or not asked:
-        which = f"cut {', '.join(map(str, fresh))}" if fresh else "every line"
+        numbers = ", ".join(map(str, fresh))
+        which = phrase("cut {numbers}", numbers=numbers) if fresh else phrase("every line")
         yield (
-            f"{which}: predicted for a fresh edge; the pair's edges wear, so state in "
-            "cutting_time_s how long the edge has cut before"
+            phrase(
+                "{which}: predicted for a fresh edge; the pair's edges wear, so state in "
+                "cutting_time_s how long the edge has cut before",
+                which=which,
+            )
         )
     for number, cut in enumerate(asked, start=1):
         if cut.cutting_time_s and found[number - 1].state is None:
-            name = f" '{cut.name}'" if cut.name else ""
-            yield f"cut {number}{name}: {_wear_of_cut(posterior, tool, cut)}"
+            yield listed([_cut_words(number, cut.name), _wear_of_cut(posterior, tool, cut)], ": ")
 
 
 def _wear_of_cut(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
@@ -325,12 +366,26 @@ def _wear_of_cut(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
     place, by = posterior.columns(WEAR), added.slopes[0, :3]
     covariance = posterior.state.covariance[place, place]
     half = NORMAL_95 * np.sqrt(np.einsum("qi,ij,qj->q", by, covariance, by) + added.own[0, :3])
-    forces = ", ".join(
-        f"force.{component} {value:.0f} N ({value - one:.0f} to {value + one:.0f})"
+    forces = listed(
+        phrase(
+            "force.{component} {value} N ({low} to {high})",
+            component=component,
+            value=localized(f"{value:.0f}"),
+            low=localized(f"{value - one:.0f}"),
+            high=localized(f"{value + one:.0f}"),
+        )
         for component, value, one in zip("xyz", added.mean[0, :3], half, strict=True)
     )
     longest_s = posterior.wear.reference_s
     beyond = (
-        f"; no edge was seen beyond {longest_s:.0f} s" if cut.cutting_time_s > longest_s else ""
+        phrase("; no edge was seen beyond {longest} s", longest=localized(f"{longest_s:.0f}"))
+        if cut.cutting_time_s > longest_s
+        else ""
     )
-    return f"its edge has cut {cut.cutting_time_s:g} s before; {WEAR} is {forces} of it{beyond}"
+    return phrase(
+        "its edge has cut {cutting_time} s before; {wear} is {forces} of it{beyond}",
+        cutting_time=localized(f"{cut.cutting_time_s:g}"),
+        wear=WEAR,
+        forces=forces,
+        beyond=beyond,
+    )

@@ -33,7 +33,7 @@ from autodb.pairs.next_cut import MAY_EXCEED, SensedComponent, SharedError, targ
 from autodb.pairs.observed import Observed, PairCuts
 from autodb.pairs.posterior import DAY, PairPosterior
 from autodb.store import Store, models
-from autodb.wording import msgid
+from autodb.wording import msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -100,8 +100,11 @@ def plan_cuts(
     """
     if job.program is not None:
         raise UnusableInput(
-            f"job '{job.name}': a plan is made for cuts; use a job with [[cut]] in place of "
-            "[program]"
+            phrase(
+                "job '{job}': a plan is made for cuts; use a job with [[cut]] in place of "
+                "[program]",
+                job=job.name,
+            )
         )
     with store.reading() as session:
         row = find_machine(session, machine)
@@ -124,8 +127,12 @@ def plan_cuts(
             break
     if not best:
         raise UnusableInput(
-            f"each of {len(candidates)} cuts may exceed a limit of machine '{machine}'; use "
-            "lighter ones with --depth and --feed"
+            phrase(
+                "each of {n} cuts may exceed a limit of machine '{machine}'; use lighter ones "
+                "with --depth and --feed",
+                n=len(candidates),
+                machine=machine,
+            )
         )
     now, targets = search.targets(best[0].cut, basis.width.factor)
     open_ = search.open(start)
@@ -223,7 +230,11 @@ class _Search:
         """Return the components that the machine senses in an operation."""
         found = [c for c in self._sensed if c != PASSIVE_AXIS.get(operation)]
         if not found:
-            raise UnusableInput(f"the machine senses no force in operation '{operation}'")
+            raise UnusableInput(
+                phrase(
+                    "the machine senses no force in operation '{operation}'", operation=operation
+                )
+            )
         return found
 
     def _cuts(self, operation: str, cuts: Sequence[JobCut]) -> PairCuts:
@@ -260,8 +271,11 @@ def _sensed(session: Session, owner: models.Machine) -> dict[str, SensedComponen
             found[forces[0].component] = _usual(forces)
     if not found:
         raise UnusableInput(
-            f"machine '{owner.name}' has no sensed forces yet; run 'autodb refresh' to sense "
-            "those of the imported cuts"
+            phrase(
+                "machine '{owner}' has no sensed forces yet; run 'autodb refresh' to sense "
+                "those of the imported cuts",
+                owner=owner.name,
+            )
         )
     return found
 

@@ -19,6 +19,7 @@ from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
+from autodb.wording import phrase
 
 EXPLAINED = 10
 """Cuts from which on their differences are explained. Chosen."""
@@ -139,5 +140,7 @@ def explain_mismatch(session: Session, row: models.Mismatch) -> Explained:
     cuts = [cut for one in row.recordings for cut in cuts_of_pair(one, row.pairs[0])]
     explained = PooledCuts(row.pairs[0], cuts, frozenset()).explained(session, owner)
     if explained is None:
-        raise UnusableInput(f"mismatch {row.id}: too few of its cuts count and are sensed")
+        raise UnusableInput(
+            phrase("mismatch {number}: too few of its cuts count and are sensed", number=row.id)
+        )
     return explained

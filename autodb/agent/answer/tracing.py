@@ -1,8 +1,6 @@
 """Trace: from a stored answer down to the recordings it came from."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,23 +9,36 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.budgets import budget_of_force
 from autodb.agent.answer.notes import terms_words
-from autodb.agent.ingest.importing import time_sentences
+from autodb.agent.answer.traced_forces import (
+    Node,
+    calibration_node,
+    cause_node,
+    force_node,
+    newtons_words,
+    origin_words,
+    recording_node,
+    sensor_node,
+    stored_day,
+)
 from autodb.agent.learn.shared_priors import RECORDINGS
 from autodb.agent.matching.past_predictions import HISTORY, past_cuts
-from autodb.agent.rows.calibration_records import as_calibration
 from autodb.agent.rows.mismatches import decision_words
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
-from autodb.agent.rows.recordings import cuts_as_table
-from autodb.agent.sense.measured import statement_of
 from autodb.cutting import shear
-from autodb.errors import NotThere, near
+from autodb.errors import NotThere, near_words
 from autodb.files.dynamometer import COMPONENTS
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.forward.scored import Width
-from autodb.sensing.ranges.forms import stored_form
-from autodb.sensing.ranges.sensed_force import left_domain
 from autodb.store import Store, models
-from autodb.wording import significant
+from autodb.wording import (
+    listed,
+    localized,
+    msgid,
+    phrase,
+    shop_amount,
+    significant,
+)
+from autodb.wording.kept import said_again
 
 ARMAREGO = ("shear_stress", "friction_angle", "chip_ratio", "K_te", "K_re")
 EARLIER_LAWS = {
@@ -35,12 +46,13 @@ EARLIER_LAWS = {
 }
 
 
-@dataclass
-class Node:
-    """One step of a trace: a sentence and what it came from."""
-
-    text: str
-    sources: list["Node"] = field(default_factory=list)
+ENDS = ("value", "low", "high")
+MATCHED_BY = {"name": msgid("name"), "conditions": msgid("conditions"), "stated": msgid("stated")}
+"""What a cut is known by to be the one that was predicted."""
+MADE = msgid("cut '{name}': cut {cut} of recording {number}, by {by}")
+MADE_ONCE = msgid(
+    "cut '{name}': cut {cut} of recording {number}, by {by}, which does not count any more"
+)
 
 
 def trace(store: Store, kind: str, number: int) -> Node:
@@ -49,74 +61,19 @@ def trace(store: Store, kind: str, number: int) -> Node:
     Raises NotThere for an unknown kind or number.
     """
     if kind not in _KINDS:
-        raise NotThere(f"nothing called '{kind}' is traced{near(kind, _KINDS)}")
+        raise NotThere(
+            phrase(
+                "nothing called '{kind}' is traced{hint}", kind=kind, hint=near_words(kind, _KINDS)
+            )
+        )
     model, describe = _KINDS[kind]
     with store.reading() as session:
         row = session.get(model, number)
         if row is None:
-            raise NotThere(f"there is no {kind} {number} in this database")
+            raise NotThere(
+                phrase("there is no {kind} {number} in this database", kind=kind, number=number)
+            )
         return describe(session, row)
-
-
-def _recording(_session: Session, row: models.StoredRecording) -> Node:
-    path = Path(row.path)
-    said = [f"time: {one}" for one in time_sentences(row, but_even=True)]
-    said += [] if path.exists() else ["the file is no longer there"]
-    if row.withdrawn_at is not None:
-        said.append(f"withdrawn {row.withdrawn_at}: {row.withdrawn_why}")
-    if row.looked_at is not None:
-        said.append("only explained")
-    more = f" ({'; '.join(said)})" if said else ""
-    return Node(f"recording {row.id}: {path.name}, {row.rows} rows, sha256 {row.sha256[:12]}{more}")
-
-
-def _calibration(session: Session, row: models.CalibrationVersion) -> Node:
-    form, coefficients = stored_form(row.kind, row.parameters), np.array(row.coefficients)
-    equation = form.equation(coefficients, row.unit, row.current_unit)
-    said = f"{equation}, I = {row.channel}; {row.verdict}"
-    text = f"calibration {row.id}: axis {as_calibration(row).called} version {row.version}: {said}"
-    node = Node(text, [_recording(session, r) for r in row.recordings])
-    causes = select(models.Mismatch).where(
-        models.Mismatch.calibrations.any(models.CalibrationVersion.id == row.id)
-    )
-    for one in row.corrections or ():
-        said = f"divided by {one['factor']:.4g} from recording {one['recording']} on"
-        node.sources.append(Node(said, [_cause(session, c) for c in session.scalars(causes)]))
-    return node
-
-
-def _sensed(session: Session, row: models.SensedForce) -> Node:
-    what = f"{row.value_N:.1f} ± {row.sd_N:.1f} N" if row.value_N is not None else str(row.reason)
-    known = "sensed" if row.errors is None else "measured"
-    text = f"{known} force {row.id}: force.{row.component} of cut {row.cut.number:g}: {what}"
-    sources = [_recording(session, row.cut.recording)]
-    if row.errors is not None:
-        sources.append(Node(_origin(session, row)))
-    if row.value_N is not None:
-        budget = budget_of_force(session, row)
-        sources.append(Node(budget.total(), [Node(line) for line in budget.lines()]))
-    if row.calibration is not None:
-        sources.append(_calibration(session, row.calibration))
-        text += _beyond(row, row.calibration)
-    if row.sensor is not None:
-        sources.append(_sensor(session, row.sensor))
-    return Node(text, sources)
-
-
-def _beyond(row: models.SensedForce, by: models.CalibrationVersion) -> str:
-    """Return what of a force's cut its calibration was not made with, and what that adds."""
-    if by.domain is None or not row.common or not row.common[-1]:
-        return ""
-    table = cuts_as_table([row.cut], path=Path(row.cut.recording.path))
-    _, said = left_domain(table, as_calibration(by))
-    return f", and ± {row.common[-1]:.1f} N {said}"
-
-
-def _origin(session: Session, row: models.SensedForce) -> str:
-    """Return where a measured force is from."""
-    recording = row.cut.recording
-    owner = session.get_one(models.Machine, recording.machine_id)
-    return f"measured by or taken from: {statement_of(owner, recording).words}"
 
 
 def _budgets(session: Session, forces: list[models.SensedForce]) -> Iterator[Node]:
@@ -128,32 +85,33 @@ def _budgets(session: Session, forces: list[models.SensedForce]) -> Iterator[Nod
             middle = some[len(some) // 2]
             budget = budget_of_force(session, middle)
             yield Node(
-                f"force.{component}: {budget.value:.1f} N, the median: {budget.total()}; 'autodb "
-                f"trace force {middle.id}' lists the contributions"
+                phrase(
+                    "force.{component}: {value}, the median: {total}; 'autodb trace force "
+                    "{number}' lists the contributions",
+                    component=component,
+                    value=newtons_words(budget.value),
+                    total=budget.total(),
+                    number=middle.id,
+                )
             )
     measured = [force for force in forces if force.errors is not None]
     of_recording = {force.cut.recording_id: force for force in measured}
-    for text in dict.fromkeys(_origin(session, one) for one in of_recording.values()):
+    for text in dict.fromkeys(origin_words(session, one) for one in of_recording.values()):
         yield Node(text)
-
-
-def _sensor(session: Session, row: models.Estimator) -> Node:
-    text = f"sensor {row.id}: {row.kind} of force.{row.component}, version {row.version}"
-    return Node(text, [_recording(session, r) for r in row.recordings])
 
 
 def _parameters(session: Session, row: models.CuttingParameters) -> Node:
     node = Node(
-        f"{_named(row)}, {row.n_cuts} cuts",
+        phrase("{parameters}, {count} cuts", parameters=_named(row), count=row.n_cuts),
         [Node(_posterior(row) if row.law == LAW else _earlier_law(row))],
     )
-    causes = [_cause(session, mismatch) for mismatch in row.mismatches]
+    causes = [cause_node(session, mismatch) for mismatch in row.mismatches]
     if row.state is not None:
-        node.sources.append(Node(f"of the state '{row.state}'", causes))
+        node.sources.append(Node(phrase("of the state '{state}'", state=row.state), causes))
     elif row.mismatches:
         held = [str(one.confirmed_term or one.term) for one in row.mismatches]
-        said = "; ".join(terms_words(as_posterior(row), held))
-        node.sources.append(Node(said or f"with {', '.join(held)}", causes))
+        said = listed(map(said_again, terms_words(as_posterior(row), held)), "; ")
+        node.sources.append(Node(said or phrase("with {terms}", terms=", ".join(held)), causes))
     if row.started_from is not None:
         begun = [] if row.relative is None else [_parameters(session, row.relative)]
         begun += [
@@ -161,26 +119,30 @@ def _parameters(session: Session, row: models.CuttingParameters) -> Node:
             for number in (row.start or {}).get("others", ())
         ]
         begun += [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
-        node.sources.append(Node(f"began as: {row.started_from}", begun))
+        began = phrase("began as: {what}", what=said_again(row.started_from))
+        node.sources.append(Node(began, begun))
     forces = [force for version in version_chain(row) for force in version.forces]
     by_recording: dict[int, list[models.SensedForce]] = {}
     for force in forces:
         by_recording.setdefault(force.cut.recording_id, []).append(force)
     for some in by_recording.values():
-        source = _recording(session, some[0].cut.recording)
+        source = recording_node(session, some[0].cut.recording)
         cuts = ", ".join(dict.fromkeys(f"{force.cut.number:g}" for force in some))
-        source.sources.append(Node(f"cuts {cuts}"))
+        source.sources.append(Node(phrase("cuts {cuts}", cuts=cuts)))
         node.sources.append(source)
     node.sources += _budgets(session, forces)
     sensed_by = {force.calibration.id: force.calibration for force in forces if force.calibration}
-    node.sources += [_calibration(session, calibration) for calibration in sensed_by.values()]
+    node.sources += [calibration_node(session, calibration) for calibration in sensed_by.values()]
     sensors = {force.sensor.id: force.sensor for force in forces if force.sensor}
-    node.sources += [_sensor(session, sensor) for sensor in sensors.values()]
+    node.sources += [sensor_node(session, sensor) for sensor in sensors.values()]
     return node
 
 
 def _named(row: models.CuttingParameters) -> str:
-    return f"parameters {row.id}: {pair_name(row.pair)}, version {row.version}"
+    return phrase(
+        "parameters {number}: {pair}, version {version}",
+        number=row.id, pair=pair_name(row.pair), version=row.version
+    )  # fmt: skip
 
 
 def _posterior(row: models.CuttingParameters) -> str:
@@ -189,44 +151,58 @@ def _posterior(row: models.CuttingParameters) -> str:
     half = NORMAL_95 * np.sqrt(np.diag(law.covariance))
     low, middle, high = (shear.law_values(law.mean + step * half) for step in (-1.0, 0.0, 1.0))
     units = {one.name: one.unit for one in shear.PARAMETERS}
-    return ", ".join(
-        f"{name} {significant(middle[name])} ({significant(low[name])} to "
-        f"{significant(high[name])}) {units[name]}".rstrip()
-        for name in ARMAREGO
-    )
+    said = []
+    for name in ARMAREGO:
+        scale, unit = shop_amount(1.0, units[name])
+        three = (localized(significant(scale * at[name])) for at in (middle, low, high))
+        interval = phrase("{value} ({low} to {high})", **dict(zip(ENDS, three, strict=True)))
+        said.append(f"{name} {interval} {unit}".rstrip())
+    return ", ".join(said)
 
 
 def _earlier_law(row: models.CuttingParameters) -> str:
     """Return the numbers of a law that earlier versions kept for each operation and component."""
     sd = np.sqrt(np.diag(np.array(row.covariance)))
     values = ", ".join(
-        f"{name} {mean:.1f} ± {one:.1f} {unit}"
+        f"{name} {localized(f'{mean:.1f}')} ± {localized(f'{one:.1f}')} {unit}"
         for (name, unit), mean, one in zip(EARLIER_LAWS[row.law], row.mean, sd, strict=True)
     )
     return f"{row.operation}, force.{row.component}: {values}"
 
 
 def _prediction(session: Session, row: models.Prediction) -> Node:
-    node = Node(f"prediction {row.id}: job '{row.job['name']}'")
+    node = Node(phrase("prediction {number}: job '{job}'", number=row.id, job=row.job["name"]))
     program = row.job.get("program")
     if program is not None:
-        node.sources.append(Node(f"program {program['file']}, sha256 {program['sha256'][:12]}"))
-    for cut in row.cuts:
-        name = cut["name"] or f"{cut['speed_rpm']:.0f} rpm"
-        for component in "xyz":
-            force = cut[f"force_{component}_N"]
-            if force is not None:
-                interval = f"{force['value']:.0f} N ({force['low']:.0f} to {force['high']:.0f})"
-                node.sources.append(Node(f"cut '{name}': force.{component} {interval}"))
+        sha256 = program["sha256"][:12]
+        said = phrase("program {file}, sha256 {sha256}", file=program["file"], sha256=sha256)
+        node.sources.append(Node(said))
+    node.sources += [Node(line) for cut in row.cuts for line in _predicted_forces(cut)]
     if row.started_from is not None:
         known = [] if row.prior is None else [_of_others(session, row.prior, row.machine_id)]
-        node.sources.append(Node(f"the pair was not learnt: {row.started_from}", known))
+        said = phrase("the pair was not learnt: {what}", what=said_again(row.started_from))
+        node.sources.append(Node(said, known))
     node.sources += [_parameters(session, p) for p in row.parameters]
     if row.width is not None:
         node.sources.append(_width(session, row))
     if row.made:
-        node.sources.append(Node("then made", [_made(link) for link in row.made]))
+        node.sources.append(Node(phrase("then made"), [_made(link) for link in row.made]))
     return node
+
+
+def _predicted_forces(cut: dict[str, Any]) -> Iterator[str]:
+    """Yield the forces of a cut that was predicted, each with its interval."""
+    scale, unit = shop_amount(1.0, "N")
+    digits = 0 if scale == 1.0 else 1
+    name = cut["name"] or phrase("{speed} rpm", speed=localized(f"{cut['speed_rpm']:.0f}"))
+    for component in COMPONENTS:
+        force = cut[f"force_{component}_N"]
+        if force is not None:
+            three = {end: localized(f"{scale * force[end]:.{digits}f}") for end in ENDS}
+            yield phrase(
+                "cut '{name}': force.{component} {value} {unit} ({low} to {high})",
+                name=name, component=component, unit=unit, **three
+            )  # fmt: skip
 
 
 def _width(session: Session, row: models.Prediction) -> Node:
@@ -239,22 +215,29 @@ def _width(session: Session, row: models.Prediction) -> Node:
         by_recording.setdefault(one.recording, []).append(f"{one.cut:g}")
     sources = []
     for number, cuts in by_recording.items():
-        source = _recording(session, session.get_one(models.StoredRecording, number))
-        source.sources.append(Node(f"cuts {', '.join(cuts)}"))
+        source = recording_node(session, session.get_one(models.StoredRecording, number))
+        source.sources.append(Node(phrase("cuts {cuts}", cuts=", ".join(cuts))))
         sources.append(source)
     return Node(
-        f"intervals × {width.factor:.2f}: {width.cuts} cuts of the pair and {width.others} of "
-        "other pairs were off by more than predicted",
+        phrase(
+            "intervals × {factor}: {cuts} cuts of the pair and {others} of other pairs "
+            "were off by more than predicted",
+            factor=localized(f"{width.factor:.2f}"),
+            cuts=width.cuts,
+            others=width.others,
+        ),
         sources,
     )
 
 
 def _made(link: models.PredictedCutMade) -> Node:
-    counts = "" if link.cut.superseded_at is None else ", which does not count any more"
+    sentence = MADE if link.cut.superseded_at is None else MADE_ONCE
     return Node(
-        f"cut '{link.name}': cut {link.cut.number:g} of recording {link.cut.recording_id}, by "
-        f"{link.matched_by}{counts}"
-    )
+        phrase(
+            sentence, name=link.name, cut=localized(f"{link.cut.number:g}"),
+            number=link.cut.recording_id, by=phrase(MATCHED_BY[link.matched_by])
+        )
+    )  # fmt: skip
 
 
 def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Node:
@@ -263,93 +246,97 @@ def _of_others(session: Session, row: models.FleetPrior, machine_id: int) -> Nod
     But of one whose file shares its recordings.
     """
     node = Node(
-        f"prior {row.id}: {row.material.name}, version {row.version}, {row.machines} machines"
-    )
+        phrase(
+            "prior {number}: {material}, version {version}, {machines} machines",
+            number=row.id, material=row.material.name, version=row.version, machines=row.machines
+        )
+    )  # fmt: skip
     for one in row.parameters:
         machine = session.get_one(models.Machine, one.machine_id)
         if one.machine_id == machine_id or machine.shares == RECORDINGS:
             node.sources.append(_parameters(session, one))
         else:
-            node.sources.append(Node(f"machine '{machine.name}': {_named(one)}, {one.n_cuts} cuts"))
+            said = phrase(
+                "machine '{machine}': {parameters}, {count} cuts",
+                machine=machine.name, parameters=_named(one), count=one.n_cuts
+            )  # fmt: skip
+            node.sources.append(Node(said))
     return node
 
 
 def _model(session: Session, row: models.ChannelModel) -> Node:
     """A version comes from its recordings, the mismatches confirmed, and the version before."""
     node = Node(
-        f"{_version(row)}: {', '.join(_term(t) for t in row.terms)}",
-        [_recording(session, r) for r in row.recordings],
+        phrase("{model}: {terms}", model=_version(row), terms=listed(map(_term, row.terms))),
+        [recording_node(session, r) for r in row.recordings],
     )
     confirmed = select(models.Mismatch).where(
         models.Mismatch.models.any(models.ChannelModel.id == row.id)
     )
-    node.sources += [_cause(session, mismatch) for mismatch in session.scalars(confirmed)]
+    node.sources += [cause_node(session, mismatch) for mismatch in session.scalars(confirmed)]
     if row.parent is not None:
         node.sources.append(_model(session, row.parent))
     return node
 
 
 def _version(row: models.ChannelModel) -> str:
-    return f"model {row.id}: {row.channel} version {row.version}"
+    return phrase(
+        "model {number}: {channel} version {version}",
+        number=row.id, channel=row.channel, version=row.version
+    )  # fmt: skip
 
 
 def _term(t: dict[str, Any]) -> str:
-    sure = "in the sum only" if t["sd"] is None else f"± {significant(t['sd'], 2)} {t['unit']}"
-    return f"{t['term']} {t['value']:.4g} {sure}"
+    value = localized(f"{t['value']:.4g}")
+    if t["sd"] is None:
+        return phrase("{term} {value} in the sum only", term=t["term"], value=value)
+    return f"{t['term']} {value} ± {localized(significant(t['sd'], 2))} {t['unit']}"
 
 
 def _scale(session: Session, row: models.DriveScale) -> Node:
     percent = 100.0 * NORMAL_95 * row.share
-    text = (
-        f"scale {row.id}: {row.axis} version {row.version}: force constant {row.per_ampere:.4g} "
-        f"N/A ± {percent:.2g} % (95 %), {row.source}"
-    )
-    return Node(text, [_recording(session, row.recording)])
-
-
-def _cause(session: Session, row: models.Mismatch) -> Node:
-    called = f" as {row.confirmed_term}" if row.confirmed_term not in (None, row.term) else ""
-    by = f" by {row.decided_by}" if row.decided_by else ""
-    when = f" on {row.decided_at}" if row.decided_at else ""
-    status = f"{row.status}{called}{by}{when}"
-    text = f"mismatch {row.id}: {row.channel}: {row.term} ({row.kind}, {status}): {row.statement}"
-    return Node(text, [_recording(session, one) for one in row.recordings])
+    text = phrase(
+        "scale {number}: {axis} version {version}: force constant {per_ampere} N/A ± "
+        "{percent} % (95 %), {source}",
+        number=row.id, axis=row.axis, version=row.version,
+        per_ampere=localized(f"{row.per_ampere:.4g}"), percent=localized(f"{percent:.2g}"),
+        source=said_again(row.source)
+    )  # fmt: skip
+    return Node(text, [recording_node(session, row.recording)])
 
 
 def _mismatch(session: Session, row: models.Mismatch) -> Node:
     """A mismatch leads to its recordings, to all decisions, and to the versions these made."""
-    node = _cause(session, row)
+    node = cause_node(session, row)
     node.sources += [Node(decision_words(one)) for one in row.decisions]
-    node.sources += [
-        Node(f"confirmed, it made {_version(model)}{_back(model.undone_at)}")
-        for model in row.models
-    ]
-    node.sources += [
-        Node(f"confirmed, it corrected {_calibrated(one)}{_back(one.undone_at)}")
-        for one in row.calibrations
-    ]
-    node.sources += [
-        Node(f"confirmed, it is in {_named(one)}{_back(one.undone_at)}")
-        for one in row.parameters_of_pairs
-    ]
+    for model in row.models:
+        said = phrase("confirmed, it made {what}", what=_version(model))
+        node.sources.append(Node(_or_back(said, model.undone_at)))
+    for one in row.calibrations:
+        said = phrase(
+            "confirmed, it corrected calibration {number}: axis {axis} version {version}",
+            number=one.id, axis=one.axis, version=one.version
+        )  # fmt: skip
+        node.sources.append(Node(_or_back(said, one.undone_at)))
+    for held in row.parameters_of_pairs:
+        said = phrase("confirmed, it is in {what}", what=_named(held))
+        node.sources.append(Node(_or_back(said, held.undone_at)))
     return node
 
 
-def _calibrated(row: models.CalibrationVersion) -> str:
-    return f"calibration {row.id}: axis {row.axis} version {row.version}"
-
-
-def _back(undone_at: str | None) -> str:
-    return "" if undone_at is None else f", taken back on {undone_at}"
+def _or_back(said: str, undone_at: str | None) -> str:
+    if undone_at is None:
+        return said
+    return phrase("{said}, taken back on {day}", said=said, day=stored_day(undone_at))
 
 
 _KINDS: dict[str, tuple[type[models.Base], Callable[[Session, Any], Node]]] = {
     "prediction": (models.Prediction, _prediction),
     "parameters": (models.CuttingParameters, _parameters),
-    "force": (models.SensedForce, _sensed),
-    "calibration": (models.CalibrationVersion, _calibration),
+    "force": (models.SensedForce, force_node),
+    "calibration": (models.CalibrationVersion, calibration_node),
     "model": (models.ChannelModel, _model),
     "scale": (models.DriveScale, _scale),
     "mismatch": (models.Mismatch, _mismatch),
-    "recording": (models.StoredRecording, _recording),
+    "recording": (models.StoredRecording, recording_node),
 }

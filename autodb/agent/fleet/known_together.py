@@ -16,7 +16,21 @@ from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.disagreeing import DisagreementCause, Disagrees
 from autodb.store import models
-from autodb.wording import significant
+from autodb.wording import localized, msgid, phrase, significant
+from autodb.wording.kept import said_again
+
+DISAGREES = {
+    DisagreementCause.CALIBRATION.value: msgid(
+        "{machine} disagrees in {pairs}: its calibration is off: {off}"
+    ),
+    DisagreementCause.CUTTING.value: msgid(
+        "{machine} disagrees in {pairs}: its cutting is another in {pair}"
+    ),
+    DisagreementCause.EITHER.value: msgid(
+        "{machine} disagrees in {pairs}: its calibration or its cutting is off ({off}, or {pair} "
+        "is cut otherwise)"
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -39,25 +53,22 @@ class DisagreeingMachine:
     @property
     def words(self) -> str:
         """Say it in one sentence."""
-        along, across = (100.0 * one for one in self.gain)
-        sd = (100.0 * NORMAL_95 * one for one in self.gain_sd)
-        off = "force along {:+.0f} ± {:.0f} %, across {:+.0f} ± {:.0f} %".format(
-            *(one for pair in zip((along, across), sd, strict=True) for one in pair)
-        )
-        whose = {
-            DisagreementCause.CALIBRATION.value: f"is off: {off}",
-            DisagreementCause.CUTTING.value: f"is another in {self.likeliest}",
-            DisagreementCause.EITHER.value: f"is off ({off}, or {self.likeliest} is cut otherwise)",
-        }[self.cause]
-        by = f"; determined from {self.told_by}" if self.told_by else ""
-        hint = (
-            "; make a standard cut on it to decide which"
-            if self.cause == DisagreementCause.EITHER.value
-            else ""
-        )
-        return (
-            f"{self.machine} disagrees in {', '.join(self.pairs)}: {self.cause} {whose}{by}{hint}"
-        )
+        shares = (*self.gain, *(NORMAL_95 * one for one in self.gain_sd))
+        along, across, along_half, across_half = (100.0 * one for one in shares)
+        off = phrase(
+            "force along {along} ± {along_half} %, across {across} ± {across_half} %",
+            along=f"{along:+.0f}", along_half=f"{along_half:.0f}",
+            across=f"{across:+.0f}", across_half=f"{across_half:.0f}"
+        )  # fmt: skip
+        said = phrase(
+            DISAGREES[self.cause], machine=self.machine, pairs=", ".join(self.pairs), off=off,
+            pair=self.likeliest
+        )  # fmt: skip
+        if self.told_by:
+            said = phrase("{what}; determined from {by}", what=said, by=said_again(self.told_by))
+        if self.cause == DisagreementCause.EITHER.value:
+            said = phrase("{what}; make a standard cut on it to decide which", what=said)
+        return said
 
 
 def named_of(machine: str, pairs: Sequence[str], found: Disagrees) -> DisagreeingMachine:
@@ -116,7 +127,7 @@ def shared_knowledge(session: Session) -> SharedKnowledge:
         materials.append(_shown(prior, prior.known))
     if not materials:
         raise UnusableInput(
-            "nothing has been fitted for all machines yet; run 'autodb fleet learn'"
+            phrase("nothing has been fitted for all machines yet; run 'autodb fleet learn'")
         )
     ordered = sorted(materials, key=lambda one: one.material)
     return SharedKnowledge(ordered, [named[name] for name in sorted(named)])
@@ -126,6 +137,7 @@ def _shown(prior: models.FleetPrior, known: Mapping[str, Any]) -> OfMaterial:
     mean, sd = np.array(prior.mean), np.sqrt(np.diag(np.array(prior.covariance)))
     low, high = (shear.law_values(mean + side * NORMAL_95 * sd) for side in (-1.0, 1.0))
     middle = shear.law_values(mean)
+    ends = {"value": middle, "low": low, "high": high}
     return OfMaterial(
         material=prior.material.name,
         machines=prior.machines,
@@ -133,7 +145,10 @@ def _shown(prior: models.FleetPrior, known: Mapping[str, Any]) -> OfMaterial:
         tools_apart=known["shares"]["tools"],
         machines_apart=known["shares"]["machines"],
         numbers=tuple(
-            f"{significant(middle[n])} ({significant(low[n])} to {significant(high[n])})"
+            phrase(
+                "{value} ({low} to {high})",
+                **{end: localized(significant(at[n])) for end, at in ends.items()},
+            )
             for n in SHOWN
         ),
     )

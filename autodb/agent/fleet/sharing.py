@@ -34,6 +34,7 @@ from autodb.pairs.hierarchy import MANY, KnownMaterial, whole_law
 from autodb.standard.protocol import CutProtocol
 from autodb.store import Store, models, retried
 from autodb.store.models.learning import EVERY, fleet_prior_parameters
+from autodb.wording import phrase, phrase_many
 
 Progress = Callable[[str], None]
 
@@ -63,17 +64,16 @@ class SharedLearning:
     def lines(self) -> list[str]:
         """Return it in words, a line each."""
         said = [
-            f"{one.material}: version {one.version} from {_counted(one.machines, 'machine')}, "
-            f"{_counted(one.tools, 'tool')}"
+            phrase(
+                "{material}: version {version} from {machines}, {tools}",
+                material=one.material, version=one.version,
+                machines=phrase_many("{count} machine", "{count} machines", one.machines),
+                tools=phrase_many("{count} tool", "{count} tools", one.tools)
+            )
             for one in self.materials
-        ]
-        return (said or ["nothing new for all machines together"]) + [
-            one.words for one in self.named
-        ]
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+        ]  # fmt: skip
+        said = said or [phrase("nothing new for all machines together")]
+        return [*said, *(one.words for one in self.named)]
 
 
 def learn_fleet(

@@ -77,7 +77,7 @@ def whole_task(machine: MachineTask) -> RefreshedMachine:
         with _opened(machine) as store:
             return RefreshedMachine(machine.name, refresh(store, machine.name, inbox=inbox).lines())
     except UnusableInput as error:
-        return RefreshedMachine(machine.name, failed=str(error))
+        return RefreshedMachine(machine.name, failed=error.line)
 
 
 def _silently(_step: str) -> None:

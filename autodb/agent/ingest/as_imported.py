@@ -8,6 +8,7 @@ from autodb.files.side import SideFile
 from autodb.records.source import open_as_stored
 from autodb.records.tables import CutTable, Recording
 from autodb.store import models
+from autodb.wording import phrase
 
 
 def as_imported(row: models.StoredRecording) -> Recording | CutTable:
@@ -18,8 +19,11 @@ def as_imported(row: models.StoredRecording) -> Recording | CutTable:
     path = whole_file(row)
     if path is None:
         raise UnusableInput(
-            f"{row.path}: the file is missing or has changed since its import; put it back "
-            "under its path"
+            phrase(
+                "{file}: the file is missing or has changed since its import; put it back "
+                "under its path",
+                file=row.path,
+            )
         )
     return open_as_stored(path, SideFile.model_validate(row.side)).choose().read()
 

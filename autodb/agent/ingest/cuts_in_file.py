@@ -19,6 +19,7 @@ from autodb.sensing.ranges.feeding import feeds_outward
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.recorded import raw
 from autodb.store import models
+from autodb.wording import phrase
 
 _CONDITION_PREFIXES = (
     "cutting.",
@@ -49,7 +50,11 @@ def cuts_in(
     if len(holding) > 1:
         names = ", ".join(f"'{base.name}'" for base in holding)
         raise UnusableInput(
-            f"{source.path}: cuts in several time bases ({names}); use one time base"
+            phrase(
+                "{file}: cuts in several time bases ({names}); use one time base",
+                file=source.path,
+                names=names,
+            )
         )
     if not holding:
         return _said_cut(source), ()
@@ -94,8 +99,13 @@ def _refuse_unmeasured(table: CutTable) -> None:
     sensed = [name for name in table.channels if name not in said and not _is_condition(name)]
     if not sensed and CHIP not in table:
         raise UnusableInput(
-            f"{table.path}: nothing was measured in its cuts; add a column like "
-            f"y.current.range, force.z or {CHIP}{table.near('force.z')}"
+            phrase(
+                "{file}: nothing was measured in its cuts; add a column like y.current.range, "
+                "force.z or {chip}{near}",
+                file=table.path,
+                chip=CHIP,
+                near=table.near("force.z"),
+            )
         )
 
 

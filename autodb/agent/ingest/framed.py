@@ -17,6 +17,7 @@ from autodb.files.checksums import checksum
 from autodb.files.side import SideFile
 from autodb.files.targets import hidden, replace_by
 from autodb.store import Store, models
+from autodb.wording import phrase
 
 FOLDER = "recordings"
 """Where tables are kept: beside the database's file."""
@@ -89,13 +90,17 @@ def _checked(name: str | None) -> str:
     if name is None:
         return UNNAMED
     if not name.strip() or Path(name).name != name or name.startswith("."):
-        raise UnusableInput(f"name '{name}': is no name of a file; use one such as 'week-1'")
+        raise UnusableInput(
+            phrase("name '{name}': is no name of a file; use one such as 'week-1'", name=name)
+        )
     return name
 
 
 def _beside(store: Store) -> Path:
     if store.path is None:
-        raise UnusableInput("a database on a server has no folder; say in which one to keep tables")
+        raise UnusableInput(
+            phrase("a database on a server has no folder; say in which one to keep tables")
+        )
     return store.path.resolve().parent / FOLDER
 
 

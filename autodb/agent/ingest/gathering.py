@@ -16,6 +16,7 @@ from autodb.records.summary import summary_of
 from autodb.records.tables import EDGE, CutTable, edge_codes
 from autodb.sensing.ranges.recorded import raw
 from autodb.sensing.ranges.validity import with_stated
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 Done = TypeVar("Done")
@@ -36,7 +37,9 @@ def each_used(files: Sequence[Path], work: Callable[[Path], Done], *, tell: Tell
                 raise
             tell(f"excluded: {error}")
     if not done:
-        raise UnusableInput(f"none of the {len(files)} cuts can be used; all are excluded")
+        raise UnusableInput(
+            phrase("none of the {n} cuts can be used; all are excluded", n=len(files))
+        )
     return done
 
 
@@ -57,8 +60,11 @@ def _cuts_of(path: Path, columns: StatedColumns, tell: Tell) -> CutTable:
         return with_stated(found)
     if not raw.has_phase_currents(found.channels):
         raise UnusableInput(
-            f"{path}: no column 'cut' and no phase currents; calibrate needs a table of cuts, or "
-            "raw recordings of one cut each"
+            phrase(
+                "{file}: no column 'cut' and no phase currents; calibrate needs a table of "
+                "cuts, or raw recordings of one cut each",
+                file=path,
+            )
         )
     cut = raw.cut_of_recording(found)
     for note in cut.notes:
@@ -76,8 +82,12 @@ def _joined(tables: Sequence[CutTable]) -> CutTable:
         units = {table.unit(name) for table in tables if name in table}
         if len(units) > 1:
             raise UnusableInput(
-                f"{tables[0].path}: {name} is in {' and '.join(sorted(units))} in different "
-                "files; use one unit in all of them"
+                phrase(
+                    "{file}: {name} is in {names} in different files; use one unit in all of them",
+                    file=tables[0].path,
+                    name=name,
+                    names=listed(sorted(units), phrase(" and ")),
+                )
             )
     channels = {
         name: np.concatenate([table.channels.get(name, _unknown(table)) for table in tables])

@@ -32,6 +32,7 @@ from autodb.records.summary import BaseSummary, summarise
 from autodb.records.tables import CutTable
 from autodb.store import Store, models
 from autodb.timing import Timing
+from autodb.wording import phrase
 
 TakeBack = Callable[[Session, models.StoredRecording], object]
 """Has a recording count no more, with what was derived from it."""
@@ -115,7 +116,14 @@ def import_file(
         return _once_more(store, machine, known, kept, looked_at=looked_at)
     named = source.side.recording.machine
     if named is not None and named != machine:
-        raise UnusableInput(f"{path}: its side file says machine '{named}', not '{machine}'")
+        raise UnusableInput(
+            phrase(
+                "{file}: its side file says machine '{named}', not '{machine}'",
+                file=path,
+                named=named,
+                machine=machine,
+            )
+        )
     row, cuts, notes = _read_in(source, sha256, progress)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)

@@ -15,6 +15,7 @@ from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.targets import hidden, replace_by
 from autodb.store import models
+from autodb.wording import phrase
 
 COPIED = ".parquet"
 """Ending that the compressed copy of a recording has after its name."""
@@ -141,7 +142,11 @@ def parted(path: Path, grown: Grown) -> Path:
         was.close()
         if begins.hexdigest() != grown.sha256:
             raise UnusableInput(
-                f"{path}: its beginning differs from what was imported; put the imported file back"
+                phrase(
+                    "{file}: its beginning differs from what was imported; put the imported file "
+                    "back",
+                    file=path,
+                )
             )
         new = named_by(path, checksum(path))
         if not new.exists():

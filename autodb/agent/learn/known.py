@@ -13,6 +13,7 @@ from autodb.files.tool import geometry_of_code
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
+from autodb.wording import phrase
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,11 @@ def _refuse_earlier_law(session: Session, owner: Owner, pair: models.Pair | None
     )
     if earlier:
         raise UnusableInput(
-            f"machine '{owner.name}': its parameters of the pair belong to an earlier autodb's "
-            f"law; run 'autodb refresh --machine {owner.name}' to fit them again to the same "
-            "cuts"
+            phrase(
+                "machine '{owner}': its parameters of the pair belong to an earlier autodb's "
+                "law; run 'autodb refresh --machine {owner}' to fit them again to the same cuts",
+                owner=owner.name,
+            )
         )
 
 

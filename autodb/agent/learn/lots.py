@@ -9,6 +9,7 @@ from autodb.agent.rows.recordings import counted_cuts
 from autodb.agent.rows.sensed_forces import usable
 from autodb.errors import UnusableInput
 from autodb.store import models
+from autodb.wording import listed, phrase
 
 
 def cuts_of_spot(session: Session, row: models.Mismatch, *, upto: int) -> list[models.Cut]:
@@ -49,8 +50,19 @@ def name_lot(session: Session, row: models.Mismatch, lot: str | None, *, upto: i
         return
     unnamed = [cut for cut in cuts if cut.lot is None]
     if not unnamed and lot not in stated:
-        where = f"its cuts are of lot {' and '.join(sorted(stated))}" if stated else "it has no cut"
-        raise UnusableInput(f"--lot: mismatch {row.id} stays open: {where}, not of '{lot}'")
+        where = (
+            phrase("its cuts are of lot {names}", names=listed(sorted(stated), phrase(" and ")))
+            if stated
+            else phrase("it has no cut")
+        )
+        raise UnusableInput(
+            phrase(
+                "--lot: mismatch {number} stays open: {where}, not of '{lot}'",
+                number=row.id,
+                where=where,
+                lot=lot,
+            )
+        )
     for cut in unnamed:
         cut.lot = lot
     row.applied = {**(row.applied or {}), "lot": lot, "cuts": [cut.id for cut in unnamed]}

@@ -218,8 +218,11 @@ def last_pass(store: Store, machine: str) -> KeptPass:
         found = last_passes_of(session, find_machine(session, machine).id, most=1)
     if not found:
         raise UnusableInput(
-            f"machine '{machine}': no pass has left a report; run 'autodb refresh --machine "
-            f"{machine}'"
+            phrase(
+                "machine '{machine}': no pass has left a report; run 'autodb refresh --machine "
+                "{machine}'",
+                machine=machine,
+            )
         )
     return found[0]
 

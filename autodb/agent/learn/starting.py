@@ -22,6 +22,14 @@ from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.wording import stored_msgid
 
+ANY_METAL = stored_msgid("what any metal may have: no conventional values of '{material}'")
+LIKE_ANOTHER = stored_msgid(
+    "what any metal may have: no conventional values of '{material}' (did you mean {names}?)"
+)
+OTHER_TOOL = stored_msgid("{pair}, the same material with another tool ({count} cuts)")
+OTHER_TOOLS = stored_msgid(
+    "{pair}, the same material with another tool ({count} cuts), and with {tools}"
+)
 FROM_HANDBOOK = stored_msgid("conventional values of {material}")
 FROM_GROUP = stored_msgid("conventional values of {material} (VDI 3323 group {number})")
 """As the first where the handbook knows a material by its group alone: its name says so."""
@@ -59,7 +67,9 @@ def of_material(material: str) -> Start:
         handbook = conventional.material_named(material)
     except UnusableInput:
         alike = conventional.alike_named(material)
-        said = f"what any metal may have: no conventional values of '{material}'{alike}"
+        said = ANY_METAL.format(material=material)
+        if alike:
+            said = LIKE_ANOTHER.format(material=material, names=", ".join(alike))
         return begins(any_metal(), said)
     return begins(
         conventional.posterior_of_values(handbook), FROM_HANDBOOK.format(material=handbook.name)
@@ -78,7 +88,7 @@ def _of_other_tools(session: Session, machine_id: int, material: str, tool: str)
     first = max(own, key=lambda row: row.n_cuts, default=None)
     if first is None:
         return None
-    posterior, said = as_posterior(first), f"{pair_name(first.pair)}, the same material with"
+    posterior, said = as_posterior(first), pair_name(first.pair)
     sensing = _calibrations(posterior)
     more = [
         row
@@ -86,12 +96,12 @@ def _of_other_tools(session: Session, machine_id: int, material: str, tool: str)
         if row is not first and row.start and _calibrations(as_posterior(row)) <= sensing
     ]
     if not more or first.start is None:
-        words = f"{said} another tool ({first.n_cuts} cuts)"
+        words = OTHER_TOOL.format(pair=said, count=first.n_cuts)
         return begins(of_relative(posterior), words, first)
     said_of = {row.pair.tool.name: own_cuts(session, row.id).as_sensed for row in (first, *more)}
     law = of_relatives(posterior, law_from_json(first.start), said_of, tool)
     named = ", ".join(f"{row.pair.tool.name} ({row.n_cuts} cuts)" for row in more)
-    words = f"{said} another tool ({first.n_cuts} cuts), and with {named}"
+    words = OTHER_TOOLS.format(pair=said, count=first.n_cuts, tools=named)
     return begins(law, words, first, others=[row.id for row in more])
 
 

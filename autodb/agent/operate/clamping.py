@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.store import models
+from autodb.wording import localized, phrase
 
 OFFSET, TOOTH = "offset", "tooth "
 """Parameters of a run-out: how far the axis is off, and how far each tooth stands out, mm."""
@@ -29,9 +30,12 @@ def keep_runout(session: Session, row: models.Mismatch) -> str | None:
     row.applied = {**(row.applied or {}), "tool": tool.id, "before": before}
     tool.runout_mm, tool.runout_deg, tool.runout_sd_mm = found
     session.flush()
-    return (
-        f"tool {tool.name}: run-out {found[0]:.4f} ± {NORMAL_95 * found[2]:.4f} mm towards "
-        f"{found[1]:.0f}° from tooth 0, as it is clamped"
+    return phrase(
+        "tool {tool}: run-out {size} ± {half} mm towards {angle}° from tooth 0, as it is clamped",
+        tool=tool.name,
+        size=localized(f"{found[0]:.4f}"),
+        half=localized(f"{NORMAL_95 * found[2]:.4f}"),
+        angle=localized(f"{found[1]:.0f}"),
     )
 
 
@@ -43,7 +47,7 @@ def forget_runout(session: Session, row: models.Mismatch) -> list[str]:
         return []
     for column, value in applied["before"].items():
         setattr(tool, column, value)
-    return [f"the run-out of tool {tool.name} is taken back"]
+    return [phrase("the run-out of tool {tool} is taken back", tool=tool.name)]
 
 
 def _off_axis(parameters: Mapping[str, Any]) -> tuple[float, float, float] | None:

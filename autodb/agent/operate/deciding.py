@@ -25,7 +25,7 @@ from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models import now
 from autodb.terms.term import Home
 from autodb.terms.vocabulary import effect_called, of_the_machine, where_kept
-from autodb.wording import listed, phrase
+from autodb.wording import day, listed, phrase
 
 
 @dataclass(frozen=True)
@@ -176,12 +176,17 @@ def _in_calibrations(
 ) -> tuple[str, ...]:
     """Return corrected calibrations in words."""
     return tuple(
-        f"calibration of {one.axis}: version {one.version}: {row.channel} is divided by "
-        f"{one.corrections[-1]['factor']:.3g} ± {NORMAL_95 * one.corrections[-1]['sd']:.2g} from "
-        f"recording {one.corrections[-1]['recording']} on"
+        phrase(
+            "calibration of {axis}: version {version}: {channel} is divided by {factor} ± {half} "
+            "from recording {number} on",
+            axis=one.axis, version=one.version, channel=row.channel,
+            factor=f"{one.corrections[-1]['factor']:.3g}",
+            half=f"{NORMAL_95 * one.corrections[-1]['sd']:.2g}",
+            number=one.corrections[-1]["recording"]
+        )
         for one in made
         if one.corrections
-    )
+    )  # fmt: skip
 
 
 def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
@@ -189,12 +194,17 @@ def _in_pairs(versions: Sequence[models.CuttingParameters]) -> tuple[str, ...]:
 
 
 def _in_pair(row: models.CuttingParameters) -> str:
-    state = "" if row.state is None else f", {row.state}"
-    said = f"{pair_name(row.pair)}{state}: version {row.version} from {row.n_cuts} cuts"
+    pair = pair_name(row.pair)
+    called = pair if row.state is None else f"{pair}, {row.state}"
+    said = phrase(
+        "{pair}: version {version} from {count} cuts",
+        pair=called, version=row.version, count=row.n_cuts
+    )  # fmt: skip
     if row.state is not None:
         return said
     held = (str(one.confirmed_term) for one in row.mismatches)
-    return ": ".join([said, *filter(None, ["; ".join(terms_words(as_posterior(row), held))])])
+    terms = [*terms_words(as_posterior(row), held)]
+    return listed([said, listed(terms, "; ")], ": ") if terms else said
 
 
 def reject(
@@ -291,7 +301,7 @@ def _is_decided(row: models.Mismatch, status: str, term: str | None) -> bool:
             "'autodb mismatch reopen {number}'",
             number=row.id,
             decided=was,
-            day=row.decided_at,
+            day=day(str(row.decided_at)),
         )
     )
 

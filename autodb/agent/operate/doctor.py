@@ -17,8 +17,10 @@ from sqlalchemy.orm import InstrumentedAttribute, Session
 from autodb.agent.ingest.importing import files_of
 from autodb.agent.ingest.kept import every_unread
 from autodb.agent.operate.access import first_broken
-from autodb.errors import UnusableInput
+from autodb.agent.rows.posteriors import pair_name
+from autodb.errors import UnusableInput, behind_name
 from autodb.files.checksums import checksum
+from autodb.files.excuses import system_words
 from autodb.store import (
     Store,
     head,
@@ -32,6 +34,7 @@ from autodb.store import (
 from autodb.store.rotation import age_words, drill
 from autodb.store.schemas import schema_faults
 from autodb.terms.vocabulary import of_the_machine
+from autodb.wording import msgid, phrase
 
 Progress = Callable[[str], None]
 
@@ -49,11 +52,17 @@ class CheckOutcome:
 
 @dataclass(frozen=True)
 class SoundnessCheck:
-    """One check: its name, its function, and what to do when it fails."""
+    """One check: its name, its function, and what to do when it fails, with a ``folder``."""
 
     name: str
     run: Callable[[Session, Progress], CheckOutcome]
     what_to_do: str
+    folder: str = ""
+
+    @property
+    def remedy_words(self) -> str:
+        """What to do, for the reader."""
+        return phrase(self.what_to_do, folder=self.folder)
 
 
 @dataclass(frozen=True)
@@ -80,10 +89,11 @@ def examine(url: str, *, backups: Path | None = None, progress: Progress) -> lis
             if all(finding.outcome.passed for finding in findings):
                 findings += _run(store, checks, progress)
         if backups is not None:
-            again = f"make a new one with 'autodb backup {backups} --keep 7'"
+            again = msgid("make a new one with 'autodb backup {folder} --keep 7'")
             drilled = SoundnessCheck(
-                "restore of the newest backup", partial(restores, backups), again
-            )
+                msgid("restore of the newest backup"), partial(restores, backups), again,
+                str(backups),
+            )  # fmt: skip
             findings += _run(store, (drilled,), progress)
     finally:
         store.close()
@@ -93,12 +103,15 @@ def examine(url: str, *, backups: Path | None = None, progress: Progress) -> lis
 def restores(folder: Path, _session: Session, progress: Progress) -> CheckOutcome:
     """Restore the newest backup of a folder in a temporary place, as a restore would, and say how
     old it is."""
-    must = "restored"
+    must = msgid("restored")
     try:
         tried = drill(folder, now=datetime.now(UTC), progress=progress)
     except UnusableInput as error:
-        return CheckOutcome("not restored", "=", must, False, (str(error),))
-    line = f"{folder}: {tried.restored.total} rows of one that is {age_words(tried.age)} old"
+        return CheckOutcome(msgid("not restored"), "=", must, False, (error.line,))
+    line = phrase(
+        "{folder}: {count} rows of one that is {age} old",
+        folder=folder, count=tried.restored.total, age=age_words(tried.age)
+    )  # fmt: skip
     return CheckOutcome(must, "=", must, True, (line,))
 
 
@@ -116,9 +129,9 @@ def _outcome(check: SoundnessCheck, session: Session, progress: Progress) -> Che
     try:
         return check.run(session, progress)
     except DatabaseError as error:
-        return CheckOutcome("unreadable", "=", "0", False, (str(error.orig),))
+        return CheckOutcome(msgid("unreadable"), "=", "0", False, (str(error.orig),))
     except rowsums.UNREADABLE as error:
-        return CheckOutcome("unreadable", "=", "0", False, (str(error),))
+        return CheckOutcome(msgid("unreadable"), "=", "0", False, (str(error),))
 
 
 def _none_of(found: Iterable[str]) -> CheckOutcome:
@@ -151,7 +164,9 @@ def of_the_schema(session: Session, _progress: Progress) -> CheckOutcome:
     """
     revision = str(session.execute(text("SELECT version_num FROM alembic_version")).scalar())
     if revision not in revisions():
-        return _none_of([f"schema {revision} is not known to this version"])
+        return _none_of(
+            [phrase("schema {revision} is not known to this version", revision=revision)]
+        )
     return _none_of(schema_faults(rowsums.driver_of(session.connection()), revision))
 
 
@@ -218,20 +233,29 @@ def look_for_confirmed(session: Session, _progress: Progress) -> CheckOutcome:
         mismatch.confirmed_term.in_(of_the_machine()) & ~mismatch.models.any()
     )
     rows = session.scalars(select(mismatch).where(mismatch.status == "confirmed", lacks))
-    return _none_of(f"mismatch {row.id}: {row.channel}: {row.term}" for row in rows)
+    return _none_of(
+        phrase("mismatch {number}: {what}", number=row.id, what=f"{row.channel}: {row.term}")
+        for row in rows
+    )
 
 
 def look_for_pairs(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for work-tool pairs that no cut was made with."""
     cut = exists().where(models.Cut.pair_id == models.Pair.id)
     rows = session.scalars(select(models.Pair).where(~cut))
-    return _none_of(f"pair {row.id}: {row.material.name} / {row.tool.name}" for row in rows)
+    return _none_of(
+        phrase("pair {number}: {name}", number=row.id, name=pair_name(row)) for row in rows
+    )
 
 
 def chained(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for the first entry of the audit log that does not follow from those before it."""
     broken = first_broken(session)
-    return _none_of([] if broken is None else [f"audit_entry {broken}: it, or the one before"])
+    return _none_of(
+        []
+        if broken is None
+        else [phrase("audit_entry {number}: it, or the one before", number=broken)]
+    )
 
 
 def present(session: Session, _progress: Progress) -> CheckOutcome:
@@ -241,7 +265,11 @@ def present(session: Session, _progress: Progress) -> CheckOutcome:
     """
     kept = select(models.StoredRecording).where(models.StoredRecording.dropped_at.is_(None))
     rows = session.scalars(kept.order_by(models.StoredRecording.id))
-    return _none_of(f"recording {r.id}: {r.path}" for r in rows if not files_of(r))
+    return _none_of(
+        phrase("recording {number}: {file}", number=r.id, file=r.path)
+        for r in rows
+        if not files_of(r)
+    )
 
 
 def unaltered(session: Session, progress: Progress) -> CheckOutcome:
@@ -254,56 +282,80 @@ def unaltered(session: Session, progress: Progress) -> CheckOutcome:
             try:
                 same = checksum(path) == sha256
             except OSError as error:
-                found.append(f"recording {row.id}: {path}: {error.strerror}")
+                found.append(
+                    behind_name(
+                        phrase("recording {number}: {file}", number=row.id, file=path),
+                        system_words(error),
+                    )
+                )
                 continue
             if not same:
-                found.append(f"recording {row.id}: {path}")
+                found.append(phrase("recording {number}: {file}", number=row.id, file=path))
     return _none_of(found)
 
 
 def imported(session: Session, _progress: Progress) -> CheckOutcome:
     """Look for recordings that an inbox keeps and the database has not, or only their beginning."""
     return _none_of(
-        f"{machine}: {one.path}{'' if one.grown is None else ': has grown since it was imported'}"
+        phrase(UNREAD if one.grown is None else GROWN, machine=machine, file=one.path)
         for machine, some in every_unread(session).items()
         for one in some
     )
 
 
+RESTORE = msgid("'autodb restore BACKUP --replace'")
+UNREAD = msgid("{machine}: {file}")
+GROWN = msgid("{machine}: {file}: has grown since it was imported")
 OF_A_SCHEMA = (
-    SoundnessCheck("schema", schema, "'autodb init' brings it to this version's schema"),
+    SoundnessCheck(
+        msgid("schema"), schema, msgid("'autodb init' brings it to this version's schema")
+    ),
 )
 OF_THE_FILE = (
     *OF_A_SCHEMA,
-    SoundnessCheck("integrity of the file", integrity, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck(msgid("integrity of the file"), integrity, RESTORE),
     SoundnessCheck(
-        "rows that point to no row", look_for_references, "'autodb restore BACKUP --replace'"
+        msgid("rows that point to no row"),
+        look_for_references,
+        RESTORE,
     ),
     SoundnessCheck(
-        "what is no part of the schema", of_the_schema, "'autodb restore BACKUP --replace'"
+        msgid("what is no part of the schema"),
+        of_the_schema,
+        RESTORE,
     ),
 )
-OF_ITS_VALUES = (
-    SoundnessCheck("values that nobody wrote", values, "'autodb restore BACKUP --replace'"),
-)
+OF_ITS_VALUES = (SoundnessCheck(msgid("values that nobody wrote"), values, RESTORE),)
 OF_ROWS = (
-    SoundnessCheck("unreadable JSON", readable_json, "'autodb restore BACKUP --replace'"),
-    SoundnessCheck("derived rows without a source", sources, "'autodb restore BACKUP --replace'"),
+    SoundnessCheck(msgid("unreadable JSON"), readable_json, RESTORE),
+    SoundnessCheck(msgid("derived rows without a source"), sources, RESTORE),
     SoundnessCheck(
-        "confirmed causes in no model", look_for_confirmed, "'autodb restore BACKUP --replace'"
+        msgid("confirmed causes in no model"),
+        look_for_confirmed,
+        RESTORE,
     ),
-    SoundnessCheck("pairs nobody cut", look_for_pairs, "import their cuts; they do no harm"),
     SoundnessCheck(
-        "audit log altered", chained, "compare it with a backup's: who wrote to the database?"
+        msgid("pairs nobody cut"), look_for_pairs, msgid("import their cuts; they do no harm")
+    ),
+    SoundnessCheck(
+        msgid("audit log altered"),
+        chained,
+        msgid("compare it with a backup's: who wrote to the database?"),
     ),
 )
 OF_THE_CONTENT = (
     *OF_ROWS,
-    SoundnessCheck("recordings not on the disk", present, "put the file back under its path"),
     SoundnessCheck(
-        "recordings altered on the disk", unaltered, "put back the file that was imported"
+        msgid("recordings not on the disk"), present, msgid("put the file back under its path")
     ),
     SoundnessCheck(
-        "kept recordings not imported", imported, "'autodb refresh --inbox INBOX' imports them"
+        msgid("recordings altered on the disk"),
+        unaltered,
+        msgid("put back the file that was imported"),
+    ),
+    SoundnessCheck(
+        msgid("kept recordings not imported"),
+        imported,
+        msgid("'autodb refresh --inbox INBOX' imports them"),
     ),
 )

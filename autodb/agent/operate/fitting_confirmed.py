@@ -22,6 +22,7 @@ from autodb.sensing.drives.feed_axis import cross_test
 from autodb.sensing.drives.fit.axis_model import IdentifiedTerm
 from autodb.store import models
 from autodb.terms.drive import COGGING, FRICTION_RIPPLE
+from autodb.wording import listed, phrase
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,11 @@ def fit_with(
     newest = newest_model(session, owner.id, row.channel)
     if newest is None:
         raise UnusableInput(
-            f"machine '{owner.name}' has no model of {row.channel}; make one with 'autodb identify'"
+            phrase(
+                "machine '{owner}' has no model of {channel}; make one with 'autodb identify'",
+                owner=owner.name,
+                channel=row.channel,
+            )
         )
     moves = signed(_moves(row), owner)
     progress("fitting")
@@ -54,7 +59,9 @@ def fit_with(
     try:
         refit = refitted(newest, moves, row.recording.sha256, axis=newest.axis, terms=names)
     except UnusableInput as error:
-        raise UnusableInput(f"mismatch {row.id} stays open: {error}") from error
+        raise UnusableInput(
+            phrase("mismatch {number} stays open: {error}", number=row.id, error=error.line)
+        ) from error
     _refuse_unexcited(row, refit, term)
     before, after = (
         cross_test(moves, newest.axis, refit.model.protocol, terms)
@@ -68,9 +75,17 @@ def _moves(row: models.Mismatch) -> Recording:
     try:
         moves = as_imported(row.recording)
     except UnusableInput as error:
-        raise UnusableInput(f"mismatch {row.id} stays open: {error}") from None
+        raise UnusableInput(
+            phrase("mismatch {number} stays open: {error}", number=row.id, error=error.line)
+        ) from None
     if not isinstance(moves, Recording):
-        raise UnusableInput(f"{moves.path}: a table of cuts; {row.channel} needs moves over time")
+        raise UnusableInput(
+            phrase(
+                "{file}: a table of cuts; {channel} needs moves over time",
+                file=moves.path,
+                channel=row.channel,
+            )
+        )
     others = {n for n in effort_channels(list(moves.channels)) if n != row.channel}
     kept = {name: values for name, values in moves.channels.items() if name not in others}
     return replace(moves, channels=kept)
@@ -80,10 +95,13 @@ def _refuse_unexcited(row: models.Mismatch, refit: Refit, term: str) -> None:
     if of_term(refit.model.fitted, term):
         return
     needed = [said for said in refit.model.not_excited if said.split(" ", 1)[0] == term]
-    raise UnusableInput(
-        f"mismatch {row.id} stays open: {Path(row.recording.path).name} does not excite {term}"
-        + "".join(f"; {said}" for said in needed[:1])
+    unmoved = phrase(
+        "mismatch {number} stays open: {file} does not excite {term}",
+        number=row.id,
+        file=Path(row.recording.path).name,
+        term=term,
     )
+    raise UnusableInput(listed([unmoved, *needed[:1]], "; "))
 
 
 def of_term(terms: Sequence[IdentifiedTerm], name: str) -> list[IdentifiedTerm]:
@@ -103,8 +121,12 @@ def keep_version(session: Session, row: models.Mismatch, step: ConfirmedFit) -> 
     newest = newest_model(session, row.recording.machine_id, row.channel)
     if newest is None or newest.id != step.newest_id:
         raise UnusableInput(
-            f"mismatch {row.id} stays open: {row.channel} got another version during the fit; "
-            "run the same command again"
+            phrase(
+                "mismatch {number} stays open: {channel} got another version during the fit; "
+                "run the same command again",
+                number=row.id,
+                channel=row.channel,
+            )
         )
     if not step.refit.already_there:
         newest = add_version(session, row.recording.machine_id, step.refit, row.recording_id)

@@ -43,6 +43,10 @@ from autodb.terms.chip import HARD_SPOT
 from autodb.wording import stored_msgid
 
 Progress = Callable[[str], None]
+NO_FORCE = stored_msgid(
+    "no force was measured and no calibration is usable, so no force is known; import cuts with "
+    "force.*, or run 'autodb calibrate'"
+)
 UPDATING = stored_msgid("updating {pair}: {k} of {n}")
 """Step of a pass: a pair, which one of those that have something to learn it is."""
 
@@ -103,10 +107,7 @@ class _Pass:
         done, session, owner = self._done, self._session, self._owner
         sensed = sense_cuts(session, owner, self.span, self._progress)
         if not sensed and not known_otherwise(session, owner.id):
-            done.set_aside.append(
-                "no force was measured and no calibration is usable, so no force is known; import "
-                "cuts with force.*, or run 'autodb calibrate'"
-            )
+            done.set_aside.append(NO_FORCE)
         self._match(sensed)
         outliers: list[int] = []
         pairs = [session.get_one(models.Pair, pair_id) for pair_id in self._pairs()]

@@ -15,6 +15,7 @@ from autodb.agent.operate.clamping import forget_runout
 from autodb.agent.operate.refreshing import learn_confirmed
 from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.store import models
+from autodb.wording import phrase
 
 _Parameters = models.CuttingParameters
 
@@ -25,14 +26,26 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
     versions = _of_rejected(session, row) if row.status == "rejected" else _of_confirmed(row)
     for model in [] if row.status == "rejected" else _models(session, row):
         model.undone_at = models.now()
-        said.append(f"{model.channel} version {model.version} is taken back")
+        said.append(
+            phrase(
+                "{channel} version {version} is taken back",
+                channel=model.channel,
+                version=model.version,
+            )
+        )
     corrected = [one.id for one in row.calibrations if one.undone_at is None]
     by = _Parameters.forces.any(models.SensedForce.calibration_id.in_(corrected))
     versions += resting_on(session, row.recording.machine_id, by)
     ids = [one.id for one in versions]
     for version in resting_on(session, row.recording.machine_id, _Parameters.id.in_(ids)):
         version.undone_at = models.now()
-        said.append(f"{pair_name(version.pair)} version {version.version} is taken back")
+        said.append(
+            phrase(
+                "{pair} version {version} is taken back",
+                pair=pair_name(version.pair),
+                version=version.version,
+            )
+        )
         others |= {one.id: one for one in version.mismatches if one is not row}
     said += forgotten(session, row)
     said += _rest_again(session, row)
@@ -50,7 +63,13 @@ def forgotten(session: Session, row: models.Mismatch) -> list[str]:
     for one in row.calibrations:
         if one.undone_at is None:
             one.undone_at = models.now()
-            said.append(f"calibration of {one.axis} version {one.version} is taken back")
+            said.append(
+                phrase(
+                    "calibration of {axis} version {version} is taken back",
+                    axis=one.axis,
+                    version=one.version,
+                )
+            )
     forget_lot(session, row)
     return [*said, *forget_runout(session, row)]
 
@@ -118,7 +137,7 @@ def _other_holder(
 
 def _rest_again(session: Session, row: models.Mismatch) -> list[str]:
     """Have recordings count no more that count only because the cause was confirmed."""
-    said = []
+    said = list[str]()
     for number in (row.applied or {}).get("recordings", ()):
         recording = session.get_one(models.StoredRecording, number)
         also = models.Mismatch.found_in_any([number]), models.Mismatch.status == "confirmed"
@@ -129,7 +148,12 @@ def _rest_again(session: Session, row: models.Mismatch) -> list[str]:
         for cut in recording.cuts:
             if cut.superseded_at is None:
                 cut.superseded_at = recording.looked_at
-        said.append(f"recording {number} came in to be explained, and its cuts count no more")
+        said.append(
+            phrase(
+                "recording {number} came in to be explained, and its cuts count no more",
+                number=number,
+            )
+        )
     return said
 
 
@@ -137,5 +161,11 @@ def _learnt_again(session: Session, row: models.Mismatch) -> list[str]:
     """Learn the pairs of another cause that stays confirmed; return it in words."""
     made, _ = learn_confirmed(session, row, lambda _: None)
     return [
-        f"{pair_name(one.pair)} version {one.version} holds mismatch {row.id} still" for one in made
+        phrase(
+            "{pair} version {version} holds mismatch {number} still",
+            pair=pair_name(one.pair),
+            version=one.version,
+            number=row.id,
+        )
+        for one in made
     ]

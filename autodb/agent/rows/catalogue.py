@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
 from autodb.store import lock_catalogue, models
+from autodb.wording import localized, phrase
 
 Named = TypeVar("Named", models.Material, models.Tool)
 GEOMETRY = (
@@ -72,8 +73,14 @@ def refuse_other_geometry(
     for name, value in stated.items():
         if name in known and known[name] != value:
             raise UnusableInput(
-                f"tool '{tool}': {name} is {known[name]:g} here and {value:g} in the file; give "
-                "another tool another name"
+                phrase(
+                    "tool '{tool}': {name} is {known} here and {value} in the file; give another "
+                    "tool another name",
+                    tool=tool,
+                    name=name,
+                    known=localized(f"{known[name]:g}"),
+                    value=localized(f"{value:g}"),
+                )
             )
 
 

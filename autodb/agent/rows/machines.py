@@ -21,7 +21,7 @@ from autodb.files.machine import (
 )
 from autodb.files.toml import ReferenceValue
 from autodb.store import Store, models
-from autodb.wording import phrase
+from autodb.wording import day, listed, msgid, phrase
 
 _MACHINE = ("dialect", "units", "diameter", "shares")
 _RETENTION = ("compress_after_days", "drop_after_days")
@@ -46,7 +46,7 @@ _CONSTANT = {
     **{key: f"torque_constant_{key}" for key in ("lower", "upper", "source", "status", "date")},
 }
 _GEAR = ("name", "low_rpm", "high_rpm", "base_speed_rpm")
-NOT_STATED = "not stated"
+NOT_STATED = msgid("not stated")
 
 
 def add_machine(store: Store, name: str, file: MachineFile) -> bool:
@@ -55,11 +55,14 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
     Raises UnusableInput when it is there and the file says something else.
     """
     if not name.strip():
-        raise UnusableInput("a machine needs a name; use one such as 'lathe-1'")
+        raise UnusableInput(phrase("a machine needs a name; use one such as 'lathe-1'"))
     if not name.isprintable() or name != name.strip():
         raise UnusableInput(
-            f"machine '{name}': has line breaks, control characters, or blanks at its ends; use "
-            "a name without them"
+            phrase(
+                "machine '{name}': has line breaks, control characters, or blanks at its ends; "
+                "use a name without them",
+                name=name,
+            )
         )
     with store.writing() as session:
         existing = session.scalar(select(models.Machine).where(models.Machine.name == name))
@@ -67,8 +70,12 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
             changes = _changes(as_file(existing), file)
             if changes:
                 raise UnusableInput(
-                    f"machine '{name}' is there already and differs ({'; '.join(changes[:3])}); "
-                    f"change it with 'autodb machine update {name} --file FILE'"
+                    phrase(
+                        "machine '{name}' is there already and differs ({names}); change it with "
+                        "'autodb machine update {name} --file FILE'",
+                        name=name,
+                        names=listed(changes[:3], "; "),
+                    )
                 )
             return False
         machine = models.Machine(name=name)
@@ -98,7 +105,12 @@ def update_machine(store: Store, name: str, file: MachineFile) -> list[str]:
 def _changes(before: MachineFile, after: MachineFile) -> list[str]:
     old, new = flat(before), flat(lasting_part(after))
     return [
-        f"{key}: {old.get(key, NOT_STATED)} → {new.get(key, NOT_STATED)}"
+        phrase(
+            "{key}: {was} → {now}",
+            key=key,
+            was=old.get(key, phrase(NOT_STATED)),
+            now=new.get(key, phrase(NOT_STATED)),
+        )
         for key in dict.fromkeys([*old, *new])
         if old.get(key) != new.get(key)
     ]
@@ -111,8 +123,13 @@ def _refuse_what_would_break(
         learnt = _learnt_on(session, machine.id, axis)
         if axis not in after.axes and learnt:
             raise UnusableInput(
-                f"machine '{machine.name}': axis '{axis}' has {learnt} and cannot be removed; "
-                f"use a file with [axes.{axis}]"
+                phrase(
+                    "machine '{machine}': axis '{axis}' has {learnt} and cannot be removed; use a "
+                    "file with [axes.{axis}]",
+                    machine=machine.name,
+                    axis=axis,
+                    learnt=learnt,
+                )
             )
     recorded = session.scalar(
         select(func.count(models.StoredRecording.id)).where(
@@ -123,26 +140,31 @@ def _refuse_what_would_break(
         was = before.axes.get(axis, said)
         if recorded and said.current_sign != was.current_sign:
             raise UnusableInput(
-                f"machine '{machine.name}': axes.{axis}.current_sign cannot change after an "
-                f"import ({recorded} recordings took {was.current_sign}); add a machine of "
-                "another name"
+                phrase(
+                    "machine '{machine}': axes.{axis}.current_sign cannot change after an import "
+                    "({recorded} recordings took {current_sign}); add a machine of another name",
+                    machine=machine.name,
+                    axis=axis,
+                    recorded=recorded,
+                    current_sign=was.current_sign,
+                )
             )
 
 
 def _learnt_on(session: Session, machine_id: int, axis: str) -> str:
     """Return how many calibrations and models an axis has, in words; empty for none."""
-    found = []
+    found = list[str]()
     for table, what in (
-        (models.CalibrationVersion, "calibrations"),
-        (models.ChannelModel, "models"),
-        (models.DriveScale, "scales"),
+        (models.CalibrationVersion, msgid("calibrations ({count})")),
+        (models.ChannelModel, msgid("models ({count})")),
+        (models.DriveScale, msgid("scales ({count})")),
     ):
         n = session.scalar(
             select(func.count(table.id)).where(table.machine_id == machine_id, table.axis == axis)
         )
         if n:
-            found.append(f"{what} ({n})")
-    return " and ".join(found)
+            found.append(phrase(what, count=n))
+    return listed(found, phrase(" and "))
 
 
 def _write(machine: models.Machine, file: MachineFile) -> None:
@@ -243,7 +265,9 @@ def rename_machine(store: Store, name: str, new: str) -> None:
     with store.writing(name) as session:
         machine = find_machine(session, name)
         if session.scalar(select(models.Machine.id).where(models.Machine.name == new)) is not None:
-            raise UnusableInput(f"there is a machine '{new}' already; use another name")
+            raise UnusableInput(
+                phrase("there is a machine '{new}' already; use another name", new=new)
+            )
         machine.name = new
 
 
@@ -262,8 +286,12 @@ def working_machine(session: Session, name: str) -> models.Machine:
     machine = find_machine(session, name)
     if machine.retired_at is not None:
         raise UnusableInput(
-            f"machine '{name}' is retired since {machine.retired_at}; run 'autodb machine "
-            f"retire {name} --undo'"
+            phrase(
+                "machine '{name}' is retired since {retired_at}; run 'autodb machine retire "
+                "{name} --undo'",
+                name=name,
+                retired_at=day(machine.retired_at),
+            )
         )
     return machine
 
@@ -284,9 +312,11 @@ def the_machine(session: Session, name: str | None) -> str:
         return find_machine(session, name).name
     names = machines_at_work(session)
     if not names:
-        raise NotThere("no machine yet; add one with 'autodb machine add NAME'")
+        raise NotThere(phrase("no machine yet; add one with 'autodb machine add NAME'"))
     if len(names) > 1:
-        raise UnusableInput(f"there are several machines: name one of {', '.join(names)}")
+        raise UnusableInput(
+            phrase("there are several machines: name one of {names}", names=", ".join(names))
+        )
     return names[0]
 
 

@@ -28,6 +28,7 @@ from autodb.pairs.posterior import (
 from autodb.store import models
 from autodb.store.models.learning import EVERY
 from autodb.terms.chip import HARD_SPOT
+from autodb.wording import phrase
 
 LAW = "thin_shear_zone"
 POWER_SD = 0.3
@@ -41,8 +42,12 @@ def as_posterior(row: models.CuttingParameters) -> PairPosterior:
     """Return a stored version as a posterior; raises UnusableInput for an earlier law's."""
     if row.shared is None or row.scatter is None:
         raise UnusableInput(
-            f"parameters {row.id} are of an earlier law ({row.law}); run 'autodb refresh' to "
-            "fit the pair again"
+            phrase(
+                "parameters {number} are of an earlier law ({law}); run 'autodb refresh' to "
+                "fit the pair again",
+                number=row.id,
+                law=row.law,
+            )
         )
     columns = (row.mean, row.covariance, row.shared, row.scatter, row.terms)
     return posterior_of(*columns, cuts=row.n_cuts)

@@ -17,7 +17,7 @@ from autodb.errors import UnusableInput
 from autodb.pairs.engaged import BY_NAME, UNSAID
 from autodb.pairs.observed import PairCuts, X, Y, Z
 from autodb.store import models
-from autodb.wording import stored_msgid
+from autodb.wording import localized, phrase, stored_msgid
 
 Calibrations = list[models.CalibrationVersion]
 """Those of one axis that hold now, newest first."""
@@ -203,7 +203,12 @@ def as_cuts(cuts: Sequence[models.Cut]) -> tuple[dict[int, int], tuple[PairCuts,
         number |= {cut.id: len(number) + k for k, cut in enumerate(some)}
         tool = some[0].pair.tool if some[0].pair else None
         if tool is None:
-            raise UnusableInput(f"cut {some[0].number:g}: its work-tool pair is not known")
+            raise UnusableInput(
+                phrase(
+                    "cut {number}: its work-tool pair is not known",
+                    number=localized(f"{some[0].number:g}"),
+                )
+            )
         conditions = conditions_in_use(some)
         its = BY_NAME[name].cuts(numbers_of(tool), conditions, called=tool.name)
         made.append(replace(its, lots=tuple(cut.lot for cut in some)))

@@ -25,6 +25,7 @@ from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS
 from autodb.sensing.ranges.validity import ANY, Holds, holds_of, partition, unstated
 from autodb.store import Store, models
+from autodb.wording import listed, phrase
 
 FEWEST = 2
 """Cuts of a feed direction from which on it shares the gain of the other. Chosen."""
@@ -64,8 +65,12 @@ def calibrate_table(
     """
     if protocol is None and not any(f"force.{c}" in table for c in FORCE_COMPONENTS):
         raise UnusableInput(
-            f"{table.path}: no channel force.x, force.y or force.z{table.near('force.z')}; add "
-            "what a dynamometer measured, or calibrate standard cuts with --protocol NAME"
+            phrase(
+                "{file}: no channel force.x, force.y or force.z{near}; add what a dynamometer "
+                "measured, or calibrate standard cuts with --protocol NAME",
+                file=table.path,
+                near=table.near("force.z"),
+            )
         )
     known = known or faults.KnownOfCuts(protocol)
     faults.refuse(table.path, faults.checks_of_units(table, axes, known))
@@ -90,7 +95,13 @@ def calibrate_table(
                 left_out.append(found)
     if not done:
         reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
-        raise UnusableInput(f"{table.path}: no axis can be calibrated: {'; '.join(reasons)}")
+        raise UnusableInput(
+            phrase(
+                "{file}: no axis can be calibrated: {names}",
+                file=table.path,
+                names=listed(reasons, "; "),
+            )
+        )
     return done, left_out
 
 
@@ -209,8 +220,11 @@ def calibrate_machine(
         cuts = _calibration_cuts(session, owner.id, recordings, needs_force=protocol is None)
         if not cuts:
             raise UnusableInput(
-                f"machine '{machine}': no imported cuts with force.*; "
-                "import cuts made with a dynamometer, or give --protocol"
+                phrase(
+                    "machine '{machine}': no imported cuts with force.*; import cuts made with a "
+                    "dynamometer, or give --protocol",
+                    machine=machine,
+                )
             )
         table = cuts_as_table(cuts, path=_named(cuts))
         recordings_of_cuts = np.array([cut.recording_id for cut in cuts])

@@ -22,7 +22,7 @@ from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
 from autodb.store import Store, models
-from autodb.wording import significant
+from autodb.wording import phrase, significant
 
 KIND = "table"
 HIGHEST = 0.2
@@ -79,7 +79,11 @@ def level_dynamometer(
 def _read(path: Path, columns: Path | None) -> Recording:
     found = records.read(path, columns=columns)
     if not isinstance(found, Recording):
-        raise UnusableInput(f"{path}: a table of cuts; a table dynamometer needs force.* over time")
+        raise UnusableInput(
+            phrase(
+                "{file}: a table of cuts; a table dynamometer needs force.* over time", file=path
+            )
+        )
     return found
 
 
@@ -91,9 +95,12 @@ def _kinematics(owner: models.Machine) -> Kinematics:
     }
     if not carrying:
         raise UnusableInput(
-            f"machine '{owner.name}' states no rotary axis that carries the work; state "
-            '[axes.a] and [axes.c] with carries = "work", and carried_by of the upper one, in '
-            "its file ('autodb machine update')"
+            phrase(
+                "machine '{owner}' states no rotary axis that carries the work; state [axes.a] "
+                'and [axes.c] with carries = "work", and carried_by of the upper one, in its '
+                "file ('autodb machine update')",
+                owner=owner.name,
+            )
         )
     return Kinematics(order_of(carrying))
 
@@ -126,8 +133,11 @@ def forces_on_table(
         found = table_on_machine(session, find_machine(session, machine))
     if found is None:
         raise UnusableInput(
-            f"machine '{machine}' has no table dynamometer; run 'autodb calibrate MOVES… "
-            f"--machine {machine} --table' to identify one"
+            phrase(
+                "machine '{machine}' has no table dynamometer; run 'autodb calibrate MOVES… "
+                "--machine {machine} --table' to identify one",
+                machine=machine,
+            )
         )
     model, version = found
     hz = HIGHEST * recording.timing.rate_hz if bandwidth_hz is None else bandwidth_hz

@@ -12,7 +12,7 @@ from autodb.agent.sense.dynamometers import forces_on_table, table_on_machine
 from autodb.agent.sense.networks import KIND as LSTM
 from autodb.agent.sense.networks import forces_on_machine
 from autodb.agent.sense.reconstructing import ReconstructedLoad, reconstruct_on_machine
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
 from autodb.explain import explain
 from autodb.records.tables import Recording
 from autodb.sensing.fusion import (
@@ -29,6 +29,7 @@ from autodb.sensing.fusion import (
     with_sensor,
 )
 from autodb.store import Store
+from autodb.wording import listed, localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,11 @@ def fused_on_machine(
     components = [c for c in "xyz" if any(c in one for one in heard.values())]
     if not components:
         raise UnusableInput(
-            f"{recording.path}: no sensor measures its forces: {'; '.join(not_heard)}"
+            phrase(
+                "{file}: no sensor measures its forces: {names}",
+                file=recording.path,
+                names=listed(not_heard, "; "),
+            )
         )
     with store.reading() as session:
         rows = newest(session, find_machine(session, machine).id, FUSION)
@@ -99,11 +104,11 @@ def _heard(
         try:
             told = listen()
         except UnusableInput as error:
-            not_heard.append(f"{name}: {error}")
+            not_heard.append(behind_name(name, error.line))
             return
         found[name] = {one.load.axis: one for one in told if one.load.unit == "N"}
         if not found[name]:
-            not_heard.append(f"{name}: its force constant (N/A) is not known")
+            not_heard.append(phrase("{name}: its force constant (N/A) is not known", name=name))
 
     if has_network:
         hear(NETWORK, lambda: forces_on_machine(store, machine, recording, progress=progress))
@@ -147,14 +152,15 @@ def fuse_component(
     made = fuse(fusion, told)
     weights = dict(zip(fusion.names, made.weight.T, strict=True))
     shares = sorted(((float(one.mean()), name) for name, one in weights.items()), reverse=True)
-    by_weight = "by weight " + ", ".join(f"{100.0 * s:.0f} % {name}" for s, name in shares)
-    said = by_weight if disagrees is None else f"{by_weight}; {disagrees}"
+    weighed = ", ".join(f"{100.0 * s:.0f} % {name}" for s, name in shares)
+    said = phrase("by weight {shares}", shares=weighed)
+    said = said if disagrees is None else listed([said, disagrees], "; ")
     first = by_name[names[0]].load
     load = replace(
         first, unit="N", value=-made.value_N, sd=made.sd_N,
         bandwidth_hz=min(one.bandwidth_hz for one in loads),
     )  # fmt: skip
-    sources = "; ".join(by_name[name].model for name in names)
+    sources = listed((by_name[name].model for name in names), "; ")
     shared = float(sum(weights[name].mean() * by_name[name].share for name in names))
     return ReconstructedLoad(
         load, sources, None, said=said, share=shared, weight=weights, disagrees=disagrees
@@ -177,16 +183,20 @@ def _words(
 ) -> str:
     """Say which sensor does not agree and what of it is off, by ``explain``."""
     if len(apart.names) > 1:
-        return (
-            f"{' and '.join(apart.names)} do not agree, {apart.factor:.1f} × further apart than "
-            "usual; two sensors alone cannot decide which is wrong; use a dynamometer or a "
-            "standard cut"
+        return phrase(
+            "{names} do not agree, {factor} × further apart than usual; two sensors alone "
+            "cannot decide which is wrong; use a dynamometer or a standard cut",
+            names=listed(apart.names, phrase(" and ")),
+            factor=localized(f"{apart.factor:.1f}"),
         )
     (name,) = apart.names
     causes = _causes(recording, fusion, told, component, name)
-    return (
-        f"{name} does not agree with the others, {apart.factor:.1f} × further than usual, and "
-        f"gets less weight: {causes}"
+    return phrase(
+        "{name} does not agree with the others, {factor} × further than usual, and "
+        "gets less weight: {causes}",
+        name=name,
+        factor=localized(f"{apart.factor:.1f}"),
+        causes=causes,
     )
 
 
@@ -208,9 +218,11 @@ def _causes(
     try:
         answer = explain(seen, expected).explanation.channels[channel]
     except UnusableInput as error:
-        return f"the cause cannot be determined ({error})"
+        return phrase("the cause cannot be determined ({error})", error=error.line)
     terms = dict.fromkeys(one.term for one in answer.missing)
-    return "explain says " + ", ".join(terms) if terms else "explain finds no cause that it names"
+    if not terms:
+        return phrase("explain finds no cause that it names")
+    return phrase("explain says {terms}", terms=", ".join(terms))
 
 
 def _is_motion(name: str, component: str) -> bool:

@@ -24,6 +24,7 @@ from autodb.sensing.drives.moves.motion import SPINDLE, protocol_of
 from autodb.sensing.drives.moves.prepared import effort_axis, effort_channel
 from autodb.sensing.ranges import faults
 from autodb.store import Store, models
+from autodb.wording import localized, phrase
 
 STRANGE, KNOWN, ALIKE = 0.3, 0.25, 0.5
 """Moves are another axis' where this one's model leaves more than a share of the effort, and the
@@ -91,12 +92,18 @@ def identify_on_machine(
         owner = find_machine(session, machine)
         name = effort_axis(moves, axis)
         if name not in [a.name for a in owner.axes]:
-            raise UnusableInput(f"machine '{machine}' has no axis '{name}'")
+            raise UnusableInput(
+                phrase("machine '{machine}' has no axis '{name}'", machine=machine, name=name)
+            )
         newest = newest_model(session, owner.id, effort_channel(moves, axis))
         if update and newest is None:
             raise UnusableInput(
-                f"--update: machine '{machine}' has no version of {effort_channel(moves, axis)} "
-                "yet; leave out --update"
+                phrase(
+                    "--update: machine '{machine}' has no version of {moves} yet; leave out "
+                    "--update",
+                    machine=machine,
+                    moves=effort_channel(moves, axis),
+                )
             )
         names = terms or (version_names(newest) if newest else None)
         own = signed(moves, owner)
@@ -180,9 +187,16 @@ def _refuse_another(session: Session, owner: models.Machine, moves: Recording, a
     best = min(left, key=lambda name: left[name])
     if left[best] < KNOWN and left[best] < ALIKE * left[axis]:
         raise UnusableInput(
-            f"{moves.path}: these look like moves of axis {best}, not {axis}; the model of "
-            f"{best} leaves {100.0 * left[best]:.0f} % of the effort as residual, that of "
-            f"{axis} {100.0 * left[axis]:.0f} %; use --axis {best} with its columns"
+            phrase(
+                "{file}: these look like moves of axis {best}, not {axis}; the model of {best} "
+                "leaves {left} % of the effort as residual, that of {axis} {left_2} %; use "
+                "--axis {best} with its columns",
+                file=moves.path,
+                best=best,
+                axis=axis,
+                left=localized(f"{100.0 * left[best]:.0f}"),
+                left_2=localized(f"{100.0 * left[axis]:.0f}"),
+            )
         )
 
 

@@ -8,11 +8,12 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.estimators import FittedComponent, keep_estimator, newest
 from autodb.agent.rows.machines import find_machine
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
 from autodb.files.checksums import checksum
 from autodb.files.part import PartFile
 from autodb.sensing.ranges.inspection import Inspected, as_measured, passive_force
 from autodb.store import Store, models
+from autodb.wording import localized, phrase
 
 KIND = "inspection"
 PASSIVE = "x"
@@ -33,7 +34,7 @@ def inspect(part: PartFile, *, where: str) -> Inspected:
     try:
         return passive_force(as_measured(part), range_N=part.measured.largest_N)
     except UnusableInput as error:
-        raise UnusableInput(f"{where}: {error}") from None
+        raise UnusableInput(behind_name(where, error.line)) from None
 
 
 def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) -> bool:
@@ -63,8 +64,12 @@ def keep_inspected(store: Store, part: PartFile, found: Inspected, of: OfCut) ->
             if all(getattr(before, name) == value for name, value in sensed.items()):
                 return False
             raise UnusableInput(
-                f"{of.recording}: cut {of.cut:g}: its passive force was determined from another "
-                "part; a force that was used in a fit is not replaced"
+                phrase(
+                    "{recording}: cut {cut}: its passive force was determined from another part; a "
+                    "force that was used in a fit is not replaced",
+                    recording=of.recording,
+                    cut=localized(f"{of.cut:g}"),
+                )
             )
         session.add(
             models.SensedForce(
@@ -85,13 +90,23 @@ def _cut(session: Session, of: OfCut) -> models.Cut:
     )
     if recording is None:
         raise UnusableInput(
-            f"{of.recording}: not imported; run 'autodb import {of.recording} --machine "
-            f"{of.machine}'"
+            phrase(
+                "{recording}: not imported; run 'autodb import {recording} --machine {machine}'",
+                recording=of.recording,
+                machine=of.machine,
+            )
         )
     found = next((cut for cut in recording.cuts if cut.number == of.cut), None)
     if found is None:
         numbers = ", ".join(f"{cut.number:g}" for cut in recording.cuts[:12])
-        raise UnusableInput(f"{of.recording}: no cut {of.cut:g}; it has {numbers or 'no cuts'}")
+        raise UnusableInput(
+            phrase(
+                "{file}: no cut {cut}; it has {numbers}",
+                file=of.recording,
+                cut=localized(f"{of.cut:g}"),
+                numbers=numbers or phrase("no cuts"),
+            )
+        )
     return found
 
 

@@ -214,9 +214,14 @@ def _keep(
     forces_N = {c: mean.force_N for c, mean in means.items()}
     alone = MeasuredForces([forces_N], [None])
     for c, mean in means.items():
-        said = f"means of {PARTS_OF_CUT} parts of the cut"
+        said = stored_msgid("means of {count} parts of the cut").format(count=PARTS_OF_CUT)
         scatter = ForceError(
-            "scatter within the cut", 0.0, mean.error_N, "A", said, freedom=PARTS_OF_CUT - 1.0
+            stored_msgid("scatter within the cut"),
+            0.0,
+            mean.error_N,
+            "A",
+            said,
+            freedom=PARTS_OF_CUT - 1.0,
         )
         errors = [scatter, statement.noise(c, alone), *statement.errors(c, forces_N)]
         session.add(measured_row(cut, c, mean.force_N, errors))

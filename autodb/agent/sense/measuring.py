@@ -13,7 +13,7 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.channels import FORCES
 from autodb.files.side import Operation
 from autodb.records import source as records
@@ -23,6 +23,7 @@ from autodb.records.tables import CutTable
 from autodb.sensing.ranges.recorded.raw import cut_of_recording
 from autodb.standard import CutProtocol, ReferenceForce, StandardCut, rows_of_cut
 from autodb.standard.protocol import HOLES
+from autodb.wording import listed, localized, phrase
 
 Array = NDArray[np.float64]
 FEWEST = 2
@@ -66,7 +67,11 @@ def read_measured(path: Path, *, columns: Path | None = None) -> CutTable:
     table = found if isinstance(found, CutTable) else cut_of_recording(found).table
     if not any(name in table for name in FORCES):
         raise UnusableInput(
-            f"{path}: no channel force.x, force.y or force.z{table.near('force.z')}"
+            phrase(
+                "{file}: no channel force.x, force.y or force.z{near}",
+                file=path,
+                near=table.near("force.z"),
+            )
         )
     return table
 
@@ -88,9 +93,17 @@ def with_references(
         for group in groups:
             group.take(table, np.ones(len(table), dtype=np.bool_))
     if not any(any(group.forces_N.values()) for group in groups):
-        raise UnusableInput(f"{tables[0].path}: no row is a standard cut of '{protocol.name}'")
+        raise UnusableInput(
+            phrase(
+                "{file}: no row is a standard cut of '{protocol}'",
+                file=tables[0].path,
+                protocol=protocol.name,
+            )
+        )
     done = _measured(protocol, groups, tables, date)
-    left = (f"{others} rows are none of the protocol's cuts",) if others else ()
+    left = (
+        (phrase("{others} rows are none of the protocol's cuts", others=others),) if others else ()
+    )
     return MeasuredProtocol(done.protocol, (*done.without, *left))
 
 
@@ -99,10 +112,15 @@ def _refuse_two_in_one(table: CutTable, protocol: CutProtocol, hits: NDArray[np.
     twice = np.flatnonzero(hits.sum(axis=0) > 1)
     if twice.size:
         found = np.flatnonzero(hits[:, twice[0]])
-        names = " and ".join(f"'{protocol.cut[i].name}'" for i in found[:2])
+        names = listed((f"'{protocol.cut[i].name}'" for i in found[:2]), phrase(" and "))
         raise UnusableInput(
-            f"{table.path}: row {twice[0] + 1} is {names}; use recordings whose side files "
-            "state feed_direction_deg"
+            phrase(
+                "{file}: row {twice} is {names}; use recordings whose side files state "
+                "feed_direction_deg",
+                file=table.path,
+                twice=twice[0] + 1,
+                names=names,
+            )
         )
 
 
@@ -124,7 +142,10 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
     again = [group for group in groups if max(map(len, group.forces_N.values()), default=0) > 1]
     if not again:
         raise UnusableInput(
-            f"{tables[0].path}: no cut was made twice; repeat cuts at equal speed, feed and depth"
+            phrase(
+                "{file}: no cut was made twice; repeat cuts at equal speed, feed and depth",
+                file=tables[0].path,
+            )
         )
     protocol = CutProtocol(
         name=name,
@@ -134,7 +155,7 @@ def new_protocol(name: str, tables: Sequence[CutTable], *, date: str) -> Measure
     )
     done = _measured(protocol, again, tables, date)
     once = len(groups) - len(again)
-    left = (f"{once} cuts made once: no repeats, no interval",) if once else ()
+    left = (phrase("{once} cuts made once: no repeats, no interval", once=once),) if once else ()
     return MeasuredProtocol(done.protocol, (*done.without, *left))
 
 
@@ -152,8 +173,13 @@ def _cut_of(table: CutTable, row: int) -> StandardCut:
     known = get_args(Operation)
     if operation not in known:
         raise UnusableInput(
-            f"{table.path}: column 'operation', row {row + 1}: no operation '{operation}'"
-            f"{near(operation, known)}"
+            phrase(
+                "{file}: column 'operation', row {row}: no operation '{operation}'{hint}",
+                file=table.path,
+                row=row + 1,
+                operation=operation,
+                hint=near_words(operation, known),
+            )
         )
     speed_rpm, feed_mm = _number(table, "spindle.speed", row), _number(table, "cutting.feed", row)
     per = "feed_mm_tooth" if operation in PER_TOOTH else "feed_mm_rev"
@@ -178,8 +204,14 @@ def _number(table: CutTable, channel: str, row: int) -> float:
     value = float(table[channel][row])
     if not value > 0:
         raise UnusableInput(
-            f"{table.path}: column '{channel}', row {row + 1}: {value:g}; a standard cut needs a "
-            "number above 0"
+            phrase(
+                "{file}: column '{channel}', row {row}: {value}; a standard cut needs a number "
+                "above 0",
+                file=table.path,
+                channel=channel,
+                row=row + 1,
+                value=localized(f"{value:g}"),
+            )
         )
     return float(f"{value:.6g}")
 
@@ -197,7 +229,7 @@ def _measured(
         }
         most = max(map(len, group.forces_N.values()), default=0)
         if not references:
-            why = "cut once: no repeats, no interval" if most else "not measured"
+            why = phrase("cut once: no repeats, no interval") if most else phrase("not measured")
             without.append(f"'{group.cut.name}' {why}")
         repeats = most if references and group.cut.repeats == 1 else group.cut.repeats
         both = {**group.cut.reference, **references}
@@ -230,9 +262,14 @@ def _only(tables: Sequence[CutTable], channel: str) -> str:
     """Return the one text that all rows have; raises UnusableInput for none or several."""
     found = dict.fromkeys(text for table in tables for text in table.texts.get(channel, []) if text)
     if len(found) != 1:
-        said = f"several: {', '.join(found)}" if found else "not stated"
+        said = f"several: {', '.join(found)}" if found else phrase("not stated")
         raise UnusableInput(
-            f"{tables[0].path}: {channel}: {said}; use cuts of one material and tool, and state "
-            f"them in a column '{channel}' or in a side file"
+            phrase(
+                "{file}: {channel}: {said}; use cuts of one material and tool, and state them "
+                "in a column '{channel}' or in a side file",
+                file=tables[0].path,
+                channel=channel,
+                said=said,
+            )
         )
     return next(iter(found))

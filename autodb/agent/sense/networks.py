@@ -37,6 +37,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import reconstruct
 from autodb.sensing.network import need_torch
 from autodb.store import Store, models
+from autodb.wording import phrase
 
 if TYPE_CHECKING:
     from autodb.sensing.network.beside import NetworkBeside
@@ -146,7 +147,9 @@ def _keep_fusion(
 def _read(path: Path, columns: Path | None) -> Recording:
     found = records.read(path, columns=columns)
     if not isinstance(found, Recording):
-        raise UnusableInput(f"{path}: a table of cuts; a network needs drives over time")
+        raise UnusableInput(
+            phrase("{file}: a table of cuts; a network needs drives over time", file=path)
+        )
     return found
 
 
@@ -177,17 +180,24 @@ def _drives(
         scale = known_scale(session, axes[name]) if name in axes else None
         if row.unit == "A" and scale is None:
             raise UnusableInput(
-                f"{recording.path}: the force constant (N/A) of {name} is not known; run "
-                "'autodb scale' with a known load, or state torque_constant_N_m_A in the "
-                "machine's file"
+                phrase(
+                    "{file}: the force constant (N/A) of {name} is not known; run 'autodb scale' "
+                    "with a known load, or state torque_constant_N_m_A in the machine's file",
+                    file=recording.path,
+                    name=name,
+                )
             )
         found[name] = LoadedDrive(
             drive_model(row), scale.per_ampere if row.unit == "A" and scale else 1.0
         )
     if not found:
         raise UnusableInput(
-            f"{recording.path}: machine '{owner.name}' has no model of its axes; make one with "
-            f"'autodb identify MOVES --machine {owner.name}'"
+            phrase(
+                "{file}: machine '{owner}' has no model of its axes; make one with 'autodb "
+                "identify MOVES --machine {owner}'",
+                file=recording.path,
+                owner=owner.name,
+            )
         )
     return found
 
@@ -250,8 +260,11 @@ def forces_on_machine(
         rows = newest(session, owner.id, KIND)
         if not rows:
             raise UnusableInput(
-                f"machine '{machine}' has no network; train one with 'autodb calibrate CUT… "
-                f"--machine {machine} --network'"
+                phrase(
+                    "machine '{machine}' has no network; train one with 'autodb calibrate CUT… "
+                    "--machine {machine} --network'",
+                    machine=machine,
+                )
             )
         box = of_bytes(base64.b64decode((rows[0].model or {})["npz"])).box
         own = signed(recording, owner)
@@ -259,8 +272,12 @@ def forces_on_machine(
         lacking = [axis.name for axis in box.axes if axis.name not in every]
         if lacking:
             raise UnusableInput(
-                f"{recording.path}: no drive effort of {', '.join(lacking)} that the machine has a "
-                "model of; the network was trained with it"
+                phrase(
+                    "{file}: no drive effort of {names} that the machine has a model of; the "
+                    "network was trained with it",
+                    file=recording.path,
+                    names=", ".join(lacking),
+                )
             )
         drives = {axis.name: every[axis.name] for axis in box.axes}
         version = rows[0].version

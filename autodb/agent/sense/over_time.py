@@ -29,7 +29,7 @@ from autodb.records.source import open_as_stored
 from autodb.records.tables import Recording
 from autodb.sensing.ranges.in_cut import mean_of, steady_rows
 from autodb.store import Store, models
-from autodb.wording import stored_msgid
+from autodb.wording import phrase, stored_msgid
 
 DRIVE = "drive"
 
@@ -237,7 +237,9 @@ class WaitingCut:
             raise UnusableInput(NOT_THERE_NOW.format(file=self.path))
         found = open_as_stored(there[0], SideFile.model_validate(self.side)).choose().read()
         if not isinstance(found, Recording):
-            raise UnusableInput(f"{there[0]}: is a table of cuts; use a recording over time")
+            raise UnusableInput(
+                phrase("{there}: is a table of cuts; use a recording over time", there=there[0])
+            )
         return found
 
 

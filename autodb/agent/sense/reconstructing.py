@@ -20,6 +20,8 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.drive_errors import DriveErrors
 from autodb.sensing.drives.reconstruct import DriveLoad, DriveModel, observe, reconstruct
 from autodb.store import Store, models
+from autodb.wording import localized, phrase, stored_msgid
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -38,6 +40,11 @@ class Scale:
     unit: str
     share: float
     source: str
+
+
+BY_GEAR = stored_msgid("torque constant {constant} N·m/A ({source}), gear {gear}")
+BY_SCREW = stored_msgid("torque constant {constant} N·m/A ({source}), screw {pitch} mm")
+NO_SOURCE = stored_msgid("no source")
 
 
 @dataclass(frozen=True)
@@ -88,14 +95,21 @@ def reconstruct_on_machine(
                 continue
             progress(f"load of {row.axis}")
             stated = next((a for a in owner.axes if a.name == row.axis), None)
-            said = f"version {row.version} of machine '{machine}'"
+            said = phrase(
+                "version {version} of machine '{machine}'", version=row.version, machine=machine
+            )
             known = scale or (known_scale(session, stated) if stated else None)
             load = _load(own, drive_model(row), bandwidth_hz=bandwidth_hz, observer=observer)
             sensed.append(_sensed(load, said, known))
     if not sensed:
         raise UnusableInput(
-            f"{recording.path}: machine '{machine}' has no model of {', '.join(without)}; make "
-            f"one with 'autodb identify MOVES --machine {machine}'"
+            phrase(
+                "{file}: machine '{machine}' has no model of {names}; make one with 'autodb "
+                "identify MOVES --machine {machine}'",
+                file=recording.path,
+                machine=machine,
+                names=", ".join(without),
+            )
         )
     return sensed
 
@@ -111,9 +125,15 @@ def reconstruct_with(
 ) -> ReconstructedLoad:
     """Return the load of the axis that a model was identified of, from the file ``moves``."""
     if model.errors is None:
-        raise UnusableInput(f"{moves}: {model.axis} has no load to reconstruct; use an axis")
+        raise UnusableInput(
+            phrase(
+                "{moves}: {axis} has no load to reconstruct; use an axis",
+                moves=moves,
+                axis=model.axis,
+            )
+        )
     load = _load(recording, DriveModel.of(model), bandwidth_hz=bandwidth_hz, observer=observer)
-    return _sensed(load, f"identified from {moves}", scale)
+    return _sensed(load, phrase("identified from {file}", file=moves), scale)
 
 
 def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
@@ -126,8 +146,13 @@ def efforts_of(recording: Recording, axis: str | None = None) -> Sequence[str]:
     if not found:
         wanted = f"{axis or 'x'}.current"
         raise UnusableInput(
-            f"{recording.path}: no drive effort{recording.near(wanted)}; record '{wanted}' or "
-            f"'{axis or 'x'}.drive_force'"
+            phrase(
+                "{file}: no drive effort{near}; record '{wanted}' or '{axis}.drive_force'",
+                file=recording.path,
+                near=recording.near(wanted),
+                wanted=wanted,
+                axis=axis or "x",
+            )
         )
     return found
 
@@ -137,8 +162,14 @@ def _load(
 ) -> DriveLoad:
     if bandwidth_hz > 0.25 * recording.timing.rate_hz:
         raise UnusableInput(
-            f"--bandwidth: {bandwidth_hz:g} Hz is too much for {recording.path} at "
-            f"{recording.timing.rate_hz:g} Hz; use up to {0.25 * recording.timing.rate_hz:g} Hz"
+            phrase(
+                "--bandwidth: {bandwidth} Hz is too much for {file} at {rate} Hz; use up to "
+                "{rate_2} Hz",
+                bandwidth=localized(f"{bandwidth_hz:g}"),
+                file=recording.path,
+                rate=localized(f"{recording.timing.rate_hz:g}"),
+                rate_2=localized(f"{0.25 * recording.timing.rate_hz:g}"),
+            )
         )
     how = observe if observer else reconstruct
     return how(recording, model, bandwidth_hz=bandwidth_hz)
@@ -186,7 +217,12 @@ def known_scale(session: Session, axis: models.Axis) -> Scale | None:
     row, stated = newest_scale(session, axis.machine_id, axis.name), scale_of(axis)
     if row is None:
         return stated
-    told = Scale(row.per_ampere, "N", row.share, f"scale {row.version}: {row.source}")
+    told = Scale(
+        row.per_ampere,
+        "N",
+        row.share,
+        phrase("scale {version}: {source}", version=row.version, source=said_again(row.source)),
+    )
     return told if stated is None or told.share < stated.share else stated
 
 
@@ -203,8 +239,9 @@ def scale_of(axis: models.Axis) -> Scale | None:
     low, high = axis.torque_constant_lower or constant, axis.torque_constant_upper or constant
     share = max(0.5 * (high - low) / constant, LEAST_SHARE) / NORMAL_95
     gear = axis.gear_ratio or 1.0
-    source = f"torque constant {constant:g} N·m/A ({axis.torque_constant_source or 'no source'})"
+    of = axis.torque_constant_source or NO_SOURCE
+    said = {"constant": localized(f"{constant:g}"), "source": said_again(of)}
     if pitch_mm is None or rotary:
-        return Scale(constant * gear, "N·m", share, f"{source}, gear {gear:g}")
+        return Scale(constant * gear, "N·m", share, phrase(BY_GEAR, **said, gear=f"{gear:g}"))
     per_ampere = constant * 2.0 * pi * gear * MM_IN_M / pitch_mm
-    return Scale(per_ampere, "N", share, f"{source}, screw {pitch_mm:g} mm")
+    return Scale(per_ampere, "N", share, phrase(BY_SCREW, **said, pitch=f"{pitch_mm:g}"))

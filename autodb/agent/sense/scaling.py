@@ -28,8 +28,11 @@ from autodb.sensing.drives.reconstruct import DriveLoad, reconstruct
 from autodb.sensing.drives.scales import ForceScale, by_force, by_step
 from autodb.standard import ReferenceForce
 from autodb.store import Store, models
-from autodb.wording import significant
+from autodb.wording import localized, phrase, significant, stored_msgid
 
+BY_MASS = stored_msgid("{mass} added {added} A·s²/mm of inertia")
+BY_CUT = stored_msgid("standard cut {name}, force.{axis} {force}, {file}")
+BY_FORCE = stored_msgid("force.{component} of {file}")
 TONNE_KG = 1000.0
 """1 N s²/mm is a tonne."""
 UNSURE = 0.25
@@ -78,17 +81,27 @@ def by_mass(
     heavy = _inertia(identify(own, axis=axis, terms=terms).fitted)
     if light is None or heavy is None:
         raise UnusableInput(
-            f"{moves.path}: the inertia of {name} is not known; make quicker moves, with rapids"
+            phrase(
+                "{file}: the inertia of {name} is not known; make quicker moves, with rapids",
+                file=moves.path,
+                name=name,
+            )
         )
     added = heavy.value - light.value
     sd = float(np.hypot(heavy.sd or 0.0, light.sd or 0.0))
     if added <= 0 or NORMAL_95 * sd > UNSURE * added:
         raise UnusableInput(
-            f"{moves.path}: {mass_kg:g} kg add {added:.2g} ± {NORMAL_95 * sd:.1g} A·s²/mm to "
-            f"the inertia of {name}, too little to determine the force constant; use a larger "
-            "mass or quicker moves"
+            phrase(
+                "{file}: {mass} kg add {added} ± {sd} A·s²/mm to the inertia of {name}, too "
+                "little to determine the force constant; use a larger mass or quicker moves",
+                file=moves.path,
+                mass=localized(f"{mass_kg:g}"),
+                added=localized(f"{added:.2g}"),
+                sd=localized(f"{NORMAL_95 * sd:.1g}"),
+                name=name,
+            )
         )
-    source = f"{mass_kg:g} kg added {added:.3g} A·s²/mm of inertia"
+    source = BY_MASS.format(mass=f"{mass_kg:g} kg", added=f"{added:.3g}")
     return DeterminedScale(name, mass_kg / TONNE_KG / added, sd / added, "added-mass", source)
 
 
@@ -104,16 +117,27 @@ def by_measured_force(
     channel = f"force.{load.axis}"
     if channel not in push.channels:
         raise UnusableInput(
-            f"{push.path}: no known load; record '{channel}' beside the current, or use "
-            "--added-mass KG or --standard-cut"
+            phrase(
+                "{file}: no known load; record '{channel}' beside the current, or use "
+                "--added-mass KG or --standard-cut",
+                file=push.path,
+                channel=channel,
+            )
         )
     found = by_force(load, push[channel], rate_hz=push.rate_hz)
     if found is None:
         raise UnusableInput(
-            f"{push.path}: {load.axis} hardly moves while {channel} changes, and at standstill "
-            "friction may hold the load; push slowly for a second or longer"
+            phrase(
+                "{file}: {axis} hardly moves while {channel} changes, and at standstill "
+                "friction may hold the load; push slowly for a second or longer",
+                file=push.path,
+                axis=load.axis,
+                channel=channel,
+            )
         )
-    return _told(push, load, found, "force", f"{channel} of {push.path.name}")
+    return _told(
+        push, load, found, "force", BY_FORCE.format(component=load.axis, file=push.path.name)
+    )
 
 
 def by_standard_cut(
@@ -136,10 +160,16 @@ def by_standard_cut(
     found = by_step(load, known.value, share, rate_hz=cut.rate_hz)
     if found is None:
         raise UnusableInput(
-            f"{cut.path}: the load on {load.axis} shows no cut after an air approach; start the "
-            "recording in air, and use an axis that feeds"
+            phrase(
+                "{file}: the load on {axis} shows no cut after an air approach; start the "
+                "recording in air, and use an axis that feeds",
+                file=cut.path,
+                axis=load.axis,
+            )
         )
-    source = f"standard cut {name}, force.{load.axis} {known.value:g} N, {cut.path.name}"
+    source = BY_CUT.format(
+        name=name, axis=load.axis, force=f"{known.value:g} N", file=cut.path.name
+    )
     return _told(cut, load, found, "standard-cut", source)
 
 
@@ -204,13 +234,24 @@ def _model_in_amperes(
 ) -> models.ChannelModel:
     name, channel = effort_axis(recording, axis), effort_channel(recording, axis)
     if name not in LINEAR_AXES:
-        raise UnusableInput(f"{recording.path}: {name} is no feed axis; use x, y or z")
+        raise UnusableInput(
+            phrase("{file}: {name} is no feed axis; use x, y or z", file=recording.path, name=name)
+        )
     row = newest_model(session, owner.id, channel)
     if row is None or recording.unit(channel) != "A":
-        what = "no version" if row is None else "nothing to scale: its effort is not in amperes"
+        what = phrase("no version")
+        if row is not None:
+            what = phrase("nothing to scale: its effort is not in amperes")
         raise UnusableInput(
-            f"{recording.path}: {channel} has {what}; identify {name} with --machine "
-            f"{owner.name} from moves in amperes without the load"
+            phrase(
+                "{file}: {channel} has {what}; identify {name} with --machine {owner} from "
+                "moves in amperes without the load",
+                file=recording.path,
+                channel=channel,
+                what=what,
+                name=name,
+                owner=owner.name,
+            )
         )
     return row
 
@@ -220,16 +261,23 @@ def _told(
 ) -> DeterminedScale:
     if found.newtons_per_ampere < 0:
         raise UnusableInput(
-            f"{recording.path}: the load on {load.axis} grows where the force should relieve "
-            "it, so a sign is reversed; state the force of the work on the tool (side file: "
-            "sign = -1)"
+            phrase(
+                "{file}: the load on {axis} grows where the force should relieve it, so a sign "
+                "is reversed; state the force of the work on the tool (side file: sign = -1)",
+                file=recording.path,
+                axis=load.axis,
+            )
         )
     if NORMAL_95 * found.share > UNSURE:
         raise UnusableInput(
-            f"{recording.path}: the force constant of {load.axis} is "
-            f"{significant(found.newtons_per_ampere)} N/A ± {100 * NORMAL_95 * found.share:.0f} "
-            "%, too "
-            "uncertain to use; apply a larger force, or apply it longer"
+            phrase(
+                "{file}: the force constant of {axis} is {newtons_per_ampere} N/A ± {share} %, "
+                "too uncertain to use; apply a larger force, or apply it longer",
+                file=recording.path,
+                axis=load.axis,
+                newtons_per_ampere=significant(found.newtons_per_ampere),
+                share=localized(f"{100 * NORMAL_95 * found.share:.0f}"),
+            )
         )
     return DeterminedScale(load.axis, found.newtons_per_ampere, found.share, kind, source)
 

@@ -12,6 +12,7 @@ from autodb.nc.sweep import SweepStretch, SweepWay, sweep_program
 from autodb.sensing.drives.reconstruct import DriveModel
 from autodb.sensing.drives.sweep import REST_S, Design, candidates, shortest_sweep, speed_ladder
 from autodb.store import Store
+from autodb.wording import phrase
 
 EFFORTS = ("current", "drive_force", "drive_torque")
 
@@ -47,8 +48,11 @@ def plan_sweep(
         return Design(passes, ())
     if model is None:
         raise UnusableInput(
-            f"--within: axis {on.axis} has no model yet; sweep it without --within, then run "
-            "'autodb identify MOVES --machine NAME'"
+            phrase(
+                "--within: axis {axis} has no model yet; sweep it without --within, then run "
+                "'autodb identify MOVES --machine NAME'",
+                axis=on.axis,
+            )
         )
     choices = candidates(on.low_mm, on.high_mm, fastest_mm_min=on.fastest_mm_min)
     return shortest_sweep(model, choices, within=within, longest_s=longest_s)

@@ -144,15 +144,17 @@ def lookup(
         "--flank-wear": flank_wear,
     }  # fmt: skip
     if largest is None and (share is not None or sure is not None):
-        raise UnusableInput("--share and --sure go with --largest; add it, or leave them out")
+        raise UnusableInput(
+            phrase("--share and --sure go with --largest; add it, or leave them out")
+        )
     cut = _cut_asked(given, largest)
     geometry: dict[str, float] = {}
     if tool_file is not None:
         tool, geometry = stated_tool(tool_file, tool)
     if cut is not None and (material is None or tool is None):
-        raise UnusableInput("a cut needs --material and --tool")
+        raise UnusableInput(phrase("a cut needs --material and --tool"))
     if cut is None and lot is not None:
-        raise UnusableInput("--lot goes with a cut; state one, or leave --lot out")
+        raise UnusableInput(phrase("--lot goes with a cut; state one, or leave --lot out"))
     with (
         in_english(json),
         opened_machine(db, machine) as (store, name),
@@ -194,13 +196,17 @@ def _cut(stated: dict[str, Any]) -> "JobCut":
     """Return a job's cut of what options state; raises UnusableInput naming options."""
     from pydantic import ValidationError
 
-    from autodb.errors import UnusableInput, near
+    from autodb.errors import UnusableInput, near_words
     from autodb.files.job_cut import KEYS, OPERATIONS, JobCut
 
     operation = stated.get("--operation", "turn")
     if operation not in OPERATIONS:
         raise UnusableInput(
-            f"--operation '{operation}': there is none{near(operation, OPERATIONS)}"
+            phrase(
+                "--operation '{operation}': there is none{hint}",
+                operation=operation,
+                hint=near_words(operation, OPERATIONS),
+            )
         )
     needs = KEYS[operation].needs
     other_feed = "feed_mm_rev" if "feed_mm_tooth" in needs else "feed_mm_tooth"
@@ -220,18 +226,28 @@ def _cut(stated: dict[str, Any]) -> "JobCut":
 
 def _completed(stated: dict[str, Any], largest: str) -> dict[str, Any]:
     """Return what options state, with any value of what is asked for; raises UnusableInput."""
-    from autodb.errors import UnusableInput, near
+    from autodb.errors import UnusableInput, near_words
 
     anything = {"feed": ("--feed", 0.1), "depth": ("--depth", 1.0), "speed": ("--speed", 100.0)}
     if largest not in anything:
         raise UnusableInput(
-            f"--largest '{largest}': is nothing to look for{near(largest, anything)}"
+            phrase(
+                "--largest '{largest}': is nothing to look for{hint}",
+                largest=largest,
+                hint=near_words(largest, anything),
+            )
         )
     option, value = anything[largest]
     options = (option, "--rpm") if largest == "speed" else (option,)
     given = [one for one in options if one in stated]
     if given:
-        raise UnusableInput(f"--largest {largest} and {given[0]} exclude each other; use one")
+        raise UnusableInput(
+            phrase(
+                "--largest {largest} and {given} exclude each other; use one",
+                largest=largest,
+                given=given[0],
+            )
+        )
     return {**stated, option: value}
 
 

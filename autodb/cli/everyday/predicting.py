@@ -146,7 +146,12 @@ def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
     file = read_tool(path)
     if name is not None and file.name != name:
         raise UnusableInput(
-            f"{path}: is of tool '{file.name}', and '{name}' is asked for; use one name"
+            phrase(
+                "{file}: is of tool '{file_2}', and '{name}' is asked for; use one name",
+                file=path,
+                file_2=file.name,
+                name=name,
+            )
         )
     return file.name, geometry_of(file).model_dump(exclude_none=True)
 

@@ -50,10 +50,10 @@ def refresh_command(
     from autodb.errors import UnusableInput
 
     if inbox is None and (columns is not None or watch):
-        raise UnusableInput("--columns and --watch go with --inbox DIR")
+        raise UnusableInput(phrase("--columns and --watch go with --inbox DIR"))
     if report:
         if inbox is not None:
-            raise UnusableInput("--report only prints what was done; leave out --inbox")
+            raise UnusableInput(phrase("--report only prints what was done; leave out --inbox"))
         _report(machine, db, json=json)
     elif watch and inbox is not None:
         _watch(machine, db, inbox, columns, every, json=json)

@@ -158,9 +158,9 @@ def match_command(
     from autodb.errors import UnusableInput
 
     if (recording is None) != (prediction is None):
-        raise UnusableInput("--recording and --prediction go together")
+        raise UnusableInput(phrase("--recording and --prediction go together"))
     if cut and recording is None:
-        raise UnusableInput("--cut goes with --recording and --prediction")
+        raise UnusableInput(phrase("--cut goes with --recording and --prediction"))
     with opened_machine(db, machine) as (store, name):
         if recording is None or prediction is None:
             found = match_open(store, name)
@@ -191,4 +191,6 @@ def _named(text: str) -> tuple[float, str]:
     try:
         return float(number), name
     except ValueError:
-        raise UnusableInput(f"--cut {text}: use NUMBER=NAME, such as 3='finish'") from None
+        raise UnusableInput(
+            phrase("--cut {text}: use NUMBER=NAME, such as 3='finish'", text=text)
+        ) from None

@@ -19,6 +19,9 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import headed, in_english
+from autodb.wording import phrase, presentation, presented
+from autodb.wording.kept import said_again
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -91,29 +94,40 @@ def refresh_fleet_command(
     from autodb.store import database_url
 
     if scheduler is not None and workers is not None:
-        raise UnusableInput("--scheduler and --workers: use one of them")
+        raise UnusableInput(phrase("--scheduler and --workers: use one of them"))
     where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
     if inboxes is not None and not inboxes.is_dir():
-        raise UnusableInput(f"{inboxes}: no such folder; create it or name another")
+        raise UnusableInput(
+            phrase("{inboxes}: no such folder; create it or name another", inboxes=inboxes)
+        )
     url = database_url(db)
     with opened_store(db) as store:
         machines, sharing = _machines(store, url, machine or [], inboxes)
-    failed: list[str] = []
+    failed, reader = list[str](), presentation()
     with progress_bar("refreshing", len(machines)) as progress:
         done: list[str] = []
 
         def tell(one: "RefreshedMachine") -> None:
             done.append(one.machine)
             progress(len(done))
-            for line in _lines(one):
-                say(line)
+            with presented(reader):
+                for line in _lines(one):
+                    say(line)
             if one.failed is not None:
                 failed.append(one.machine)
 
-        _run(machines, sharing, where, url, tell)
+        with in_english():  # what is found is kept
+            _run(machines, sharing, where, url, tell)
     _learn(db, standard)
     if failed:
-        say(f"{len(failed)} of {len(machines)} machines not refreshed: {', '.join(failed[:5])}")
+        say(
+            phrase(
+                "{n} of {n_2} machines not refreshed: {names}",
+                n=len(failed),
+                n_2=len(machines),
+                names=", ".join(failed[:5]),
+            )
+        )
         raise typer.Exit(NOT_REFRESHED)
 
 
@@ -138,7 +152,9 @@ def _machines(
             )
         )
         if not rows:
-            raise UnusableInput("no machine works here; add one with 'autodb machine add NAME'")
+            raise UnusableInput(
+                phrase("no machine works here; add one with 'autodb machine add NAME'")
+            )
         found = []
         for row in rows:
             inbox = None if inboxes is None else (inboxes / row.name).resolve()
@@ -166,7 +182,7 @@ def _run(
             refresh_all(client, away, tell)
         here = [one for one in machines if one not in away]
     if here and where.scheduler is not None:
-        say(f"{len(here)} machines share no recordings: refreshed here")
+        say(phrase("{n} machines share no recordings: refreshed here", n=len(here)))
     for one in here:
         tell(tasks.whole_task(one))
 
@@ -190,7 +206,9 @@ def _shown(
     if ca is None and certificate is None and key is None:
         return None
     if scheduler is None or ca is None or certificate is None or key is None:
-        raise UnusableInput("--ca, --certificate and --key: give all three, with --scheduler")
+        raise UnusableInput(
+            phrase("--ca, --certificate and --key: give all three, with --scheduler")
+        )
     return ShownCertificates(ca, certificate, key)
 
 
@@ -207,9 +225,10 @@ def _cluster(where: _Where, url: str) -> "Iterator[Client]":
 
 
 def _lines(one: "RefreshedMachine") -> list[str]:
+    called = {"machine": one.machine}
     if one.failed is not None:
-        return [f"{one.machine}: not refreshed: {one.failed}"]
-    return [f"{one.machine}: {line}" for line in one.lines]
+        return [phrase("{machine}: not refreshed: {why}", **called, why=said_again(one.failed))]
+    return [phrase("{machine}: {what}", **called, what=said_again(line)) for line in one.lines]
 
 
 @fleet.command("learn")
@@ -223,7 +242,11 @@ def _learn(db: str | None, standard: Sequence[Path] | None) -> None:
     from autodb.standard import read_protocol
 
     protocols = [read_protocol(str(path)) for path in standard or ()]
-    with opened_store(db) as store, working("fitting what machines share") as progress:
+    with (
+        in_english(),  # what is found is kept
+        opened_store(db) as store,
+        working("fitting what machines share") as progress,
+    ):
         done = learn_fleet(store, protocols=protocols, progress=progress)
     for line in done.lines():
         say(line)
@@ -234,15 +257,17 @@ def show_fleet_command(json: Json = False, db: Database = None) -> None:
     """Show what machines share of each material, and which machine disagrees."""
     from autodb.agent.fleet.known_together import shared_knowledge
 
-    with opened_store(db) as store, store.reading() as session:
+    with in_english(json), opened_store(db) as store, store.reading() as session:
         found = shared_knowledge(session)
     if json:
         say_json(asdict(found))
         return
-    rows = table(
-        "Parameters shared by machines", "material", ">machines", ">tools", ">tools apart",
-        ">machines apart", ">shear stress, MPa", ">friction, °", ">K_te, N/mm",
+    heads = (
+        phrase("machines"), phrase("tools"), phrase("tools apart"), phrase("machines apart"),
+        phrase("shear stress, MPa"), phrase("friction, °"), phrase("K_te, N/mm"),
     )  # fmt: skip
+    title = phrase("Parameters shared by machines")
+    rows = table(title, phrase("material"), *map(headed, heads))
     for one in found.materials:
         rows.add_row(
             one.material, str(one.machines), str(one.tools),

@@ -21,6 +21,8 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import headed, in_english
+from autodb.wording import phrase
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
@@ -47,25 +49,28 @@ def doctor(
     from autodb.store import database_url, on_server
 
     url = database_url(db)
-    with working("checking") as progress:
+    with in_english(json), working("checking") as progress:
         findings = examine(url, backups=backups, progress=progress)
     if json:
         say_json([{"check": one.check.name, **asdict(one.outcome)} for one in findings])
         _fail_where_one_did(findings)
         return
-    rows = table("Checks", "check", ">found", "must be", "")
+    heads = (phrase("check"), headed(phrase("found")), phrase("must be"), "")
+    rows = table(phrase("Checks"), *heads)
     for finding in findings:
         out = finding.outcome
-        verdict = "passed" if out.passed else "FAILED"
-        rows.add_row(finding.check.name, out.statistic, f"{out.operator} {out.threshold}", verdict)
+        verdict = phrase("passed") if out.passed else phrase("FAILED")
+        found, must = phrase(out.statistic), f"{out.operator} {phrase(out.threshold)}"
+        rows.add_row(phrase(finding.check.name), found, must, verdict)
     done = {finding.check.name for finding in findings}
-    why_not = "the file comes first"
+    why_not = phrase("not checked: the file comes first")
     if on_server(url):
-        checked = OF_ROWS[0].name in done
-        why_not = "they lie on the machines' computers" if checked else "the schema comes first"
+        why_not = phrase("not checked: the schema comes first")
+        if OF_ROWS[0].name in done:
+            why_not = phrase("not checked: they lie on the machines' computers")
     for check in (*OF_ITS_VALUES, *OF_THE_CONTENT):
         if check.name not in done:
-            rows.add_row(check.name, "", "", f"not checked: {why_not}")
+            rows.add_row(phrase(check.name), "", "", why_not)
     show(rows)
     _say_what_was_found(findings)
     _fail_where_one_did(findings)
@@ -80,11 +85,14 @@ def _say_what_was_found(findings: "list[Finding]") -> None:
     """Print what passed checks found, and of failed ones some examples and what to do."""
     for finding in findings:
         found, check = finding.outcome.found, finding.check
+        name = phrase(check.name)
         for line in found[:EXAMPLES]:
-            say(f"{check.name}: {line}")
+            say(phrase("{check}: {what}", check=name, what=line))
         if not finding.outcome.passed:
-            more = f" ({len(found) - EXAMPLES} more)" if len(found) > EXAMPLES else ""
-            say(f"{check.name}{more}: {check.what_to_do}")
+            more = len(found) - EXAMPLES
+            if more > 0:
+                name = phrase("{check} ({count} more)", check=name, count=more)
+            say(phrase("{check}: {what}", check=name, what=check.remedy_words))
 
 
 def backup_command(

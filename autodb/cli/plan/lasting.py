@@ -8,6 +8,7 @@ import typer
 from autodb.cli._common import Database, Json, MachineName, opened_machine, say, working
 from autodb.cli._reader import in_english, shown_again
 from autodb.cli.everyday.predicting import ToolPath, stated_tool
+from autodb.wording import phrase
 
 JobFiles = Annotated[
     list[Path],
@@ -62,7 +63,13 @@ def life_command(
     only = asked[0].tool if len(asked) == 1 else None
     stated = None if tool_file is None else stated_tool(tool_file, only)
     if stated is not None and stated[0] not in [one.tool for one in asked]:
-        raise UnusableInput(f"--tool-file: no job has the tool '{stated[0]}' of {tool_file}")
+        raise UnusableInput(
+            phrase(
+                "--tool-file: no job has the tool '{stated}' of {tool_file}",
+                stated=stated[0],
+                tool_file=tool_file,
+            )
+        )
     with (
         in_english(json),
         opened_machine(db, machine) as (store, name),

@@ -86,7 +86,13 @@ def _range(name: str, text: str) -> tuple[float, float]:
     except ValueError:
         ends = (0.0, 0.0)
     if not 0.0 < ends[0] < ends[1] < 1e6:
-        raise UnusableInput(f"--{name} {text}: is not a range; write LOW:HIGH with 0 < LOW < HIGH")
+        raise UnusableInput(
+            phrase(
+                "--{name} {text}: is not a range; write LOW:HIGH with 0 < LOW < HIGH",
+                name=name,
+                text=text,
+            )
+        )
     return ends
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import Columns, Json, say, say_json, show, table, working
+from autodb.wording import phrase
 
 if TYPE_CHECKING:
     from autodb.standard import CutProtocol, StandardCut
@@ -138,7 +139,7 @@ def _day(date: str | None, file: Path) -> str:
     try:
         return datetime.strptime(date, "%Y-%m-%d").replace(tzinfo=UTC).date().isoformat()
     except ValueError:
-        raise UnusableInput(f"--date {date}: write a day as 2026-01-31") from None
+        raise UnusableInput(phrase("--date {date}: write a day as 2026-01-31", date=date)) from None
 
 
 @standard.command("program")

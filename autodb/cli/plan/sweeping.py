@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import Database, opened_store, say, show, table
+from autodb.wording import phrase
 
 if TYPE_CHECKING:
     from autodb.files.machine import MachineFile
@@ -102,7 +103,9 @@ def _machine(
     from autodb.files.machine import read_machine_file
 
     if (machine is None) == (machine_file is None):
-        raise UnusableInput("give either --machine NAME or --machine-file FILE: travel and limits")
+        raise UnusableInput(
+            phrase("give either --machine NAME or --machine-file FILE: travel and limits")
+        )
     if machine is None:
         assert machine_file is not None  # one of the two was given
         return str(machine_file), read_machine_file(machine_file), None
@@ -126,7 +129,9 @@ def _parked(park: str | None, file: "MachineFile", axis: str) -> dict[str, float
         try:
             found[name.strip()] = float(mm)
         except ValueError:
-            raise UnusableInput(f"--park: '{part}' is not AXIS=MM; write x=150,z=300") from None
+            raise UnusableInput(
+                phrase("--park: '{part}' is not AXIS=MM; write x=150,z=300", part=part)
+            ) from None
     return found
 
 

@@ -136,13 +136,13 @@ def _check(
     from autodb.reports.card.files import check_card_target
 
     if not asked.files and asked.machine is None:
-        raise UnusableInput("give a cut table, or --machine NAME to use its imported cuts")
+        raise UnusableInput(phrase("give a cut table, or --machine NAME to use its imported cuts"))
     if update and (asked.machine is None or not asked.files):
-        raise UnusableInput("--update needs --machine NAME and recordings to add")
+        raise UnusableInput(phrase("--update needs --machine NAME and recordings to add"))
     if card is not None:
         check_card_target(card, self_contained=self_contained)
     elif self_contained:
-        raise UnusableInput("--self-contained goes with --card FILE.html")
+        raise UnusableInput(phrase("--self-contained goes with --card FILE.html"))
 
 
 def _calibrated(
@@ -184,11 +184,15 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
 
     option = "--network" if network else "--table"
     if network and of_table:
-        raise UnusableInput("--network and --table: use one at a time")
+        raise UnusableInput(phrase("--network and --table: use one at a time"))
     if asked.machine is None or not asked.files:
-        raise UnusableInput(f"{option} needs --machine NAME and recordings over time")
+        raise UnusableInput(
+            phrase("{option} needs --machine NAME and recordings over time", option=option)
+        )
     if with_cuts:
-        raise UnusableInput(f"--protocol and --card go with cuts, not with {option}")
+        raise UnusableInput(
+            phrase("--protocol and --card go with cuts, not with {option}", option=option)
+        )
 
 
 def _calibrate_machine(

@@ -6,10 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import Database, Json, opened_store, say, say_json, show, table
+from autodb.cli._reader import headed, in_english, shown_again
+from autodb.wording import day, listed, msgid, phrase, presentation
 
 if TYPE_CHECKING:
     from autodb.store import models
 
+RETIRED = msgid("machine '{machine}': retired")
+RETIRED_ALREADY = msgid("machine '{machine}': retired already")
+WORKS = msgid("machine '{machine}': works again")
+WORKS_ALREADY = msgid("machine '{machine}': works again already")
+CARRIES = {"tool": msgid("tool"), "work": msgid("work")}
+"""What an axis moves."""
 machine = typer.Typer(
     help="Machines: their axes and what their files state.",
     no_args_is_help=True,
@@ -24,11 +32,15 @@ def init(db: Database = None) -> None:
     done = create_store(url)
     url = shown_url(url)
     if not done.changed:
-        say(f"{url}: already there, schema {done.now}")
+        say(phrase("{url}: already there, schema {now}", url=url, now=done.now))
     elif done.was is None:
-        say(f"{url}: ready, schema {done.now}")
+        say(phrase("{url}: ready, schema {now}", url=url, now=done.now))
     else:
-        say(f"{url}: upgraded from schema {done.was} to {done.now}")
+        say(
+            phrase(
+                "{url}: upgraded from schema {was} to {now}", url=url, was=done.was, now=done.now
+            )
+        )
 
 
 @machine.command("add")
@@ -49,7 +61,9 @@ def add_machine_command(
     axes = LATHE if file is None else read_machine_file(file)
     with opened_store(db) as store:
         new = add_machine(store, name, axes)
-    say(f"machine '{name}': {'added' if new else 'already there'} ({', '.join(axes.axes)})")
+    called = {"machine": name, "axes": ", ".join(axes.axes)}
+    added = msgid("machine '{machine}': added ({axes})")
+    say(phrase(added if new else msgid("machine '{machine}': already there ({axes})"), **called))
 
 
 @machine.command("update")
@@ -63,11 +77,14 @@ def update_machine_command(
     from autodb.files.machine import read_machine_file
 
     wanted = read_machine_file(file)
-    with opened_store(db) as store:
+    with in_english(), opened_store(db) as store:
         changes = update_machine(store, name, wanted)
-    say(f"machine '{name}': {f'{len(changes)} changes' if changes else 'already there'}")
+    if changes:
+        say(phrase("machine '{machine}': {count} changes", machine=name, count=len(changes)))
+    else:
+        say(phrase("machine '{machine}': already there", machine=name))
     for line in changes:
-        say(line)
+        say(shown_again(line))
 
 
 @machine.command("rename")
@@ -81,7 +98,7 @@ def rename(
 
     with opened_store(db) as store:
         rename_machine(store, name, new)
-    say(f"machine '{name}': is '{new}' now")
+    say(phrase("machine '{name}': is '{new}' now", name=name, new=new))
 
 
 @machine.command("retire")
@@ -95,8 +112,8 @@ def retire(
 
     with opened_store(db) as store:
         changed = retire_machine(store, name, back=undo)
-    what = "works again" if undo else "retired"
-    say(f"machine '{name}': {what if changed else f'{what} already'}")
+    said = (RETIRED, WORKS)[undo] if changed else (RETIRED_ALREADY, WORKS_ALREADY)[undo]
+    say(phrase(said, machine=name))
 
 
 @machine.command("list")
@@ -105,19 +122,26 @@ def list_machines_command(json: Json = False, db: Database = None) -> None:
     if json:
         from autodb.agent.answer.overview import every_machine
 
-        with opened_store(db) as store, store.reading() as session:
+        with in_english(), opened_store(db) as store, store.reading() as session:
             say_json(every_machine(session))
         return
     from sqlalchemy import select
 
     from autodb.store.models import Machine
 
-    rows = table("Machines", "name", "axes", "since", "retired")
+    heads = (phrase("name"), phrase("axes"), phrase("since"), phrase("retired"))
+    rows = table(phrase("Machines"), *heads)
     with opened_store(db) as store, store.reading() as session:
         for row in session.scalars(select(Machine).order_by(Machine.name)):
             axes = ", ".join(axis.name for axis in row.axes)
-            rows.add_row(row.name, axes, row.created_at, row.retired_at or "")
+            retired = _day(row.retired_at) if row.retired_at else ""
+            rows.add_row(row.name, axes, _day(row.created_at), retired)
     show(rows)
+
+
+def _day(at: str) -> str:
+    """Return a stored time for the reader; in English as it is stored."""
+    return at if presentation().language == "en" else day(at)
 
 
 @machine.command("show")
@@ -130,29 +154,33 @@ def show_machine_command(
     if json:
         from autodb.agent.answer.overview import machine_said
 
-        with opened_store(db) as store, store.reading() as session:
+        with in_english(), opened_store(db) as store, store.reading() as session:
             say_json(machine_said(session, name))
         return
     from autodb.agent.rows.calibrations import current_calibrations
     from autodb.agent.rows.machines import as_file, find_machine
     from autodb.files.machine import flat
 
-    rows = table(f"Machine {name}", "axis", "carries", ">current sign", "senses")
+    heads = (phrase("axis"), phrase("carries"), headed(phrase("current sign")), phrase("senses"))
+    rows = table(phrase("Machine {machine}", machine=name), *heads)
     with opened_store(db) as store, store.reading() as session:
         owner = find_machine(session, name)
         for axis in owner.axes:
             current = current_calibrations(session, owner.id, axis.name)
-            senses = "; ".join(map(_senses, current)) or "not calibrated"
-            rows.add_row(axis.name, axis.carries, f"{axis.current_sign:+d}", senses)
+            senses = listed(map(_senses, current), "; ") or phrase("not calibrated")
+            carries = phrase(CARRIES[axis.carries]) if axis.carries in CARRIES else axis.carries
+            rows.add_row(axis.name, carries, f"{axis.current_sign:+d}", senses)
         stated = flat(as_file(owner))
     show(rows)
     for key, value in stated.items():
         if not key.endswith((".carries", ".current_sign")):
-            say(f"{key} = {value}")
+            say(f"{key} = {value}")  # as its file has it
 
 
 def _senses(row: "models.CalibrationVersion") -> str:
     from autodb.agent.rows.calibrations import holds_for
 
-    holds = holds_for(row).words()
-    return f"force.{row.component}{f' ({holds})' if holds else ''}: {row.verdict}"
+    force, holds = f"force.{row.component}", holds_for(row).stated
+    if holds:
+        force = phrase("{force} ({what})", force=force, what=listed(map(shown_again, holds)))
+    return phrase("{force}: {verdict}", force=force, verdict=shown_again(row.verdict))

@@ -13,6 +13,7 @@ from autodb.agent.rows.machines import add_machine
 from autodb.agent.sense.calibrating import calibrate_machine
 from autodb.agent.sense.identifying import identify_on_machine
 from autodb.assets import kit
+from autodb.cli._reader import in_english
 from autodb.errors import UnusableInput
 from autodb.explain.answer import Explained
 from autodb.files.job import read_job
@@ -20,13 +21,14 @@ from autodb.files.machine import LATHE
 from autodb.files.targets import hidden, replace_by
 from autodb.records.source import read
 from autodb.records.tables import Recording
-from autodb.reports.explanation import explanation_fragment
+from autodb.reports.explanation import explanation_fragment, statement_words
 from autodb.reports.explanation_files import write_answer
 from autodb.reports.machine_page import machine_page
 from autodb.reports.page import render_page
 from autodb.reports.written import write_page
 from autodb.store import Store, create_store, open_store
-from autodb.wording import significant
+from autodb.wording import amount_words, listed, localized, msgid, phrase, shop_amount, significant
+from autodb.wording.kept import said_again
 
 JOB = "stepped_shaft"
 MACHINE = "lathe-1"
@@ -36,7 +38,18 @@ MARK = ".autodb-demo"
 DATABASE, REPORT, JOB_FILE = "autodb.sqlite3", "report.html", "job.toml"
 
 
-def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
+Line = tuple[str, str]
+"""What a line of the summary is of, and what it says."""
+AXIS, FORCES, PREDICTED, LEFT_OUT = (
+    msgid("axis"), msgid("forces"), msgid("predicted"), msgid("left out"),
+)  # fmt: skip
+USABLE = msgid("{axis} → force.{component}, RMSE {rmse}, R² {r_squared} on held-out cuts (usable)")
+NOT_USABLE = msgid(
+    "{axis} → force.{component}, RMSE {rmse}, R² {r_squared} on held-out cuts (not usable)"
+)
+
+
+def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[Line]:
     """Run the main job into folder ``out`` and return the lines of its summary.
 
     An earlier demo in ``out`` is replaced once this one is whole. Raises UnusableInput when ``out``
@@ -53,22 +66,26 @@ def run_demo(out: Path, *, progress: Callable[[str], None]) -> list[str]:
     command = "autodb" if shutil.which("autodb") else sys.argv[0]
     url = f"sqlite:///{out / DATABASE}"
     trace = f"{command} trace prediction {prediction} --db {url}"
-    job = f"job:       {out / JOB_FILE}"
-    return [*lines, job, f"trace:     {trace}", f"report:    {out / REPORT}"]
+    files = [
+        (msgid("job"), str(out / JOB_FILE)), (msgid("trace"), trace),
+        (msgid("report"), str(out / REPORT)),
+    ]  # fmt: skip
+    return [*lines, *files]
 
 
-def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list[str]]:
+def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list[Line]]:
     """Run the job in a new folder; return the number of its prediction, and what it found."""
     source = kit("sample_jobs") / JOB / "recordings"
     url = f"sqlite:///{folder / DATABASE}"
     create_store(url)
     store = open_store(url)
     try:
-        lines = learn_from_samples(store, source, progress=progress)
-        progress("predicting the stepped shaft")
-        prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / JOB_FILE))
-        progress("explaining the second week")
-        explained = explain_with_machine(store, MACHINE, source / WORN).explained
+        with in_english():  # what is found is kept
+            lines = learn_from_samples(store, source, progress=progress)
+            progress("predicting the stepped shaft")
+            prediction = predict_job(store, MACHINE, read_job(kit("sample_jobs") / JOB / JOB_FILE))
+            progress("explaining the second week")
+            explained = explain_with_machine(store, MACHINE, source / WORN).explained
         write_answer(explained, folder / "shop-week-2-explained")
         progress("writing the report")
         page = machine_page(store, MACHINE, prediction.prediction_id)
@@ -80,7 +97,9 @@ def _played(folder: Path, *, progress: Callable[[str], None]) -> tuple[int, list
     return prediction.prediction_id, lines + _predicted(prediction) + _explained(explained)
 
 
-def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], None]) -> list[str]:
+def learn_from_samples(
+    store: Store, source: Path, *, progress: Callable[[str], None]
+) -> list[Line]:
     """Import the sample recordings and learn from them: calibration, drive model, parameters."""
     add_machine(store, MACHINE, LATHE)
     for name in LEARNT:
@@ -92,14 +111,16 @@ def learn_from_samples(store: Store, source: Path, *, progress: Callable[[str], 
             identify_on_machine(store, MACHINE, source / name, moves)
     calibrated = calibrate_machine(store, MACHINE, progress=progress)
     refreshed = refresh(store, MACHINE, progress=progress)
-    lines = [
-        f"axis:      {c.axis} → force.{c.component}, RMSE {significant(c.scores.rmse)} {c.unit}, "
-        f"R² {c.scores.r_squared:.2f} on held-out cuts "
-        f"({'usable' if c.offered else 'not usable'})"
-        for c in calibrated.calibrations
-    ]
-    lines.append(f"forces:    {refreshed.forces_words}")
-    return lines
+    lines = list[Line]()
+    for c in calibrated.calibrations:
+        rmse = amount_words(float(significant(c.scores.rmse)), c.unit)
+        said = phrase(
+            USABLE if c.offered else NOT_USABLE,
+            axis=c.axis, component=c.component, rmse=rmse,
+            r_squared=localized(f"{c.scores.r_squared:.2f}")
+        )  # fmt: skip
+        lines.append((AXIS, said))
+    return [*lines, (FORCES, refreshed.forces_words)]
 
 
 def _may_be_replaced(out: Path) -> None:
@@ -107,25 +128,35 @@ def _may_be_replaced(out: Path) -> None:
     if not out.exists():
         return
     if not out.is_dir():
-        raise UnusableInput(f"{out}: is a file; --out needs a folder")
+        raise UnusableInput(phrase("{out}: is a file; --out needs a folder", out=out))
     if any(out.iterdir()) and not (out / MARK).exists():
-        raise UnusableInput(f"{out}: holds other files; give a new folder with --out")
+        raise UnusableInput(
+            phrase("{out}: holds other files; give a new folder with --out", out=out)
+        )
 
 
-def _predicted(prediction: Predicted) -> list[str]:
-    lines = []
+def _predicted(prediction: Predicted) -> list[Line]:
+    scale, unit = shop_amount(1.0, "N")
+    lines = list[Line]()
     for cut in prediction.cuts:
         force = cut.force_y_N
-        lines.append(
-            f"predicted: {cut.name}: cutting force {force.value:.0f} N ({force.low:.0f} to "
-            f"{force.high:.0f})"
-        )
+        three = (force.value, force.low, force.high)
+        value, low, high = (localized(f"{scale * one:.0f}") for one in three)
+        said = phrase(
+            "{cut}: cutting force {value} {unit} ({low} to {high})",
+            cut=cut.name, value=value, unit=unit, low=low, high=high
+        )  # fmt: skip
+        lines.append((PREDICTED, said))
     return lines
 
 
-def _explained(explained: Explained) -> list[str]:
+def _explained(explained: Explained) -> list[Line]:
     return [
-        f"left out:  {channel}: {cause.term}: {cause.statement}"
+        (LEFT_OUT, listed([f"{channel}: {cause.term}", _statement(cause.statement)], ": "))
         for channel, answer in explained.explanation.channels.items()
         for cause in answer.missing
     ]
+
+
+def _statement(text: str) -> str:
+    return listed(map(said_again, statement_words(text)), " ")

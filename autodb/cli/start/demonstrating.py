@@ -6,6 +6,8 @@ from typing import Annotated
 import typer
 
 from autodb.cli._common import say, working
+from autodb.cli._reader import shown_again
+from autodb.wording import phrase
 
 
 def demo(
@@ -18,5 +20,7 @@ def demo(
 
     with working("demo") as progress:
         lines = run_demo(out, progress=progress)
-    for line in lines:
-        say(line)
+    said = [(f"{phrase(label)}:", shown_again(text)) for label, text in lines]
+    width = max(len(label) for label, _ in said)
+    for label, text in said:
+        say(f"{label:<{width}} {text}")

@@ -18,10 +18,16 @@ from autodb.cli._common import (
     say_json,
     working,
 )
+from autodb.cli._reader import for_reader, in_english
 from autodb.cli.start.looking import show_file
+from autodb.wording import phrase, phrase_many
+from autodb.wording.kept import said_again
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from autodb.agent.ingest.importing import Imported
+    from autodb.agent.rows.imported_cards import ImportedCard
     from autodb.store import Store
 
 Again = Annotated[
@@ -51,47 +57,62 @@ def import_(
     Material cards (CSV) belong to no machine.
     """
     from autodb.agent.ingest.gathering import each_used
-    from autodb.pairs.cards import is_card
+    from autodb.agent.rows.imported_cards import keep_cards
+    from autodb.pairs.cards import is_card, read_cards
 
     cards = [file for file in files if is_card(file)]
     recordings = [file for file in files if file not in cards]
     if cards:
-        with opened_store(db) as store:
-            for file in cards:
-                _import_cards(store, file)
+        with in_english(), opened_store(db) as store:
+            kept = [(file, card) for file in cards for card in keep_cards(store, read_cards(file))]
+        for file, card in kept:
+            _say_card(file, card)
     machine = machine or (default_machine(db) if recordings else None)
     if machine is None:
         for file in recordings:
             show_file(file, columns)
         if recordings:
-            say("not stored: give --machine NAME to keep it")
+            say(phrase("not stored: give --machine NAME to keep it"))
     elif recordings:
-        with opened_store(db) as store:
+        tell = for_reader(complain if json else say)
+
+        def said(done: "Imported", file: Path) -> None:
+            if not json:
+                for line in _lines(file, done):
+                    tell(line)
+
+        with in_english(), opened_store(db) as store:
             done = each_used(
                 recordings,
-                lambda file: _import(store, file, machine, columns, again=again, quiet=json),
-                tell=complain if json else say,
+                lambda file: _import(store, file, machine, columns, again=again, tell=said),
+                tell=tell,
             )
         if json:
             say_json([{"file": str(file), **asdict(one)} for file, one in done])
 
 
-def _import_cards(store: "Store", file: Path) -> None:
-    """Import a table of material cards and say what became of each."""
-    from autodb.agent.rows.imported_cards import keep_cards
-    from autodb.pairs.cards import read_cards
-
-    for card in keep_cards(store, read_cards(file)):
-        what = "already there" if card.already_there else "imported"
-        if card.replaced:
-            what = f"replaces the one of this source: {'; '.join(card.replaced)}"
-        say(f"{file.name}: card of {card.material} ({card.source}): {what}")
+def _say_card(file: Path, card: "ImportedCard") -> None:
+    """Say what became of a card of material."""
+    what = phrase("already there") if card.already_there else phrase("imported")
+    if card.replaced:
+        what = phrase("replaces the one of this source: {what}", what="; ".join(card.replaced))
+    said = phrase(
+        "{file}: card of {material} ({source}): {what}",
+        file=file.name, material=card.material, source=card.source, what=what
+    )  # fmt: skip
+    say(said)
 
 
 def _import(
-    store: "Store", file: Path, machine: str, columns: Path | None, *, again: bool, quiet: bool
+    store: "Store",
+    file: Path,
+    machine: str,
+    columns: Path | None,
+    *,
+    again: bool,
+    tell: "Callable[[Imported, Path], None]",
 ) -> "tuple[Path, Imported]":
-    """Import one file, say what became of it unless ``quiet``, and return it."""
+    """Import one file, tell what became of it, and return it."""
     from autodb.agent.ingest.importing import import_file
     from autodb.agent.operate.withdrawing import read_again
 
@@ -100,26 +121,38 @@ def _import(
             store, file, machine=machine, columns=columns, progress=progress,
             instead=read_again if again else None,
         )  # fmt: skip
-    if not quiet:
-        _say_imported(file, done)
+    tell(done, file)
     return file, done
 
 
-def _say_imported(file: Path, done: "Imported") -> None:
-    what = "already there" if done.already_there and not done.looked_at else "imported"
+def _lines(file: Path, done: "Imported") -> "Iterator[str]":
+    """Yield what became of a file, and what there is to say of how it was read."""
+    what = phrase("imported")
     if done.withdrawn is not None:
-        what = f"withdrawn ({done.withdrawn}), it does not count"
+        what = phrase("withdrawn ({why}), it does not count", why=done.withdrawn)
+    elif done.already_there and not done.looked_at:
+        what = phrase("already there")
     if done.other_side:
-        what += " (with another side file, which still holds; --again reads it with this one)"
-    again = f", {done.again} more are there already" if done.again else ""
-    counted = f"{done.rows} rows, {done.cuts} cuts{again}"
-    say(f"recording {done.recording_id}: {file.name}: {what}, {counted}")
-    if done.unpaired:
-        beside = file.with_suffix(".toml").name
-        say(
-            f"{file.name}: nothing is learnt of {done.unpaired} cuts that say no work material or "
-            f"no tool: state [recording] work and [tool] name in {beside}, then: autodb import "
-            f"{file.name} --again"
+        what = phrase(
+            "{what} (with another side file, which still holds; --again reads it with this one)",
+            what=what,
         )
-    for note in (*(f"time: {sentence}" for sentence in done.timing), *done.notes):
-        say(f"{file.name}: {note}")
+    counted = phrase_many("{rows} rows, {count} cut", "{rows} rows, {count} cuts", done.cuts,
+                          rows=done.rows)  # fmt: skip
+    if done.again:
+        counted = phrase("{counted}, {again} more are there already", counted=counted,
+                         again=done.again)  # fmt: skip
+    yield phrase(
+        "recording {number}: {file}: {what}, {counted}",
+        number=done.recording_id, file=file.name, what=what, counted=counted
+    )  # fmt: skip
+    if done.unpaired:
+        yield phrase(
+            "{file}: nothing is learnt of {count} cuts that say no work material or no tool: state "
+            "[recording] work and [tool] name in {side}, then: autodb import {file} --again",
+            file=file.name, count=done.unpaired, side=file.with_suffix(".toml").name
+        )  # fmt: skip
+    for sentence in done.timing:
+        yield phrase("{file}: time: {what}", file=file.name, what=said_again(sentence))
+    for note in done.notes:
+        yield phrase("{file}: {note}", file=file.name, note=said_again(note))

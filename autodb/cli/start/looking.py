@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from autodb.cli._common import Json, say, say_json, show, table, working
+from autodb.cli._reader import headed, in_english, shown_again
+from autodb.wording import localized, msgid, phrase, shop_amount
 
 if TYPE_CHECKING:
     from autodb.readers import ColumnSet
@@ -16,6 +18,10 @@ AnyFile = Annotated[Path, typer.Argument(readable=False, help="Any file that a l
 Write = Annotated[
     bool, typer.Option("--write", help="Write the side file beside it; never over one.")
 ]
+CUTS = msgid("{file}: {count} cuts, {columns} columns")
+ROWS = msgid("{file}: {count} rows, {columns} columns")
+FIRST_CUTS = msgid("{file}: the first {count} cuts, {columns} columns")
+FIRST_ROWS = msgid("{file}: the first {count} rows, {columns} columns")
 SHOWN = 6
 """Columns of the first rows, and unused ones, that are shown."""
 
@@ -33,19 +39,27 @@ def look_command(file: AnyFile, write: Write = False, json: Json = False) -> Non
 
     target = file.parent / f"{file.stem}.toml"
     if write and target.exists():
-        raise UnusableInput(f"{target}: is there already; move it away to have it written")
+        raise UnusableInput(
+            phrase("{target}: is there already; move it away to have it written", target=target)
+        )
     side = read_sidefile(target) if target.is_file() else SideFile()
-    with working(f"reading {file.name}"):
+    with working(f"reading {file.name}"), in_english():
         found = proposed_bases(file, side.csv)
     if json:
-        say_json([_as_json(base) for base in found])
+        say_json([_as_json(base) for base in found])  # found in English
     else:
         for base in found:
             _show(file, base)
     if write:
         write_text(target, side_file_of(found, file.name))
     if write and not json:
-        say(f"written: {target.name}; check it, then: autodb import {file.name}")
+        say(
+            phrase(
+                "written: {target}; check it, then: autodb import {file}",
+                target=target.name,
+                file=file.name,
+            )
+        )
 
 
 def _as_json(found: "ProposedBase") -> dict[str, Any]:
@@ -64,29 +78,39 @@ def _as_json(found: "ProposedBase") -> dict[str, Any]:
 def _show(file: Path, found: "ProposedBase") -> None:
     base = found.base
     title = f"{file.name} {base.name}".rstrip()
-    what = "cuts" if found.holds_cuts else "rows"
-    first = "the first " if found.goes_on else ""
-    say(f"{title}: {first}{found.rows} {what}, {len(base.columns)} columns"
-        + (f"; read as: {base.layout}" if base.layout else ""))  # fmt: skip
+    sentence = ROWS
+    if found.holds_cuts:
+        sentence = FIRST_CUTS if found.goes_on else CUTS
+    elif found.goes_on:
+        sentence = FIRST_ROWS
+    said = phrase(sentence, file=title, count=found.rows, columns=len(base.columns))
+    if base.layout:
+        said = phrase("{what}; read as: {layout}", what=said, layout=shown_again(base.layout))
+    say(said)
     _show_rows(base, found.first)
     if found.proposals:
-        rows = table("Proposed channels", "column", "channel", "unit", "because")
+        heads = (phrase("column"), phrase("channel"), phrase("unit"), phrase("because"))
+        rows = table(phrase("Proposed channels"), *heads)
         for one in found.proposals:
-            column = "(rows counted)" if one.column == "*" else one.column
-            rows.add_row(column, one.channel, one.unit, one.because)
+            column = phrase("(rows counted)") if one.column == "*" else one.column
+            rows.add_row(column, one.channel, one.unit, shown_again(one.because))
         show(rows)
     used = {one.column for one in found.proposals}
     rest = [name for name in base.columns if name not in used]
     if rest:
-        more = f" and {len(rest) - SHOWN} more" if len(rest) > SHOWN else ""
-        say(f"no channel: {', '.join(rest[:SHOWN])}{more}")
+        said = phrase("no channel: {names}", names=", ".join(rest[:SHOWN]))
+        if len(rest) > SHOWN:
+            said = phrase("{what} and {count} more", what=said, count=len(rest) - SHOWN)
+        say(said)
     for sentence in found.missing:
-        say(f"missing for {sentence}")
+        say(phrase("missing for {what}", what=shown_again(sentence)))
 
 
 def _show_rows(base: "ColumnSet", first: tuple[tuple[str, ...], ...]) -> None:
-    more = f" (of {len(base.columns)} columns)" if len(base.columns) > SHOWN else ""
-    rows = table(f"First rows{more}", *base.columns[:SHOWN])
+    title = phrase("First rows")
+    if len(base.columns) > SHOWN:
+        title = phrase("First rows (of {count} columns)", count=len(base.columns))
+    rows = table(title, *base.columns[:SHOWN])
     for row in first:
         rows.add_row(*row[:SHOWN])
     show(rows)
@@ -104,17 +128,29 @@ def show_file(file: Path, columns: Path | None) -> None:
     for base in bases:
         _show_summary(f"{file.name} {base.name}".rstrip(), base)
     for remark in source.remarks:
-        say(remark)
+        say(shown_again(remark))
     refuse_implausible(source, bases)
 
 
 def _show_summary(title: str, base: "BaseSummary") -> None:
-    what = f"{base.rows} cuts"
+    said = phrase("{file}: {count} cuts", file=title, count=base.rows)
     if base.timing is not None:
-        what = f"{base.rows} rows, {base.start_s:g} to {base.end_s:g} s; time: {base.timing}"
-    rows = table(f"{title}: {what}", "channel", "unit", ">lowest", ">highest", ">mean", "gaps")
+        said = phrase(
+            "{file}: {count} rows, {low} to {high} s; time: {timing}",
+            file=title, count=base.rows, low=localized(f"{base.start_s:g}"),
+            high=localized(f"{base.end_s:g}"), timing=shown_again(str(base.timing))
+        )  # fmt: skip
+    rows = table(
+        said,
+        *(phrase("channel"), phrase("unit"), headed(phrase("lowest")), headed(phrase("highest"))),
+        *(headed(phrase("mean")), phrase("gaps")),
+    )
     for c in base.channels.values():
-        numbers = [f"{v:.6g}" for v in (c.minimum, c.maximum, c.mean)] if c.finite else ["", "", ""]
-        gaps = f"{c.rows - c.finite}, first in row {c.first_gap}" if c.first_gap else ""
-        rows.add_row(c.name, c.unit, *numbers, gaps)
+        factor, unit = shop_amount(1.0, c.unit)
+        values = (factor * v for v in (c.minimum, c.maximum, c.mean))
+        numbers = [localized(f"{v:.6g}") for v in values] if c.finite else ["", "", ""]
+        gaps = ""
+        if c.first_gap:
+            gaps = phrase("{count}, first in row {row}", count=c.rows - c.finite, row=c.first_gap)
+        rows.add_row(c.name, unit, *numbers, gaps)
     show(rows)

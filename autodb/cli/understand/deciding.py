@@ -74,6 +74,22 @@ NONE_AT_ALL = msgid(
 )
 
 
+NOT_LEARNT = {
+    "lot": msgid(
+        "it is noted, no prediction changes: fewer than five of its cuts are outliers, or its cuts "
+        "are of no lot; 'autodb mismatch reopen' and --lot NAME name theirs"
+    ),
+    "pair": msgid(
+        "it is noted, no prediction changes: fewer than five of its cuts state what it needs"
+    ),
+    "tool": msgid("it is noted, no prediction changes: its recording names no tool"),
+    "calibration": msgid(
+        "it is noted, no prediction changes: it states no factor, or no calibration senses it"
+    ),
+}
+"""Why a cause that was found in forces changed nothing, by where it would be kept."""
+
+
 @mismatch.command("list")
 def list_mismatches_command(
     alone: MachineAlone = None,
@@ -298,64 +314,65 @@ def confirm_command(
     """
     from autodb.agent.operate.deciding import confirm
 
-    with working(f"confirming mismatch {number}") as progress, opened_store(db) as store:
+    with (
+        in_english(),  # what is found is kept
+        working(f"confirming mismatch {number}") as progress,
+        opened_store(db) as store,
+    ):
         done = confirm(store, number, term=as_, lot=lot, by=by, why=why, progress=progress)
+    called = {"number": number, "term": done.term}
     if done.already:
-        say(f"mismatch {number}: already confirmed as {done.term}")
+        say(phrase("mismatch {number}: already confirmed as {term}", **called))
     elif done.kept is not None:
         _show_version(done, done.kept)
     elif done.changed:
-        say(f"mismatch {number}: {done.term} confirmed")
+        say(phrase("mismatch {number}: {term} confirmed", **called))
         for changed in done.changed:
-            say(changed)
+            say(shown_again(changed))
     else:
-        say(f"mismatch {number}: {done.term} confirmed; {_why_no_version(done)}")
+        said = phrase("mismatch {number}: {term} confirmed", **called)
+        say(listed([said, _why_no_version(done)], "; "))
         for note in done.notes:
-            say(note)
+            say(shown_again(note))
 
 
 def _why_no_version(done: "Decided") -> str:
     if done.term == "unknown" and done.alternatives:
-        return (
-            f"no model changes; use --as {' or --as '.join(done.alternatives)} to put it into one"
-        )
-    if done.of_cuts and done.home == "lot":
-        return (
-            "it is noted, no prediction changes: fewer than five of its cuts are outliers, or its "
-            "cuts are of no lot; 'autodb mismatch reopen' and --lot NAME name theirs"
-        )
-    if done.of_cuts and done.home == "pair":
-        return "it is noted, no prediction changes: fewer than five of its cuts state what it needs"
-    if done.of_cuts and done.home == "tool":
-        return "it is noted, no prediction changes: its recording names no tool"
-    if done.of_cuts and done.home == "calibration":
-        return (
-            "it is noted, no prediction changes: it states no factor, or no calibration senses it"
-        )
-    return "it belongs to this recording: it is noted, no prediction changes"
+        either = listed((f"--as {one}" for one in done.alternatives), phrase(" or "))
+        return phrase("no model changes; use {options} to put it into one", options=either)
+    if not done.of_cuts or done.home not in NOT_LEARNT:
+        return phrase("it belongs to this recording: it is noted, no prediction changes")
+    return phrase(NOT_LEARNT[done.home])
 
 
 def _show_version(done: "Decided", kept: "KeptModel") -> None:
     """Print the version that holds the term now, its numbers, and what it does to the error."""
     from autodb.agent.operate.fitting_confirmed import of_term
-    from autodb.cli.understand.identifying import show_kept
+    from autodb.cli.understand.identified import say_not_excited, show_kept
     from autodb.sensing.drives.fit.axis_model import amplitudes, readable
 
-    say(f"mismatch {done.number}: {done.term} confirmed")
+    say(phrase("mismatch {number}: {term} confirmed", number=done.number, term=done.term))
     tables = [t for t in amplitudes(kept.model) if t.form == "table"]
     for t in [*readable(of_term(kept.model.fitted, done.term)), *of_term(tables, done.term)]:
-        say(f"{t.key} {t.parameter} {t.value:.4g} ± {t.sd or 0.0:.2g} {t.unit}")
+        scale, unit = shop_amount(1.0, t.unit)
+        number = localized(f"{scale * t.value:.4g} ± {scale * (t.sd or 0.0):.2g}")
+        say(f"{t.key} {t.parameter} {number} {unit}")
     for sentence in kept.model.not_excited:
-        say(f"not excited, not estimated: {sentence}")
+        say_not_excited(sentence)
     for sentence in kept.model.doubts:
-        say(f"doubtful: {sentence}")
+        say(phrase("doubtful: {what}", what=shown_again(sentence)))
     show_kept(kept, done.machine)
     errors = (100 * error for error in (done.error_before, done.error) if error is not None)
-    say(f"relative error on {done.recording}: {' → '.join(f'{e:.2f}' for e in errors)} %")
+    numbers = " → ".join(localized(f"{e:.2f}") for e in errors)
+    said = phrase("relative error on {file}: {numbers} %", file=done.recording, numbers=numbers)
+    say(said)
     if done.stale:
-        numbers = ", ".join(map(str, done.stale))
-        again = f"'autodb explain FILE --machine {done.machine}' shows the residual"
-        say(f"still open, found before this version: {numbers}; {again}")
+        said = phrase(
+            "still open, found before this version: {numbers}; 'autodb explain FILE --machine "
+            "{machine}' shows the residual",
+            numbers=", ".join(map(str, done.stale)), machine=done.machine
+        )  # fmt: skip
+        say(said)
 
 
 @mismatch.command("reject")
@@ -363,9 +380,10 @@ def reject_command(number: Number, by: By = None, why: Why = None, db: Database 
     """Reject a cause that does not hold on the machine; take back what confirming it changed."""
     from autodb.agent.operate.deciding import reject
 
-    with opened_store(db) as store:
+    with in_english(), opened_store(db) as store:
         done = reject(store, number, by=by, why=why)
-    _say_back(done, "already rejected" if done.already else f"{done.term} rejected")
+    already = msgid("mismatch {number}: already rejected")
+    _say_back(done, already if done.already else msgid("mismatch {number}: {term} rejected"))
 
 
 @mismatch.command("reopen")
@@ -373,12 +391,13 @@ def reopen_command(number: Number, by: By = None, why: Why = None, db: Database 
     """Take back a decision, and what it changed: the next prediction is as it was before."""
     from autodb.agent.operate.deciding import reopen
 
-    with opened_store(db) as store:
+    with in_english(), opened_store(db) as store:
         done = reopen(store, number, by=by, why=why)
-    _say_back(done, "already open" if done.already else f"{done.term} is open again")
+    already = msgid("mismatch {number}: already open")
+    _say_back(done, already if done.already else msgid("mismatch {number}: {term} is open again"))
 
 
-def _say_back(done: "Decided", said: str) -> None:
-    say(f"mismatch {done.number}: {said}")
+def _say_back(done: "Decided", sentence: str) -> None:
+    say(phrase(sentence, number=done.number, term=done.term))
     for one in done.back:
-        say(one)
+        say(shown_again(one))

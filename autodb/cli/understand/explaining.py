@@ -132,15 +132,21 @@ def _check(
     from autodb.errors import UnusableInput
 
     if (simulation is None) == (machine is None):
-        raise UnusableInput("give either --simulation FILE or --machine NAME")
+        raise UnusableInput(phrase("give either --simulation FILE or --machine NAME"))
     if machine is not None and (group is not None or resample is not None):
-        raise UnusableInput("--group and --resample go with --simulation")
+        raise UnusableInput(phrase("--group and --resample go with --simulation"))
     if machine is not None and includes is not None:
-        raise UnusableInput("--includes goes with --simulation: a stored model says what it has")
+        raise UnusableInput(
+            phrase("--includes goes with --simulation: a stored model says what it has")
+        )
     if simulation is not None and len(simulation) != len(recordings):
         raise UnusableInput(
-            f"{len(recordings)} recordings and {len(simulation)} simulations: give --simulation "
-            "once for each recording, in their order"
+            phrase(
+                "{n} recordings and {n_2} simulations: give --simulation once for each "
+                "recording, in their order",
+                n=len(recordings),
+                n_2=len(simulation),
+            )
         )
 
 

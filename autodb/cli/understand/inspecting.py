@@ -24,7 +24,7 @@ from autodb.cli._common import (
     table,
 )
 from autodb.cli._reader import headed, in_english, shown_again
-from autodb.wording import day, localized, phrase, shop_amount, significant
+from autodb.wording import day, localized, msgid, phrase, shop_amount, significant
 
 Part = Annotated[Path, typer.Argument(readable=False, help="A part file (TOML).")]
 OfRecording = Annotated[
@@ -34,6 +34,10 @@ OfRecording = Annotated[
     ),
 ]
 Cut = Annotated[float | None, typer.Option("--cut", metavar="NUMBER", help="Its number there.")]
+
+
+KEPT = msgid("kept as force.x of cut {cut} of {file}; 'autodb refresh' learns from it")
+ALREADY = msgid("already there as force.x of cut {cut} of {file}; 'autodb refresh' learns from it")
 
 
 def inspect_command(
@@ -56,27 +60,34 @@ def inspect_command(
     given = (machine is not None, recording is not None, cut is not None)
     if any(given) and not all(given):
         raise UnusableInput(
-            "--machine, --recording and --cut go together: they say which cut it is"
+            phrase("--machine, --recording and --cut go together: they say which cut it is")
         )
-    file = read_part(part)
-    found = inspect(file, where=str(part))
+    with in_english():  # it is kept
+        file = read_part(part)
+        found = inspect(file, where=str(part))
     tell = complain if json else say
     if json:
         say_json(found)
     elif found.why_not is not None:
-        say(f"passive force: not sensed: {found.why_not}")
+        say(phrase("passive force: not sensed: {why}", why=shown_again(found.why_not)))
     else:
-        say(
-            f"passive force: {found.force_N:.1f} ± {NORMAL_95 * found.sd_N:.1f} N (95 %), "
-            f"outward; the radius was off by {1e3 * found.off_mm:.1f} µm"
-        )
+        scale, unit = shop_amount(1.0, "N")
+        off, length = shop_amount(found.off_mm, "mm")
+        off, length = (1e3 * off, "µm") if length == "mm" else (off, length)
+        force, half = scale * found.force_N, scale * NORMAL_95 * found.sd_N
+        said = phrase(
+            "passive force: {force} ± {half} {unit} (95 %), outward; the radius was off by {off}",
+            force=localized(f"{force:.1f}"), half=localized(f"{half:.1f}"), unit=unit,
+            off=f"{localized(f'{off:.1f}' if length == 'µm' else f'{off:.2g}')} {length}"
+        )  # fmt: skip
+        say(said)
     if machine is None or recording is None or cut is None:
-        tell("not stored: give --machine, --recording and --cut to keep it")
+        tell(phrase("not stored: give --machine, --recording and --cut to keep it"))
         return
-    with opened_store(db) as store:
+    with in_english(), opened_store(db) as store:
         new = keep_inspected(store, file, found, OfCut(machine, recording, cut))
-    what = "kept" if new else "already there"
-    tell(f"{what} as force.x of cut {cut:g} of {recording.name}; 'autodb refresh' learns from it")
+    sentence = KEPT if new else ALREADY
+    tell(phrase(sentence, cut=localized(f"{cut:g}"), file=recording.name))
 
 
 def sensors_command(

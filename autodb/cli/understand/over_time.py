@@ -7,6 +7,8 @@ from autodb.cli._common import (
     read_one,
     say,
 )
+from autodb.cli._reader import shown_again
+from autodb.wording import phrase
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,7 +30,13 @@ def moves_of(
 def say_time(recording: "tables.Recording") -> None:
     """Say what a recording's stamps are, where they are not even."""
     if not recording.timing.is_even:
-        say(f"time: {recording.path.name}: {recording.timing}")
+        say(
+            phrase(
+                "time: {file}: {timing}",
+                file=recording.path.name,
+                timing=shown_again(str(recording.timing)),
+            )
+        )
 
 
 def read_over_time(
@@ -48,8 +56,8 @@ def term_names(terms: str | None) -> tuple[str, ...] | None:
         return None
     names = tuple(name.strip() for name in terms.split(",") if name.strip())
     if not names:
-        raise UnusableInput("--terms: names no term; use inertia,viscous,coulomb,gravity")
+        raise UnusableInput(phrase("--terms: names no term; use inertia,viscous,coulomb,gravity"))
     for name in names:
         if names.count(name) > 1:
-            raise UnusableInput(f"--terms: '{name}' is named twice; name it once")
+            raise UnusableInput(phrase("--terms: '{name}' is named twice; name it once", name=name))
     return names

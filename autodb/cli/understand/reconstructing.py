@@ -23,8 +23,10 @@ from autodb.cli._common import (
     table,
     working,
 )
+from autodb.cli._reader import headed, in_english, shown_again
 from autodb.cli.understand.identifying import Axis
 from autodb.cli.understand.over_time import moves_of, read_over_time, say_time, term_names
+from autodb.wording import localized, phrase, shop_amount
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -154,10 +156,11 @@ def reconstruct_command(
             cut = moves_of(recording, axis, columns, group, resample)
             progress(f"identifying from {moves.name}")
             air = moves_of(moves, axis, columns, group, resample)
-            made = _Sensed([_by_moves(cut, air, term_names(terms), how)])
+            with in_english():  # as its file and programs have it
+                made = _Sensed([_by_moves(cut, air, term_names(terms), how)])
         else:
             cut = _cut_of(recording, axis, columns, group, resample)
-            with opened_store(db) as store:
+            with in_english(), opened_store(db) as store:
                 made = TELLERS[estimator](store, str(machine), cut, how, progress)
         progress(f"writing {out.name}")
         write_table(cut.t_s, made.sensed, out)
@@ -177,10 +180,10 @@ def _say(
     say_time(cut)
     _show(made.sensed)
     for sentence in made.not_heard:
-        say(f"not used: {sentence}")
-    say(f"load: {out}")
+        say(phrase("not used: {why}", why=shown_again(sentence)))
+    say(phrase("load: {out}", out=out))
     if page is not None:
-        say(f"page: {page}")
+        say(phrase("page: {page}", page=page))
 
 
 def _cut_of(
@@ -211,20 +214,27 @@ def _check(given: _Given, *, of_drives: bool) -> None:
     from autodb.errors import UnusableInput
 
     if (given.machine is None) == (given.moves is None):
-        raise UnusableInput("give either --machine NAME or --moves FILE: what moving an axis takes")
+        raise UnusableInput(
+            phrase("give either --machine NAME or --moves FILE: what moving an axis takes")
+        )
     if given.estimator is not ChosenEstimator.DRIVE and given.machine is None:
         raise UnusableInput(
-            f"--estimator {given.estimator} goes with --machine: it is a machine's own"
+            phrase(
+                "--estimator {estimator} goes with --machine: it is a machine's own",
+                estimator=given.estimator,
+            )
         )
     if given.estimator is not ChosenEstimator.DRIVE and of_drives:
         raise UnusableInput(
-            "--axis, --observer and --newtons-per-ampere go with --estimator drive; the others "
-            "estimate all forces"
+            phrase(
+                "--axis, --observer and --newtons-per-ampere go with --estimator drive; the "
+                "others estimate all forces"
+            )
         )
     if given.removed is not None and given.estimator is not ChosenEstimator.TABLE:
-        raise UnusableInput("--removed goes with --estimator table")
+        raise UnusableInput(phrase("--removed goes with --estimator table"))
     if given.terms is not None and given.moves is None:
-        raise UnusableInput("--terms goes with --moves: a machine's model has its own")
+        raise UnusableInput(phrase("--terms goes with --moves: a machine's model has its own"))
 
 
 @dataclass(frozen=True)
@@ -345,18 +355,28 @@ def _show(sensed: "list[ReconstructedLoad]") -> None:
     from autodb.reports.load_page import MARKS, load_rms, scale_words
 
     marks = MARKS if any(one.said is None for one in sensed) else ()
+    sizes = (phrase("rms"), phrase("largest"), phrase("median sd"))
     rows = table(
-        "Load", "axis", "unit", ">rms", ">largest", ">median sd",
-        *(f">{mark.replace('_', ' ')}" for mark in marks),
+        phrase("Load"), phrase("axis"), phrase("unit"),
+        *map(headed, (*sizes, *(phrase(mark.replace("_", " ")) for mark in marks))),
     )  # fmt: skip
     words: dict[str, list[str]] = {}
     for one in sensed:
         load = one.load
-        sizes = (load_rms(load.value), float(np.max(np.abs(load.value))), float(np.median(load.sd)))
-        shares = [f"{100.0 * float(np.mean(getattr(load, mark))):.1f} %" for mark in marks]
-        rows.add_row(load.axis, load.unit, *(f"{size:.4g}" for size in sizes), *shares)
-        for said in (f"{one.model}; up to {load.bandwidth_hz:g} Hz", scale_words(one)):
-            words.setdefault(said, []).append(load.axis)
+        factor, unit = shop_amount(1.0, load.unit)
+        largest, sd = float(np.max(np.abs(load.value))), float(np.median(load.sd))
+        values = (load_rms(load.value), largest, sd)
+        shares = (100.0 * float(np.mean(getattr(load, mark))) for mark in marks)
+        rows.add_row(
+            load.axis, unit, *(localized(f"{factor * value:.4g}") for value in values),
+            *(f"{localized(f'{share:.1f}')} %" for share in shares),
+        )  # fmt: skip
+        said = phrase(
+            "{model}; up to {frequency} Hz",
+            model=shown_again(one.model), frequency=localized(f"{load.bandwidth_hz:g}")
+        )  # fmt: skip
+        for line in (said, shown_again(scale_words(one))):
+            words.setdefault(line, []).append(load.axis)
     show(rows)
-    for said, axes in words.items():
-        say(f"{', '.join(axes)}: {said}")
+    for line, axes in words.items():
+        say(phrase("{axes}: {what}", axes=", ".join(axes), what=line))

@@ -18,8 +18,10 @@ from autodb.cli._common import (
     say_json,
     working,
 )
+from autodb.cli._reader import in_english, shown_again
 from autodb.cli.understand.identifying import Axis
 from autodb.cli.understand.over_time import moves_of
+from autodb.wording import amount_words, localized, msgid, phrase
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,6 +50,12 @@ StandardCut = Annotated[
     ),
 ]
 
+AGREES = msgid("{axis}: the machine's file agrees: {constant} by {source}")
+DISAGREES = msgid("{axis}: the machine's file does not agree: {constant} by {source}")
+KEPT = msgid("{axis}: scale {version} of machine '{machine}'; 'autodb reconstruct' uses it")
+ALREADY = msgid(
+    "{axis}: scale {version} of machine '{machine}', already there; 'autodb reconstruct' uses it"
+)
 APART_SDS = 2.6
 """Standard deviations by which two scales differ by chance in 1 of 100."""
 
@@ -69,9 +77,10 @@ def scale(
     from autodb.errors import UnusableInput
 
     if added_mass is not None and standard_cut is not None:
-        raise UnusableInput("give --added-mass or --standard-cut, not both")
+        raise UnusableInput(phrase("give --added-mass or --standard-cut, not both"))
     known = _cut_named(standard_cut) if standard_cut else None
     with (
+        in_english(),  # the source of what is found is kept
         opened_machine(db, machine) as (store, name),
         working(f"scaling by {recording.name}") as progress,
     ):
@@ -84,16 +93,19 @@ def scale(
             found = _by_force(store, name, loaded, axis, standard_cut, known)
         stated = scaling.stated(store, name, found.axis)
         kept = scaling.keep_scale(store, name, found, recording, columns=columns)
-    if json:
-        stored = {"version": kept.version, "already_there": kept.already_there}
-        say_json({**asdict(found), "percent": found.percent, **stored})
-        return
-    say(f"{found.axis}: force constant {found.newtons_per_ampere:.4g} N/A ± {found.percent:.2g} % "
-        f"(95 %), by {found.source}")  # fmt: skip
+        if json:
+            stored = {"version": kept.version, "already_there": kept.already_there}
+            say_json({**asdict(found), "percent": found.percent, **stored})
+            return
+    said = phrase(
+        "{axis}: force constant {constant} ± {percent} % (95 %), by {source}",
+        axis=found.axis, constant=amount_words(found.newtons_per_ampere, "N/A", ".4g"),
+        percent=localized(f"{found.percent:.2g}"), source=shown_again(found.source)
+    )  # fmt: skip
+    say(said)
     _compare(found, stated)
-    there = ", already there" if kept.already_there else ""
-    say(f"{found.axis}: scale {kept.version} of machine '{name}'{there}; 'autodb reconstruct' "
-        "uses it")  # fmt: skip
+    sentence = ALREADY if kept.already_there else KEPT
+    say(phrase(sentence, axis=found.axis, version=kept.version, machine=name))
 
 
 def _by_force(
@@ -113,26 +125,37 @@ def _by_force(
 
 def _cut_named(words: str) -> "Callable[[str], ReferenceForce]":
     """Return the reference of `PROTOCOL:CUT` by axis; raises UnusableInput for what it lacks."""
-    from autodb.errors import UnusableInput, near
+    from autodb.errors import UnusableInput, near_words
     from autodb.standard import read_protocol
 
     protocol_name, _, cut_name = words.rpartition(":")
     if not protocol_name:
-        raise UnusableInput(f"--standard-cut: '{words}' names no cut; write '{words}:CUT'")
+        raise UnusableInput(
+            phrase("--standard-cut: '{words}' names no cut; write '{words}:CUT'", words=words)
+        )
     protocol = read_protocol(protocol_name)
     cuts = {cut.name: cut for cut in protocol.cut}
     if cut_name not in cuts:
         raise UnusableInput(
-            f"--standard-cut: protocol '{protocol.name}' has no cut '{cut_name}'"
-            f"{near(cut_name, list(cuts))}"
+            phrase(
+                "--standard-cut: protocol '{protocol}' has no cut '{cut_name}'{hint}",
+                protocol=protocol.name,
+                cut_name=cut_name,
+                hint=near_words(cut_name, list(cuts)),
+            )
         )
     references = cuts[cut_name].reference
 
     def of(axis: str) -> "ReferenceForce":
         if axis not in references:
-            has = ", ".join(references) or "none yet"
+            has = ", ".join(references) or phrase("none yet")
             raise UnusableInput(
-                f"--standard-cut: '{cut_name}' has no reference force of {axis}; it has: {has}"
+                phrase(
+                    "--standard-cut: '{cut_name}' has no reference force of {axis}; it has: {has}",
+                    cut_name=cut_name,
+                    axis=axis,
+                    has=has,
+                )
             )
         return references[axis]
 
@@ -149,8 +172,9 @@ def _compare(found: "DeterminedScale", stated: "Scale | None") -> None:
             (found.share * found.newtons_per_ampere) ** 2 + (stated.share * stated.per_ampere) ** 2
         ) ** 0.5
     )  # fmt: skip
-    verdict = "agrees" if abs(off) < APART_SDS * sd else "does not agree"
-    say(
-        f"{found.axis}: the machine's file {verdict}: {stated.per_ampere:.4g} N/A "
-        f"by {stated.source}"
-    )
+    said = phrase(
+        AGREES if abs(off) < APART_SDS * sd else DISAGREES,
+        axis=found.axis, constant=amount_words(stated.per_ampere, "N/A", ".4g"),
+        source=shown_again(stated.source)
+    )  # fmt: skip
+    say(said)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import opened_store, say, show, table
+from autodb.wording import localized, phrase
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,7 +49,7 @@ def check_staging(*, staged: bool, pitch: float | None) -> None:
     from autodb.errors import UnusableInput
 
     if pitch is not None and not staged:
-        raise UnusableInput("--pitch goes with --staged: the segments are a third of it")
+        raise UnusableInput(phrase("--pitch goes with --staged: the segments are a third of it"))
 
 
 def try_stages(
@@ -93,23 +94,39 @@ def show_sweep(model: "Identified", moves: "Recording") -> None:
     from autodb.sensing.drives.moves.passes import is_sweep
 
     if is_sweep(moves, model.axis):
-        say("a sweep over speeds, most of it at creep: slow passes count by the way gone")
+        say(phrase("a sweep over speeds, most of it at creep: slow passes count by the way gone"))
 
 
 def _show_cut(found: "Stages") -> None:
     """Print how many passes there are, and which of them stick or could not be tested."""
-    say(f"stages: {len(found.passes)} passes at {len(found.levels)} speeds both ways, cut into "
-        f"segments of {found.length.mm:.3g} mm ({found.length.why})")  # fmt: skip
+    say(
+        phrase(
+            "stages: {n} passes at {n_2} speeds both ways, cut into segments of {mm} mm ({why})",
+            n=len(found.passes),
+            n_2=len(found.levels),
+            mm=localized(f"{found.length.mm:.3g}"),
+            why=found.length.why,
+        )
+    )
     stuck = [one for one in found.verdicts.values() if one.sticks]
     if stuck:
         halts = max(one.halts for one in stuck)
-        say(f"stick-slip, not used for the weight: {_feeds(stuck)}; effort is "
-            f"{_times(stuck, 'over_way')} as uneven along the way as at faster speeds, "
-            f"{_times(stuck, 'over_time')} from row to row; at most {halts} "
-            "halts in a pass")  # fmt: skip
+        say(
+            phrase(
+                "stick-slip, not used for the weight: {stuck}; effort is {stuck_2} as uneven "
+                "along the way as at faster speeds, {stuck_3} from row to row; at most {halts} "
+                "halts in a pass",
+                stuck=_feeds(stuck),
+                stuck_2=_times(stuck, "over_way"),
+                stuck_3=_times(stuck, "over_time"),
+                halts=halts,
+            )
+        )
     blind = [one for one in found.verdicts.values() if not one.tested]
     if blind:
-        say(f"not tested for stick-slip, taken to run smoothly: {_feeds(blind)}")
+        say(
+            phrase("not tested for stick-slip, taken to run smoothly: {blind}", blind=_feeds(blind))
+        )
 
 
 def _feeds(some: "list[StickingVerdict]") -> str:
@@ -123,15 +140,30 @@ def _times(some: "list[StickingVerdict]", name: str) -> str:
 
 def _show_stages(found: "Staged", unit: str) -> None:
     """Print P2's stages."""
-    say("P2's stages of a ball screw: weight, friction over speed and along the travel, warming, "
-        "inertia")  # fmt: skip
+    say(
+        phrase(
+            "P2's stages of a ball screw: weight, friction over speed and along the "
+            "travel, warming, inertia"
+        )
+    )
     _show_cut(found)
     middle = found.along.middle_mm
     means = found.averages
-    say(f"repeats of the {len(means.x_mm)} segments differ by {100.0 * means.differ:.1f} % of "
-        "friction (sd)")  # fmt: skip
-    say(f"friction over speed is of {len(found.compared)} speeds, which pass {middle.min():.0f} to "
-        f"{middle.max():.0f} mm")  # fmt: skip
+    say(
+        phrase(
+            "repeats of the {n} segments differ by {differ} % of friction (sd)",
+            n=len(means.x_mm),
+            differ=localized(f"{100.0 * means.differ:.1f}"),
+        )
+    )
+    say(
+        phrase(
+            "friction over speed is of {n} speeds, which pass {min} to {max} mm",
+            n=len(found.compared),
+            min=localized(f"{middle.min():.0f}"),
+            max=localized(f"{middle.max():.0f}"),
+        )
+    )
     rows = _stage_table()
     used = f"mean of both ways over {len(found.weight.levels)} speeds"
     rows.add_row("weight", used, f"{found.weight.value:.6g}", f"{found.weight.sd:.2g}", unit)
@@ -148,18 +180,39 @@ def _show_stages(found: "Staged", unit: str) -> None:
 def _show_steps(found: "FourSteps", unit: str) -> None:
     """Print P0's four steps."""
     load, (table_nodes, node_sd) = found.load, found.load.table
-    say("P0's four steps of a linear drive: load over the travel as a line, cogging as a table of "
-        "a pole, friction over speed, inertia")  # fmt: skip
+    say(
+        phrase(
+            "P0's four steps of a linear drive: load over the travel as a line, cogging as "
+            "a table of a pole, friction over speed, inertia"
+        )
+    )
     _show_cut(found)
-    say("the line's level holds weight, a sensor's zero and what friction differs by direction; "
-        "the model discrepancy of line and table at a place is "
-        f"{load.lack:.2g} {unit} (sd)")  # fmt: skip
+    say(
+        phrase(
+            "the line's level holds weight, a sensor's zero and what friction differs by "
+            "direction; the model discrepancy of line and table at a place is {lack} "
+            "{unit} (sd)",
+            lack=localized(f"{load.lack:.2g}"),
+            unit=unit,
+        )
+    )
     middle = found.middle_mm
-    say(f"friction over speed is of {len(found.compared)} speeds, between {middle.min():.0f} and "
-        f"{middle.max():.0f} mm; along the travel these steps have none")  # fmt: skip
+    say(
+        phrase(
+            "friction over speed is of {n} speeds, between {min} and {max} mm; along the "
+            "travel these steps have none",
+            n=len(found.compared),
+            min=localized(f"{middle.min():.0f}"),
+            max=localized(f"{middle.max():.0f}"),
+        )
+    )
     if not found.repeated:
-        say("no speed was passed twice in one direction; errors of friction are the residuals "
-            "of its law, and the scatter between runs is not known")  # fmt: skip
+        say(
+            phrase(
+                "no speed was passed twice in one direction; errors of friction are the "
+                "residuals of its law, and the scatter between runs is not known"
+            )
+        )
     rows = _stage_table()
     used = f"{load.pairs} passes there and back"
     rows.add_row("line", f"k, {used}", *_two(load.slope), f"{unit}/mm")
@@ -224,6 +277,14 @@ def _show_agreement(both: "Agreement") -> None:
     said = "staged and joint agree" if both.agrees else "staged and joint do NOT agree"
     say(f"{said}: {rule}")
     for one in apart:
-        say(f"apart: {one.name}: staged {one.staged:.4g}, joint {one.joint:.4g} {one.unit}")
+        say(
+            phrase(
+                "apart: {which}: staged {staged}, joint {joint} {unit}",
+                which=one.name,
+                staged=localized(f"{one.staged:.4g}"),
+                joint=localized(f"{one.joint:.4g}"),
+                unit=one.unit,
+            )
+        )
     for sentence in both.left_out:
-        say(f"not compared: {sentence}")
+        say(phrase("not compared: {sentence}", sentence=sentence))

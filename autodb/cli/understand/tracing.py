@@ -11,11 +11,12 @@ from autodb.cli._common import (
     say_json,
     show,
 )
+from autodb.cli._reader import in_english
 
 if TYPE_CHECKING:
     from rich.tree import Tree
 
-    from autodb.agent.answer.tracing import Node
+    from autodb.agent.answer.traced_forces import Node
 
 Kind = Annotated[
     str,
@@ -34,7 +35,7 @@ def trace_command(
     """Show where a stored number came from, down to recordings."""
     from autodb.agent.answer.tracing import trace
 
-    with opened_store(db) as store:
+    with in_english(json), opened_store(db) as store:
         node = trace(store, kind, number)
     if json:
         say_json(node)

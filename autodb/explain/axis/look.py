@@ -41,7 +41,7 @@ from autodb.explain.engine.weighing import weighing
 from autodb.files.channels import axis_of
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.dead_bands import is_on_change, refuse_unknown_rests
-from autodb.wording import significant
+from autodb.wording import localized, phrase, significant
 
 Array = NDArray[np.float64]
 
@@ -309,16 +309,29 @@ def _check(recording: Recording, channel: str, measured: Array, simulation: Arra
     seconds = (len(recording) - 1) * recording.timing.step_s
     if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
-            f"{recording.path}: {len(recording)} rows over {seconds:.3g} s are too short to "
-            f"hold parts out of the fit; record at least {SHORTEST_S:g} s and {SHORTEST_ROWS} "
-            "rows"
+            phrase(
+                "{file}: {n} rows over {seconds} s are too short to hold parts out of the fit; "
+                "record at least {shortest} s and {shortest_rows} rows",
+                file=recording.path,
+                n=len(recording),
+                seconds=localized(f"{seconds:.3g}"),
+                shortest=localized(f"{SHORTEST_S:g}"),
+                shortest_rows=SHORTEST_ROWS,
+            )
         )
     for name, values in (("recording", measured), ("simulation", simulation)):
         size = np.abs(values)
         row, others = int(np.argmax(size)), float(np.partition(size, -GLITCH_ROWS)[-GLITCH_ROWS])
         if size[row] > GLITCH * others > 0:
             raise UnusableInput(
-                f"{recording.path}: {channel} of the {name}, row {row + 1}: "
-                f"{significant(values[row])} "
-                f"is over {GLITCH:g} times all but a few rows; remove that row"
+                phrase(
+                    "{file}: {channel} of the {name}, row {row}: {values} is over {glitch} times "
+                    "all but a few rows; remove that row",
+                    file=recording.path,
+                    channel=channel,
+                    name=name,
+                    row=row + 1,
+                    values=significant(values[row]),
+                    glitch=localized(f"{GLITCH:g}"),
+                )
             )

@@ -27,6 +27,7 @@ from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.telling import held_coefficients
 from autodb.records.tables import CutTable
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -262,9 +263,19 @@ def _check(
 ) -> None:
     for name in names:
         if name not in simulation:
-            raise UnusableInput(f"{table.path}: no {name} of the simulation; it was there before")
+            raise UnusableInput(
+                phrase(
+                    "{file}: no {name} of the simulation; it was there before",
+                    file=table.path,
+                    name=name,
+                )
+            )
     lacking = sorted(seen.recorded - known.recorded)
     if lacking:
         raise UnusableInput(
-            f"{table.path}: no '{lacking[0]}' in every cut; the cuts before it have it"
+            phrase(
+                "{file}: no '{lacking}' in every cut; the cuts before it have it",
+                file=table.path,
+                lacking=lacking[0],
+            )
         )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.records.tables import EDGE, CutTable
-from autodb.wording import significant
+from autodb.wording import localized, phrase, significant
 
 Array = NDArray[np.float64]
 
@@ -148,8 +148,14 @@ def table_conditions(table: CutTable) -> Conditions:
         if values is not None and values.min() <= 0:
             row = int(np.argmin(values))
             raise UnusableInput(
-                f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): {values[row]:g} "
-                "is not a cut; remove that row"
+                phrase(
+                    "{file}: {name}, row {row} (cut {cut}): {values} is not a cut; remove that row",
+                    file=table.path,
+                    name=name,
+                    row=row + 1,
+                    cut=localized(f"{table.cut[row]:g}"),
+                    values=localized(f"{values[row]:g}"),
+                )
             )
     depth, edge, feed = known("cutting.depth"), known(EDGE), known("cutting.feed")
     thickness, clock = known("chip.thickness"), known("t")
@@ -190,7 +196,12 @@ def recorded_and_simulated(table: CutTable, simulation: dict[str, Array]) -> tup
     """
     if len(table) < FEWEST:
         raise UnusableInput(
-            f"{table.path}: {len(table)} cuts are too few to explain; use at least {FEWEST}"
+            phrase(
+                "{file}: {n} cuts are too few to explain; use at least {fewest}",
+                file=table.path,
+                n=len(table),
+                fewest=FEWEST,
+            )
         )
     for name, force in simulation.items():
         _check(table, name, force)
@@ -199,13 +210,23 @@ def recorded_and_simulated(table: CutTable, simulation: dict[str, Array]) -> tup
 
 def _check(table: CutTable, name: str, simulation: Array) -> None:
     if not np.any(simulation):
-        raise UnusableInput(f"{name} of the simulation is zero in every cut: nothing to re-tune")
+        raise UnusableInput(
+            phrase("{name} of the simulation is zero in every cut: nothing to re-tune", name=name)
+        )
     usual = max(float(np.median(np.abs(table[name]))), 1e-12)
     row = int(np.argmax(np.abs(table[name])))
     if abs(table[name][row]) > GLITCH * usual:
         raise UnusableInput(
-            f"{table.path}: {name}, row {row + 1} (cut {table.cut[row]:g}): "
-            f"{significant(table[name][row])} N is {GLITCH:g} times the median; remove that row"
+            phrase(
+                "{file}: {name}, row {row} (cut {cut}): {table} N is {glitch} times the "
+                "median; remove that row",
+                file=table.path,
+                name=name,
+                row=row + 1,
+                cut=localized(f"{table.cut[row]:g}"),
+                table=significant(table[name][row]),
+                glitch=localized(f"{GLITCH:g}"),
+            )
         )
 
 

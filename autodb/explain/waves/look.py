@@ -34,6 +34,8 @@ from autodb.explain.waves.world import (
 )
 from autodb.records.tables import Recording
 from autodb.signals import by_piece
+from autodb.wording import phrase
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -124,8 +126,13 @@ def _refuse_mostly_gaps(recording: Recording) -> None:
     measured_s = len(recording) * timing.step_s
     if measured_s < MEASURED * float(t[-1] - t[0]):
         raise UnusableInput(
-            f"{recording.path}: column 't': {timing}; its gaps last longer than all that was "
-            f"recorded: give one piece as a file of its own ({timing.parted(t)})"
+            phrase(
+                "{file}: column 't': {timing}; its gaps last longer than all that was "
+                "recorded: give one piece as a file of its own ({parted})",
+                file=recording.path,
+                timing=said_again(str(timing)),
+                parted=timing.parted(t),
+            )
         )
 
 

@@ -13,6 +13,8 @@ from autodb.errors import UnusableInput
 from autodb.explain.waves.law import ReadLaw
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts
 from autodb.records.tables import Recording
+from autodb.wording import phrase
+from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
@@ -102,8 +104,11 @@ def mill_of(recording: Recording) -> Mill:
     ]
     if lacking:
         raise UnusableInput(
-            f"{recording.path}: force over time needs the mill and its cut; state "
-            f"{', '.join(lacking)} in a side file"
+            phrase(
+                "{file}: force over time needs the mill and its cut; state {names} in a side file",
+                file=recording.path,
+                names=", ".join(lacking),
+            )
         )
     assert tool.diameter_mm and tool.teeth and cut.depth_mm and cut.feed_mm_tooth
     helix = np.radians(tool.helix_deg or 0.0)
@@ -138,14 +143,21 @@ def heard(recording: Recording, mill: Mill, forces: Array, engaged: Array, reach
     rpm = recording.side.cut.speed_rpm if speed is None else float(np.median(speed))
     if rpm is None:
         raise UnusableInput(
-            f"{recording.path}: neither spindle.angle nor spindle.speed, and no speed_rpm in "
-            "its side file; record one of them or state it there"
+            phrase(
+                "{file}: neither spindle.angle nor spindle.speed, and no speed_rpm in its side "
+                "file; record one of them or state it there",
+                file=recording.path,
+            )
         )
     if len(recording.pieces) > 1:
         raise UnusableInput(
-            f"{recording.path}: column 't': {recording.timing}; teeth cannot be followed over a "
-            "gap: record spindle.angle, or give one piece as a file of its own "
-            f"({recording.timing.parted(recording.t_s)})"
+            phrase(
+                "{file}: column 't': {timing}; teeth cannot be followed over a gap: record "
+                "spindle.angle, or give one piece as a file of its own ({parted})",
+                file=recording.path,
+                timing=said_again(str(recording.timing)),
+                parted=recording.timing.parted(recording.t_s),
+            )
         )
     t = recording.t_s
     passing = mill.teeth * rpm / 60.0

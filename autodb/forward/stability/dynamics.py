@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.toml import NotNegative, Positive, Section, read_toml
 from autodb.wording import amount_words, localized, phrase
 
@@ -126,15 +126,25 @@ def _measured(path: Path) -> ToolPoint:
     back = np.flatnonzero(np.diff(frequency) <= 0.0)
     if len(back) or frequency[0] < 0.0:
         row = int(back[0]) + 3 if len(back) else 2
-        raise UnusableInput(f"{path}: row {row}: {FREQUENCY} has to rise from 0 on; sort the rows")
+        raise UnusableInput(
+            phrase(
+                "{file}: row {row}: {frequency} has to rise from 0 on; sort the rows",
+                file=path,
+                row=row,
+                frequency=FREQUENCY,
+            )
+        )
     receptance = np.zeros((len(frequency), 3), dtype=np.complex128)
     for axis in known:
         real, imaginary = (column[f"{axis}_{part}"] for part in PARTS)
         receptance[:, AXES.index(axis)] = MM * (real + 1j * imaginary)
     if np.max(receptance.imag) >= -np.min(receptance.imag):
         raise UnusableInput(
-            f"{path}: the imaginary parts are mostly positive: a receptance lags its force; give "
-            "displacement over force, in m/N, and not its conjugate or an accelerance"
+            phrase(
+                "{file}: the imaginary parts are mostly positive: a receptance lags its force; "
+                "give displacement over force, in m/N, and not its conjugate or an accelerance",
+                file=path,
+            )
         )
     flexible = np.any(receptance != 0.0, axis=0)
     return ToolPoint(str(path), frequency, receptance, np.where(flexible, SHARE, 0.0))
@@ -147,27 +157,57 @@ def _table(path: Path) -> tuple[list[str], list[list[float]]]:
             lines = [row for row in csv.reader(file) if row]
     except (OSError, UnicodeDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else "is no text"
-        raise UnusableInput(f"{path}: {said}; name a CSV file of receptances") from None
+        raise UnusableInput(
+            phrase("{file}: {said}; name a CSV file of receptances", file=path, said=said)
+        ) from None
     names = [one.strip() for one in lines[0]] if lines else []
     for name in names:
         if name not in COLUMNS:
-            raise UnusableInput(f"{path}: column '{name}' is none of ours{near(name, COLUMNS)}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: column '{name}' is none of ours{hint}",
+                    file=path,
+                    name=name,
+                    hint=near_words(name, COLUMNS),
+                )
+            )
     twins = [f"{axis}_{part}" for axis in AXES for part in PARTS]
     axes = {one[0] for one in names if one in twins}
     lacking = [one for one in twins if one[0] in axes and one not in names]
     if FREQUENCY not in names or not axes or lacking or len(set(names)) < len(names):
         raise UnusableInput(
-            f"{path}: needs the columns {FREQUENCY} and, of one axis at least, such as "
-            f"{twins[0]} and {twins[1]}, each once"
+            phrase(
+                "{file}: needs the columns {frequency} and, of one axis at least, such as "
+                "{twins} and {twins_2}, each once",
+                file=path,
+                frequency=FREQUENCY,
+                twins=twins[0],
+                twins_2=twins[1],
+            )
         )
     if len(lines) <= LEAST_ROWS:
-        raise UnusableInput(f"{path}: {len(lines) - 1} rows; give {LEAST_ROWS} lines at least")
+        raise UnusableInput(
+            phrase(
+                "{file}: {n} rows; give {least_rows} lines at least",
+                file=path,
+                n=len(lines) - 1,
+                least_rows=LEAST_ROWS,
+            )
+        )
     return names, [_numbers(path, k, row, names) for k, row in enumerate(lines[1:], start=2)]
 
 
 def _numbers(path: Path, number: int, row: list[str], names: list[str]) -> list[float]:
     if len(row) != len(names):
-        raise UnusableInput(f"{path}: row {number}: {len(row)} cells, not {len(names)}")
+        raise UnusableInput(
+            phrase(
+                "{file}: row {number}: {n} cells, not {n_2}",
+                file=path,
+                number=number,
+                n=len(row),
+                n_2=len(names),
+            )
+        )
     found = []
     for name, cell in zip(names, row, strict=True):
         try:
@@ -175,6 +215,14 @@ def _numbers(path: Path, number: int, row: list[str], names: list[str]) -> list[
         except ValueError:
             value = np.nan
         if not np.isfinite(value):
-            raise UnusableInput(f"{path}: row {number}: {name} '{cell}' is no number; write 1.2e-7")
+            raise UnusableInput(
+                phrase(
+                    "{file}: row {number}: {name} '{cell}' is no number; write 1.2e-7",
+                    file=path,
+                    number=number,
+                    name=name,
+                    cell=cell,
+                )
+            )
         found.append(value)
     return found

@@ -20,7 +20,7 @@ from autodb.assets import kit
 from autodb.cutting import shear
 from autodb.cutting.kienzle import ViewRange
 from autodb.cutting.shear import THICKNESS_MM, Values
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.toml import read_toml
 from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level_of_bounds
@@ -28,6 +28,7 @@ from autodb.pairs.handbook.material_groups import bare_name, grouped_names, mate
 from autodb.pairs.handbook.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -56,8 +57,12 @@ def materials(folder: Path | None = None) -> tuple[StatedMaterial, ...]:
             other = known.setdefault(bare_name(name), path)
             if other != path:
                 raise UnusableInput(
-                    f"{path}: name: '{name}' is in {other.name} already; write one file per "
-                    "material"
+                    phrase(
+                        "{file}: name: '{name}' is in {other} already; write one file per material",
+                        file=path,
+                        name=name,
+                        other=other.name,
+                    )
                 )
         found.append(material)
     return tuple(found)
@@ -80,15 +85,17 @@ def material_named(name: str, folder: Path | None = None) -> StatedMaterial:
     names = [one for material in there for one in material.names]
     if folder is None:
         names += grouped_names()
-    raise UnusableInput(f"no conventional values of '{name}'{near(name, names)}")
+    raise UnusableInput(
+        phrase("no conventional values of '{name}'{hint}", name=name, hint=near_words(name, names))
+    )
 
 
-def alike_named(name: str) -> str:
-    """Return `` (did you mean …?)`` for the names that ship most like one, else nothing."""
+def alike_named(name: str) -> list[str]:
+    """Return the names that ship most like one."""
     names = [*(one for material in materials() for one in material.names), *grouped_names()]
     by_bare = {bare_name(one): one for one in names}
     close = get_close_matches(bare_name(name), by_bare, n=3, cutoff=ALIKE)
-    return f" (did you mean {', '.join(by_bare[one] for one in close)}?)" if close else ""
+    return [by_bare[one] for one in close]
 
 
 def posterior_of_material(name: str, folder: Path | None = None) -> PairPosterior:
@@ -121,8 +128,11 @@ def card_of_material(material: StatedMaterial) -> CardForces:
     if material.shear is None and material.kienzle is not None:
         return kienzle_of(material.name, material.kienzle).card
     raise UnusableInput(
-        f"'{material.name}' states the parameters of the law and no specific forces; use a card "
-        "of its posterior"
+        phrase(
+            "'{material}' states the parameters of the law and no specific forces; use a "
+            "card of its posterior",
+            material=material.name,
+        )
     )
 
 

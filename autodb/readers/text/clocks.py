@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.text import TextSection
 from autodb.readers.text.cells import UNKNOWN, is_number, split
 from autodb.readers.text.layout import TextLayout
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,14 @@ def with_clocks(
 
 def _place(path: Path, layout: TextLayout, name: str) -> int:
     if name not in layout.names:
-        raise UnusableInput(f"{path}: [csv] times: no column '{name}'{near(name, layout.names)}")
+        raise UnusableInput(
+            phrase(
+                "{file}: [csv] times: no column '{name}'{hint}",
+                file=path,
+                name=name,
+                hint=near_words(name, layout.names),
+            )
+        )
     return layout.names.index(name)
 
 

@@ -29,7 +29,7 @@ from autodb.readers.text.rows import (
     numeric_columns,
     stated_table,
 )
-from autodb.wording import stored_msgid
+from autodb.wording import phrase, stored_msgid
 
 SEPARATORS = ("\t", ";", ",", "|", SPACE)
 COMMENTS = ("#", "//", "%")
@@ -66,7 +66,7 @@ def detected(path: Path, stated: TextSection) -> TextLayout:
     _refuse_trees(path, text)
     if "\x00" in text:
         raise source.other_format(path, beginning) or UnusableInput(
-            f"{path}: not text, there are zeros in it; save it as UTF-8"
+            phrase("{file}: not text, there are zeros in it; save it as UTF-8", file=path)
         )
     lines = lines_of(text)
     if '"' in text and not is_plain(lines) and is_plain(lines_of(on_one_line(text))):
@@ -134,7 +134,13 @@ def _is_odd(line: str) -> bool:
 def _plain(path: Path, lines: Sequence[str]) -> TextLayout:
     names = split(lines[0], ",")
     if not any(names):
-        raise UnusableInput(f"{path}: the first line names no column; {source.WORKS}")
+        raise UnusableInput(
+            phrase(
+                "{file}: the first line names no column; {works}",
+                file=path,
+                works=phrase(source.WORKS),
+            )
+        )
     below = [split(line, ",") for line in lines[1 : PLAIN_LINES + 1] if line]
     alike = sum(len(row) == len(names) for row in below)
     ragged = alike < 0.5 * len(below) and len(set(map(len, below))) > 1

@@ -15,13 +15,13 @@ from autodb.readers._base import not_a_number
 from autodb.readers.text.cells import SPACE, UNKNOWN, is_number, on_one_line
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.presets import NO_ROWS
-from autodb.wording import stored_msgid
+from autodb.wording import msgid, phrase, stored_msgid
 
 REMARK = b"#"
 """Begins a remark in most files that have some."""
-WORKS = (
-    "give each row a cell for each column, or state under [csv] in the side file how the table is "
-    "written"
+WORKS = msgid(
+    "give each row a cell for each column, or state under [csv] in the side file "
+    "how the table is written"
 )
 OTHER_LENGTH = stored_msgid(
     "{file}: row {row} has {fields} fields, the header names {count} columns; give each row a "
@@ -83,8 +83,12 @@ class TextPiece:
             return
         odd = next((i for i, line in enumerate(lines) if line.count(b'"') % 2), 0)
         raise UnusableInput(
-            f"{self.path}: row {self.first_row + odd + 1}: a quote opens and does not close on "
-            "its line; write quotes in pairs, or double them inside a text"
+            phrase(
+                "{file}: row {odd}: a quote opens and does not close on its line; write quotes "
+                "in pairs, or double them inside a text",
+                file=self.path,
+                odd=self.first_row + odd + 1,
+            )
         )
 
     def fault(self, numbers: Sequence[int], reason: str) -> str:
@@ -99,7 +103,12 @@ class TextPiece:
                     return fault
         except plain.Error as error:
             reason = str(error)
-        return f"{self.path}: not a table of text ({reason}); {WORKS}"
+        return phrase(
+            "{file}: not a table of text ({reason}); {works}",
+            file=self.path,
+            reason=reason,
+            works=phrase(WORKS),
+        )
 
     def _fault_of_row(self, number: int, row: list[str], numbers: Sequence[int]) -> str:
         names = self.layout.names

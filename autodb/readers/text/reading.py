@@ -15,7 +15,7 @@ from autodb.readers.text.detect import detected
 from autodb.readers.text.layout import TextLayout
 from autodb.readers.text.pieces import TextPiece
 from autodb.readers.text.source import whole_lines
-from autodb.wording import stored_msgid
+from autodb.wording import phrase, stored_msgid
 
 TIME = "t"
 NO_ROWS_BELOW = stored_msgid("{file}: no rows of data below the header line")
@@ -125,8 +125,11 @@ def _columns(
     said = [_numbers(table, place) for place in clocks]
     if part.step_s is None and not all(np.array_equal(said[0], t, equal_nan=True) for t in said):
         raise UnusableInput(
-            f"{piece.path}: columns of time that begin alike differ later; give each time base a "
-            "file of its own"
+            phrase(
+                "{file}: columns of time that begin alike differ later; give each time base a "
+                "file of its own",
+                file=piece.path,
+            )
         )
     kept = np.any(np.isfinite(said), axis=0, keepdims=False)
     return {name: values[kept] for name, values in columns.items()}, int(kept.sum()), len(kept)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import IO, cast
 
 from autodb.errors import UnusableInput
+from autodb.wording import msgid, phrase
 
 BLOCK_BYTES = 1 << 24
 LONGEST_LINE = 1 << 24
@@ -34,7 +35,7 @@ _FORMATS = (
 _OF_TEXT = bytes([*b"\t\n\r\f\x1a\x1b", *range(0x20, 0x100)])
 BINARY = 0.01
 """Share of control characters from which on bytes are no text in any encoding. Chosen."""
-WORKS = "use one line a row, and the same separator throughout"
+WORKS = msgid("use one line a row, and the same separator throughout")
 
 
 @contextmanager
@@ -55,15 +56,23 @@ def unpacked(path: Path) -> Iterator[IO[bytes]]:
             with path.open("rb") as file:
                 yield file
     except (EOFError, OSError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as error:
-        raise UnusableInput(f"{path}: not a whole archive ({error}); pack it again") from None
+        raise UnusableInput(
+            phrase("{file}: not a whole archive ({error}); pack it again", file=path, error=error)
+        ) from None
     except (NotImplementedError, RuntimeError) as error:  # another packing, a password
-        raise UnusableInput(f"{path}: cannot be unpacked ({error}); unpack it") from None
+        raise UnusableInput(
+            phrase("{file}: cannot be unpacked ({error}); unpack it", file=path, error=error)
+        ) from None
 
 
 def _only(path: Path, archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     files = [one for one in archive.infolist() if not one.is_dir()]
     if len(files) != 1:
-        raise UnusableInput(f"{path}: {len(files)} files in it; unpack it, and give one of them")
+        raise UnusableInput(
+            phrase(
+                "{file}: {n} files in it; unpack it, and give one of them", file=path, n=len(files)
+            )
+        )
     return files[0]
 
 
@@ -101,7 +110,14 @@ def other_format(path: Path, beginning: bytes) -> UnusableInput | None:
     """Return the line for a file of another format that is called as text is, else None."""
     for begins, what, suffix in _FORMATS:
         if beginning.startswith(begins):
-            return UnusableInput(f"{path}: {what}, not text; rename it to end in {suffix}")
+            return UnusableInput(
+                phrase(
+                    "{file}: {what}, not text; rename it to end in {suffix}",
+                    file=path,
+                    what=what,
+                    suffix=suffix,
+                )
+            )
     return None
 
 
@@ -112,12 +128,20 @@ def not_text(path: Path, encoding: str, error: Exception) -> UnusableInput:
         return other
     if len(read.translate(None, _OF_TEXT)) > BINARY * len(read):
         return UnusableInput(
-            f"{path}: not text in any encoding; export a table of text, or give the program's own "
-            "file its own name (docs/formats.md)"
+            phrase(
+                "{file}: not text in any encoding; export a table of text, or give the "
+                "program's own file its own name (docs/formats.md)",
+                file=path,
+            )
         )
     return UnusableInput(
-        f'{path}: not text in {encoding} ({error}); state encoding = "…" under [csv] in the side '
-        "file"
+        phrase(
+            '{file}: not text in {encoding} ({error}); state encoding = "…" under [csv] in '
+            "the side file",
+            file=path,
+            encoding=encoding,
+            error=error,
+        )
     )
 
 
@@ -146,7 +170,14 @@ def whole_lines(path: Path, encoding: str, skip: int, ends: int | None = None) -
         else:
             rest += block
         if len(rest) > LONGEST_LINE:
-            raise UnusableInput(f"{path}: a line of more than {LONGEST_LINE} bytes; {WORKS}")
+            raise UnusableInput(
+                phrase(
+                    "{file}: a line of more than {longest_line} bytes; {works}",
+                    file=path,
+                    longest_line=LONGEST_LINE,
+                    works=phrase(WORKS),
+                )
+            )
     if rest.strip() and not skip:
         yield rest
 

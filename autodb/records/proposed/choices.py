@@ -9,6 +9,7 @@ from autodb.files.side import SideFile, stated_side
 from autodb.files.text import TextSection
 from autodb.files.toml import checked
 from autodb.records.convert import specs
+from autodb.wording import listed, phrase
 
 ROWS = "*"
 """In the place of a column: rows are counted."""
@@ -102,7 +103,7 @@ def _refuse_shared(chosen: Sequence[ColumnChoice]) -> None:
             columns.setdefault(one.channel, []).append(f"'{one.column}'")
     twice = [f"{' and '.join(c)} are both {name}" for name, c in columns.items() if len(c) > 1]
     if twice:
-        raise UnusableInput(f"{'; '.join(twice)}; take one of them for it")
+        raise UnusableInput(phrase("{names}; take one of them for it", names=listed(twice, "; ")))
 
 
 def _stated(
@@ -124,5 +125,8 @@ def _step_s(text: str) -> float:
         return float(text.replace(",", "."))
     except ValueError:
         raise UnusableInput(
-            f"the step of counted rows: '{text}' is no number; type seconds, such as 0.004"
+            phrase(
+                "the step of counted rows: '{text}' is no number; type seconds, such as 0.004",
+                text=text,
+            )
         ) from None

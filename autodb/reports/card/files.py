@@ -11,6 +11,7 @@ from autodb.files.targets import hidden, needs_folder, replace_by
 from autodb.reports.card.machine_card import CalibrationCard
 from autodb.reports.card.render import render_card
 from autodb.reports.written import contained, write_page
+from autodb.wording import phrase
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 """Names under which a browser that prints without a screen is searched for."""
@@ -26,13 +27,17 @@ def check_card_target(path: Path, *, self_contained: bool = False) -> None:
     A PDF is not said to be ``self_contained``, as each is.
     """
     if path.suffix not in (".html", ".pdf"):
-        raise UnusableInput(f"{path}: a card is FILE.html or FILE.pdf")
+        raise UnusableInput(phrase("{file}: a card is FILE.html or FILE.pdf", file=path))
     if path.is_dir():
-        raise UnusableInput(f"{path}: is a folder; --card needs the name of a file")
+        raise UnusableInput(
+            phrase("{file}: is a folder; --card needs the name of a file", file=path)
+        )
     needs_folder(path)
     if path.suffix == ".pdf":
         if self_contained:
-            raise UnusableInput(f"{path}: --self-contained is of a page; leave it out for a PDF")
+            raise UnusableInput(
+                phrase("{file}: --self-contained is of a page; leave it out for a PDF", file=path)
+            )
         _browser(path)
 
 
@@ -56,8 +61,13 @@ def _browser(path: Path) -> str:
         if found:
             return found
     raise UnusableInput(
-        f"{path}: there is no browser to print it ({', '.join(BROWSERS)}); install one of them, "
-        f"or use --card {path.with_suffix('.html').name}"
+        phrase(
+            "{file}: there is no browser to print it ({names}); install one of them, or "
+            "use --card {name}",
+            file=path,
+            names=", ".join(BROWSERS),
+            name=path.with_suffix(".html").name,
+        )
     )
 
 
@@ -75,8 +85,13 @@ def _print(html: str, part: Path, path: Path) -> None:
         if not printed.is_file():
             why = said.strip().splitlines()[-1:] or ["it said nothing"]
             raise UnusableInput(
-                f"{path}: {command[0]} did not print it ({why[0]}); use --card "
-                f"{path.with_suffix('.html').name}"
+                phrase(
+                    "{file}: {command} did not print it ({why}); use --card {name}",
+                    file=path,
+                    command=command[0],
+                    why=why[0],
+                    name=path.with_suffix(".html").name,
+                )
             )
         shutil.copyfile(printed, part)
 

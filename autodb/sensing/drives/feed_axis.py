@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.records.tables import Recording
 from autodb.sensing.drives.fit.axis_fit import fit_axis, plain_fit
 from autodb.sensing.drives.fit.axis_model import (
@@ -40,6 +40,7 @@ from autodb.terms.drive import COGGING
 from autodb.terms.ripple import NODES
 from autodb.terms.term import Channel, Contribution, Term, TermParameter
 from autodb.terms.vocabulary import terms_on
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 
@@ -134,23 +135,35 @@ def _begun(
     for name in terms:
         if name not in known:
             raise UnusableInput(
-                f"--terms: '{name}' cannot be identified from moves of {rows.axis}"
-                f"{near(name, known)}; known: {', '.join(known)}"
+                phrase(
+                    "--terms: '{name}' cannot be identified from moves of {axis}{hint}; known: "
+                    "{names}",
+                    name=name,
+                    axis=rows.axis,
+                    hint=near_words(name, known),
+                    names=", ".join(known),
+                )
             )
     asked = [known[name] for name in terms if name != "cogging"]
     parts = tuple(part for term in asked for part in _starting(rows, term, given))
     if not any(isinstance(part.term, Contribution) for part in parts):
         raise UnusableInput(
-            f"--terms: {', '.join(terms)} only change what others add; name "
-            f"{','.join(default_terms(kind))} beside them"
+            phrase(
+                "--terms: {names} only change what others add; name {names_2} beside them",
+                names=", ".join(terms),
+                names_2=",".join(default_terms(kind)),
+            )
         )
     found = None
     if "cogging" in terms:
         found = find_ripple(rows, parts)
         if found is None:
             raise UnusableInput(
-                f"{rows.path}: no ripple over the travel stands out of the residual of the "
-                "other terms; leave out 'cogging'"
+                phrase(
+                    "{file}: no ripple over the travel stands out of the residual of the other "
+                    "terms; leave out 'cogging'",
+                    file=rows.path,
+                )
             )
         parts = (*parts, ChannelPart(found.term, {"period": found.period}, ("period",)))
         if protocol is None:
@@ -196,7 +209,14 @@ def _starting(
     free = tuple(name for name in shape if name not in fixed)
     made = parts_over(term, rows.inputs, shape, free)
     if not made:
-        raise UnusableInput(f"{rows.path}: {term.name} needs {' and '.join(term.needs)}")
+        raise UnusableInput(
+            phrase(
+                "{file}: {term} needs {names}",
+                file=rows.path,
+                term=term.name,
+                names=listed(term.needs, phrase(" and ")),
+            )
+        )
     return made
 
 

@@ -263,10 +263,18 @@ def _unfolded(points: Points, fold: Fold, *, axis: str, path: Path) -> Points:
     count = len(np.unique(clear.groups))
     if count < MIN_GROUPS:
         raise UnusableInput(
-            f"{path}: {axis}: its range folds where the force takes up the weight: up to "
-            f"{abs(fold.force):.4g} {points.unit} two forces show one range, and {count} "
-            f"independent groups of cuts lie above; use {MIN_GROUPS} or more with higher forces, "
-            f"or record the drive's signed current as {axis}.current"
+            phrase(
+                "{file}: {axis}: its range folds where the force takes up the weight: up to "
+                "{force} {unit} two forces show one range, and {n} independent groups of cuts "
+                "lie above; use {min_groups} or more with higher forces, or record the drive's "
+                "signed current as {axis}.current",
+                file=path,
+                axis=axis,
+                force=localized(f"{abs(fold.force):.4g}"),
+                unit=points.unit,
+                n=count,
+                min_groups=MIN_GROUPS,
+            )
         )
     return clear
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.timing import Timing
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,13 @@ def steady_rows(forces_N: Array, timing: Timing, *, where: str) -> slice:
     begin, end = longest.start, longest.stop
     trim = round(TRIMMED * (end - begin))
     if end - begin - 2 * trim < SHORTEST_S * timing.rate_hz:
-        raise UnusableInput(f"{where}: no {SHORTEST_S:g} s of a steady cut; record one longer cut")
+        raise UnusableInput(
+            phrase(
+                "{where}: no {shortest} s of a steady cut; record one longer cut",
+                where=where,
+                shortest=localized(f"{SHORTEST_S:g}"),
+            )
+        )
     return slice(begin + trim, end - trim)
 
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.part import PartFile
 from autodb.fitting.gaussian import NORMAL_95
-from autodb.wording import significant, stored_msgid
+from autodb.wording import phrase, significant, stored_msgid
 
 Array = NDArray[np.float64]
 
@@ -118,10 +118,14 @@ def passive_force(measured: MeasuredPart, *, range_N: float) -> Inspected:
     count = len(measured.error_mm)
     if count < FEWEST or count != len(measured.compliance_mm_N):
         raise UnusableInput(
-            f"{count} measured diameters are too few; measure {FEWEST} places along the part"
+            phrase(
+                "{n} measured diameters are too few; measure {fewest} places along the part",
+                n=count,
+                fewest=FEWEST,
+            )
         )
     if not (np.isfinite(measured.error_mm).all() and np.isfinite(measured.compliance_mm_N).all()):
-        raise UnusableInput("a measured diameter or compliance is no finite number")
+        raise UnusableInput(phrase("a measured diameter or compliance is no finite number"))
     columns = np.column_stack([measured.compliance_mm_N, np.ones(count)])
     noise = 0.5 * measured.noise_mm
     known = np.diag([0.0, 0.0 if np.isinf(measured.setting_mm) else measured.setting_mm**-2])

@@ -11,6 +11,7 @@ from autodb.records.tables import CutTable
 from autodb.sensing.ranges.choosing import MIN_GROUPS, grouping
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.forms import MeasuredCuts
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -72,15 +73,28 @@ def calibration_points(
     component = COMPONENT_OF_AXIS[axis]
     signal = current_signal(table, axis)
     if signal is None:
-        raise UnusableInput(f"{table.path}: no channel '{axis}.current' or '{axis}.current.range'")
+        raise UnusableInput(
+            phrase(
+                "{file}: no channel '{axis}.current' or '{axis}.current.range'",
+                file=table.path,
+                axis=axis,
+            )
+        )
     force = table[f"force.{component}"] if force_N is None else force_N
     target, unit = _target(table, axis, force)
     used = moving(table, axis) & np.isfinite(target) & np.isfinite(signal[1])
     groups, grouped_by = grouping(table, used)
     if len(np.unique(groups)) < MIN_GROUPS:
         raise UnusableInput(
-            f"{table.path}: {axis}: {len(np.unique(groups))} independent groups of cuts with "
-            f"force.{component}; use {MIN_GROUPS} or more"
+            phrase(
+                "{file}: {axis}: {n} independent groups of cuts with force.{component}; use "
+                "{min_groups} or more",
+                file=table.path,
+                axis=axis,
+                n=len(np.unique(groups)),
+                component=component,
+                min_groups=MIN_GROUPS,
+            )
         )
     points = Points(
         channel=signal[0],

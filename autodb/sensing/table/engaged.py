@@ -11,6 +11,7 @@ from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.model import FORCES
+from autodb.wording import localized, phrase
 
 Rows = NDArray[np.bool_]
 
@@ -34,8 +35,12 @@ def engaged(recording: Recording) -> Rows:
     timing, rate_hz = recording.timing, recording.timing.rate_hz
     if rate_hz < 10.0 * SLOW_HZ:
         raise UnusableInput(
-            f"{recording.path}: teeth do not show at {rate_hz:g} Hz; record at "
-            f"{10.0 * SLOW_HZ:g} Hz or more"
+            phrase(
+                "{file}: teeth do not show at {rate} Hz; record at {slow} Hz or more",
+                file=recording.path,
+                rate=localized(f"{rate_hz:g}"),
+                slow=localized(f"{10.0 * SLOW_HZ:g}"),
+            )
         )
     power, window = np.zeros(len(recording)), max(3, round(WINDOW_S * rate_hz))
     for name in FORCES:

@@ -17,6 +17,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.table.model import G_M_S2, UP, TableModel, readings, table_motion
 from autodb.signals import by_piece
 from autodb.terms.table import thermal_drift
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
@@ -70,7 +71,12 @@ def table_forces(
     """
     if len(cutting) != len(recording):
         raise UnusableInput(
-            f"{recording.path}: {len(cutting)} rows say where it cuts, of {len(recording)}"
+            phrase(
+                "{file}: {n} rows say where it cuts, of {n_2}",
+                file=recording.path,
+                n=len(cutting),
+                n_2=len(recording),
+            )
         )
     motion = table_motion(recording, model.kinematics, cutoff_hz=model.cutoff_hz)
     columns = motion.columns()

@@ -28,6 +28,7 @@ from autodb.sensing.table.model import (
     table_motion,
     within_gaps,
 )
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -177,13 +178,20 @@ def air_left_N(model: TableModel, recordings: Sequence[Recording]) -> Array:
 def _refuse_few(recording: Recording, leans: Array) -> None:
     if not np.any(leans < UPRIGHT):
         raise UnusableInput(
-            f"{recording.path}: the table never rests upright for {SHORTEST_S + SETTLING_S:g} "
-            "s; let it rest upright, which determines the sensor's zero"
+            phrase(
+                "{file}: the table never rests upright for {settling} s; let it rest upright, "
+                "which determines the sensor's zero",
+                file=recording.path,
+                settling=localized(f"{SHORTEST_S + SETTLING_S:g}"),
+            )
         )
     if not np.any(leans > TILTED):
         raise UnusableInput(
-            f"{recording.path}: the table never rests tilted by 12° or more; let it rest in "
-            "several tilts, which determine the mass"
+            phrase(
+                "{file}: the table never rests tilted by 12° or more; let it rest in several "
+                "tilts, which determine the mass",
+                file=recording.path,
+            )
         )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -40,8 +41,11 @@ class Kinematics:
             or len(set(self.order)) < len(self.order)
         ):
             raise UnusableInput(
-                f"rotary axes {', '.join(self.order) or 'none'}: name some of a, b, c, each "
-                "once, in order from the bed to the table"
+                phrase(
+                    "rotary axes {names}: name some of a, b, c, each once, in order from the bed "
+                    "to the table",
+                    names=", ".join(self.order) or phrase("none"),
+                )
             )
 
     def rotation(self, angles_rad: Mapping[str, Array]) -> Array:
@@ -112,8 +116,11 @@ def order_of(carried_by: Mapping[str, str | None]) -> tuple[str, ...]:
         if len(following) != 1:
             said: Sequence[str] = [f"{axis} by {by or 'the bed'}" for axis, by in rotary.items()]
             raise UnusableInput(
-                f"rotary axes carried {', '.join(said)}: no chain from the bed to the table; "
-                "state carried_by in the machine's file"
+                phrase(
+                    "rotary axes carried {names}: no chain from the bed to the table; state "
+                    "carried_by in the machine's file",
+                    names=", ".join(said),
+                )
             )
         found += following
     return tuple(found)

@@ -21,6 +21,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.terms.table import table_inertia
 from autodb.timing import Timing
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -198,8 +199,13 @@ def _refuse_other_rate(recording: Recording, axis: str, own: Array | None, deriv
     share = float(own @ derived / (derived @ derived))
     if not 1.0 / RATE_OFF < share < RATE_OFF:
         raise UnusableInput(
-            f"{recording.path}: {axis}.velocity is {share:.3g} times the rate at which "
-            f"{axis}.angle changes; give it in deg/s, in the angle's sense, or leave it out"
+            phrase(
+                "{file}: {axis}.velocity is {share} times the rate at which {axis}.angle "
+                "changes; give it in deg/s, in the angle's sense, or leave it out",
+                file=recording.path,
+                axis=axis,
+                share=localized(f"{share:.3g}"),
+            )
         )
 
 
@@ -211,8 +217,12 @@ def readings(recording: Recording, *, cutoff_hz: float) -> Array:
     rate_hz = recording.timing.rate_hz
     if cutoff_hz >= 0.5 * rate_hz:
         raise UnusableInput(
-            f"{recording.path}: {cutoff_hz:g} Hz is too much at {rate_hz:g} Hz; use less than "
-            "half of that"
+            phrase(
+                "{file}: {cutoff} Hz is too much at {rate} Hz; use less than half of that",
+                file=recording.path,
+                cutoff=localized(f"{cutoff_hz:g}"),
+                rate=localized(f"{rate_hz:g}"),
+            )
         )
     return np.array(
         [

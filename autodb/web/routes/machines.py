@@ -18,7 +18,8 @@ from autodb.agent.answer.overview import (
     mismatch_said,
 )
 from autodb.agent.answer.shown.axis_courses import MachineCourse, machine_course
-from autodb.agent.answer.tracing import Node, trace
+from autodb.agent.answer.traced_forces import Node
+from autodb.agent.answer.tracing import trace
 from autodb.agent.matching.scoring import PredictionScores, scores_in
 from autodb.agent.operate.access import noted
 from autodb.agent.operate.deciding import mismatch, mismatches

@@ -104,7 +104,7 @@ def milled(cli: Cli, once: Once) -> Cli:
         for number, (feed, depth) in enumerate(CUTS):
             done = cli("import", _cut(number, feed, depth), "--machine", "mill")
             assert done.code == 0, done.err
-            assert "1 cuts" in done.out
+            assert "1 cut" in done.out
         learnt = cli("refresh", "--machine", "mill")
         assert learnt.code == 0, learnt.err
         assert "21 forces sensed" in learnt.out

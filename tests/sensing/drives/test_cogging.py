@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from autodb.agent.sense.identifying import KeptModel
-from autodb.cli.understand.identifying import show_kept
+from autodb.cli.understand.identified import show_kept
 from autodb.records.tables import Recording
 from autodb.sensing.drives import feed_axis
 from autodb.sensing.drives.fit.axis_model import (

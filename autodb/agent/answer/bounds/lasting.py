@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from autodb.agent.answer.bounds.aged_parts import AgedPart, part_of_cuts, part_of_program
 from autodb.agent.answer.prediction_basis import PredictionBasis
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.job import Job
 from autodb.files.machine import AxisLimits
 from autodb.forward.limits import QUANTITIES, PredictedQuantity
@@ -221,7 +221,7 @@ def refuse_limits(limits: Mapping[str, float]) -> None:
                 phrase(
                     "limit of '{channel}': is nothing that is predicted{hint}",
                     channel=channel,
-                    hint=near(channel, channels),
+                    hint=near_words(channel, channels),
                 )
             )
         if not 0.0 < limit < np.inf:

@@ -37,6 +37,7 @@ from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms.channel import ChannelPart
 from autodb.terms.term import Contribution, TermParameter
 from autodb.terms.vocabulary import term_called
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -89,7 +90,9 @@ def fit_axis(
         dropped += [(part, p) for part in gone for p in part.term.parameters]
         parts = tuple(part for part in parts if part not in gone)
     if len(vague) == len(solved.problem.names):
-        raise UnusableInput(f"{rows.path}: {rows.axis} does not move enough")
+        raise UnusableInput(
+            phrase("{file}: {axis} does not move enough", file=rows.path, axis=rows.axis)
+        )
     return _described(rows, solved, dropped, published, moving, sweep=uneven)
 
 
@@ -161,8 +164,14 @@ def _solved(
     except NotSettled as error:
         terms = ",".join(part.key for part in parts)
         raise UnusableInput(
-            f"{rows.path}: {rows.axis}: the model discrepancy of friction cannot be estimated "
-            f"({error}); use fewer terms than {terms}"
+            phrase(
+                "{file}: {axis}: the model discrepancy of friction cannot be estimated "
+                "({error}); use fewer terms than {terms}",
+                file=rows.path,
+                axis=rows.axis,
+                error=error,
+                terms=terms,
+            )
         ) from None
     end = fit.columns + sum(group.shape[1] for group in groups)
     values, weights, _ = np.split(_at_shape(problem, fit), [fit.columns, end])
@@ -316,21 +325,37 @@ def _not_excited(lost: Sequence[Name]) -> tuple[str, ...]:
 
 def _doubts(terms: Sequence[IdentifiedTerm]) -> list[str]:
     """Say which values lie outside what physics allows, by more than two standard deviations."""
-    said = []
+    said = list[str]()
     for t in terms:
         p = next(p for p in term_called(t.term, t.form).parameters if p.name == t.parameter)
         slack = 2.0 * (t.sd or 0.0)
         if p.lower - slack <= t.value <= p.upper + slack:
             continue
         limit = p.lower if t.value < p.lower else p.upper
-        hint = TURNED if t.term in ("coulomb", "inertia") else "the moves show no such effect"
-        said.append(f"{t.key} {t.parameter} is {t.value:.4g} {t.unit}, beyond {limit:g}: {hint}")
+        hint = (
+            TURNED if t.term in ("coulomb", "inertia") else phrase("the moves show no such effect")
+        )
+        said.append(
+            phrase(
+                "{key} {parameter} is {value} {unit}, beyond {limit}: {hint}",
+                key=t.key,
+                parameter=t.parameter,
+                value=localized(f"{t.value:.4g}"),
+                unit=t.unit,
+                limit=localized(f"{limit:g}"),
+                hint=hint,
+            )
+        )
     return said
 
 
 def _restless(moving: Mapping[str, float]) -> list[str]:
     return [
-        f"{key}: its shape is determined only to {step:.2g} of its standard deviation"
+        phrase(
+            "{key}: its shape is determined only to {step} of its standard deviation",
+            key=key,
+            step=localized(f"{step:.2g}"),
+        )
         for key, step in moving.items()
     ]
 

@@ -18,6 +18,7 @@ from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms.channel import ChannelPart
 from autodb.terms.drive import COGGING
 from autodb.terms.ripple import COGGING_HARMONICS, COGGING_TABLE, NODES, ORDERS
+from autodb.wording import msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -26,9 +27,9 @@ CLEARLY = 2.0
 MATTERS = 0.05
 """Share by which it must leave less: 35 numbers more are not for a trifle. Chosen."""
 CALLED = {
-    COGGING.form: "one sine",
-    COGGING_HARMONICS.form: f"{ORDERS} harmonics",
-    COGGING_TABLE.form: f"a table of {NODES} nodes",
+    COGGING.form: msgid("one sine"),
+    COGGING_HARMONICS.form: msgid("{orders} harmonics"),
+    COGGING_TABLE.form: msgid("a table of {nodes} nodes"),
 }
 
 
@@ -46,7 +47,7 @@ class TriedCogging:
     @property
     def called(self) -> str:
         """What it is, in words."""
-        return CALLED[self.form]
+        return phrase(CALLED[self.form], nodes=NODES, orders=ORDERS)
 
 
 def with_best_cogging(

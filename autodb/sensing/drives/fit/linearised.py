@@ -26,6 +26,7 @@ from autodb.terms.channel import (
 )
 from autodb.terms.fit import bounds_of, prior_of, shape_step
 from autodb.terms.term import Contribution, TermParameter
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,14 @@ def shaped(rows: Prepared, parts: tuple[ChannelPart, ...]) -> tuple[ChannelPart,
         return reshaped(parts, separable(problem, start).shape)
     except NotConverged as error:
         names = ", ".join(f"{part.key} {p.name}" for part, p in wanted)
-        raise UnusableInput(f"{rows.path}: {names}: {error}; use fewer terms") from None
+        raise UnusableInput(
+            phrase(
+                "{file}: {names}: {error}; use fewer terms",
+                file=rows.path,
+                names=names,
+                error=error,
+            )
+        ) from None
 
 
 def _problem(

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.files.channels import axis_of, effort_channels, place_channel
 from autodb.records.tables import Recording
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -48,9 +49,15 @@ def refuse_dead_bands(recording: Recording, axis: str, *, derived: bool) -> None
         band, sd = _least_change(recording.written[name]), float(np.std(recording[name]))
         if band > EFFORT_BAND * sd:
             raise UnusableInput(
-                f"{recording.path}: {name} is written when it has changed by {band:.2g}, "
-                f"{100.0 * band / sd:.2g} % of its standard deviation: too coarse to tell inertia "
-                "from friction; record it on every row"
+                phrase(
+                    "{file}: {name} is written when it has changed by {band}, {sd} % of its "
+                    "standard deviation: too coarse to tell inertia from friction; record it on "
+                    "every row",
+                    file=recording.path,
+                    name=name,
+                    band=localized(f"{band:.2g}"),
+                    sd=localized(f"{100.0 * band / sd:.2g}"),
+                )
             )
     if derived:
         _refuse_dead_band(recording, axis, held=bool(held))
@@ -70,17 +77,24 @@ def _refuse_dead_band(recording: Recording, axis: str, *, held: bool) -> None:
         return
     seen, coarse = float(np.mean(known[1:][moving])), ""
     if band > (HELD_BAND if held else DEAD_BAND) * top:
-        coarse = (
-            f"when it has changed by {band:.2g}, {100.0 * band / top:.2g} % of its way in a row at "
-            "top speed"
+        coarse = phrase(
+            "when it has changed by {band}, {top} % of its way in a row at top speed",
+            band=localized(f"{band:.2g}"),
+            top=localized(f"{100.0 * band / top:.2g}"),
         )
     elif seen < SEEN:
         coarse = f"on change, and {100.0 * (1.0 - seen):.0f} % of its motion is next to rows that "
-        coarse += "were not written"
+        coarse += phrase("were not written")
     if coarse:
         raise UnusableInput(
-            f"{recording.path}: {name} is written {coarse}: too coarse to derive velocity and "
-            f"acceleration; record it on every row, or {axis}.velocity besides"
+            phrase(
+                "{file}: {name} is written {coarse}: too coarse to derive velocity and "
+                "acceleration; record it on every row, or {axis}.velocity besides",
+                file=recording.path,
+                name=name,
+                coarse=coarse,
+                axis=axis,
+            )
         )
 
 
@@ -94,8 +108,13 @@ def refuse_unknown_rests(recording: Recording, axis: str) -> None:
     steps = np.abs(np.diff(recording.written[name]))
     if steps.min() > SMALLER * _least_change(recording.written[name]):
         raise UnusableInput(
-            f"{recording.path}: rows are written as {name} changes only: its effort at rest is not "
-            "known, and causes cannot be told; record every row, or as the effort changes too"
+            phrase(
+                "{file}: rows are written as {name} changes only: its effort at rest is not "
+                "known, and causes cannot be told; record every row, or as the effort changes "
+                "too",
+                file=recording.path,
+                name=name,
+            )
         )
 
 

@@ -16,6 +16,7 @@ from autodb.sensing.drives.moves.motion import (
 )
 from autodb.sensing.drives.moves.protocol import FilterProtocol
 from autodb.timing import Timing
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -39,11 +40,22 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
             raise UnusableInput(recording.unusable[gaps[0]])
         wanted = f"{axis or 'x'}.current"
         raise UnusableInput(
-            f"{recording.path}: no drive effort{recording.near(wanted)}; record '{wanted}' or "
-            f"'{axis or 'x'}.drive_force'"
+            phrase(
+                "{file}: no drive effort{near}; record '{wanted}' or '{axis}.drive_force'",
+                file=recording.path,
+                near=recording.near(wanted),
+                wanted=wanted,
+                axis=axis or "x",
+            )
         )
     if len({axis_of(name) for name in found}) > 1:
-        raise UnusableInput(f"{recording.path}: several axes ({', '.join(found)}); give --axis")
+        raise UnusableInput(
+            phrase(
+                "{file}: several axes ({names}); give --axis",
+                file=recording.path,
+                names=", ".join(found),
+            )
+        )
     return found[0]
 
 
@@ -59,8 +71,11 @@ def _spindle_effort(recording: Recording) -> str:
         if recording.get(name) is not None:
             return name
     raise UnusableInput(
-        f"{recording.path}: no spindle effort{recording.near('spindle.current')}; record "
-        "'spindle.current' or 'torque.spindle'"
+        phrase(
+            "{file}: no spindle effort{near}; record 'spindle.current' or 'torque.spindle'",
+            file=recording.path,
+            near=recording.near("spindle.current"),
+        )
     )
 
 
@@ -122,8 +137,12 @@ def prepared(
     channel = effort_channel(recording, axis)
     if len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
-            f"{recording.path}: {len(recording)} rows are too few to identify an axis; record "
-            f"at least {SHORTEST_ROWS}"
+            phrase(
+                "{file}: {n} rows are too few to identify an axis; record at least {shortest_rows}",
+                file=recording.path,
+                n=len(recording),
+                shortest_rows=SHORTEST_ROWS,
+            )
         )
     timing = recording.timing
     name = effort_axis(recording, axis)
@@ -133,11 +152,21 @@ def prepared(
     effort = protocol.smoothed(recording[channel], timing=timing)
     rows = protocol.reduced(effort, timing=timing)
     if len(rows) < 50:
-        raise UnusableInput(f"{recording.path}: too short to identify an axis; record at least 2 s")
+        raise UnusableInput(
+            phrase(
+                "{file}: too short to identify an axis; record at least 2 s", file=recording.path
+            )
+        )
     if not np.any(np.abs(inputs["direction"]) >= 1.0):
-        raise UnusableInput(f"{recording.path}: {name} does not move enough to identify it")
+        raise UnusableInput(
+            phrase(
+                "{file}: {name} does not move enough to identify it", file=recording.path, name=name
+            )
+        )
     if not np.any(rows):
-        raise UnusableInput(f"{recording.path}: {channel} is zero in every row")
+        raise UnusableInput(
+            phrase("{file}: {channel} is zero in every row", file=recording.path, channel=channel)
+        )
     return Prepared(
         path=str(recording.path),
         axis=name,

@@ -18,6 +18,7 @@ from autodb.sensing.drives.staged.compared import (
     speeds_named,
 )
 from autodb.sensing.drives.staged.routine import Staged
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -37,8 +38,12 @@ def screw_agreement(found: Staged, model: Identified, inputs: Mapping[str, Array
     warm, said = compared_warmth(found, model, inputs)
     rows = [*compared_inertia(found, model), *warm]
     if model.steady is None:
-        said.append("friction and weight: the joint fit has no friction over speed; add "
-            "viscous and coulomb to --terms")  # fmt: skip
+        said.append(
+            phrase(
+                "friction and weight: the joint fit has no friction over speed; add viscous "
+                "and coulomb to --terms"
+            )
+        )
     else:
         rows = [*_friction(found, model, model.steady), *rows]
     return Agreement(tuple(rows), tuple(said))
@@ -66,7 +71,11 @@ def _friction(found: Staged, model: Identified, steady: SteadyMotion) -> list[Co
         size, size_sd = found.friction(np.array([place]), np.array([speed]), sense)
         told.append((float(size[0]), float(size_sd[0])))
     names = ["weight"] + [
-        f"friction at {place:.0f} mm, {sense * speed * 60.0:+.4g} mm/min"
+        phrase(
+            "friction at {place} mm, {speed} mm/min",
+            place=localized(f"{place:.0f}"),
+            speed=localized(f"{sense * speed * 60.0:+.4g}"),
+        )
         for place, speed, sense in named
     ]
     return [

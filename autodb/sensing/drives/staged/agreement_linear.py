@@ -18,6 +18,7 @@ from autodb.sensing.drives.staged.compared import (
 )
 from autodb.sensing.drives.staged.linear import FourSteps
 from autodb.terms.ripple import NODES
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -49,8 +50,12 @@ def linear_agreement(found: FourSteps, model: Identified, inputs: Mapping[str, A
     warm, said = compared_warmth(found, model, inputs)
     rows = [*compared_inertia(found, model), *warm]
     if model.steady is None:
-        said.append("friction and load: the joint fit has no friction over speed; add viscous and "
-            "coulomb to --terms")  # fmt: skip
+        said.append(
+            phrase(
+                "friction and load: the joint fit has no friction over speed; add viscous and "
+                "coulomb to --terms"
+            )
+        )
     else:
         rows = [*_steady(found, model.unit, model.steady), *rows]
     return Agreement(tuple(rows), tuple(said))
@@ -83,7 +88,10 @@ def _steady(found: FourSteps, unit: str, steady: SteadyMotion) -> list[ComparedQ
     for speed, sense in named:
         size, size_sd = found.friction(np.array([speed]), sense)
         told.append((float(size[0]), float(size_sd[0])))
-    names = [*asked.names, *(f"friction at {s * q * 60.0:+.4g} mm/min" for s, q in named)]
+    names = [
+        *asked.names,
+        *(phrase("friction at {q} mm/min", q=localized(f"{s * q * 60.0:+.4g}")) for s, q in named),
+    ]
     units = [*asked.units, *(unit for _ in named)]
     return [
         ComparedQuantity(name, its, *one, float(a), float(b))
@@ -100,7 +108,7 @@ def _asked(found: FourSteps, unit: str) -> _Asked:
     named = [low + half + share * (high - low - 2.0 * half) for share in PLACES]
     places = [_over(place, pole_mm, NODES) for place in named]
     x, take = np.concatenate(places), _means([len(one) for one in places])
-    names = [f"line at {place:.0f} mm" for place in named]
+    names = [phrase("line at {place} mm", place=localized(f"{place:.0f}")) for place in named]
     slope = (take[-1] - take[0]) / (named[-1] - named[0])
     asked = _Asked(["k", *names], [f"{unit}/mm", *([unit] * len(names))], x,
                    np.vstack([slope, take]))  # fmt: skip
@@ -118,7 +126,7 @@ def _with_cogging(asked: _Asked, unit: str, centre_mm: float, pole_mm: float) ->
     take[: len(asked.take), :known] = asked.take
     take[len(asked.take) :, :known] = -line - np.multiply.outer(middle - centre_mm, slope)
     take[len(asked.take) :, known:] = _means([len(one) for one in near])
-    names = [f"cogging, {i + 1}/{PARTS} of a pole" for i in range(PARTS)]
+    names = [phrase("cogging, {i}/{parts} of a pole", i=i + 1, parts=PARTS) for i in range(PARTS)]
     return _Asked([*asked.names, *names], [*asked.units, *([unit] * PARTS)],
                   np.concatenate([asked.x_mm, *near]), take)  # fmt: skip
 

@@ -10,6 +10,7 @@ from autodb.sensing.drives.fit.axis_model import Identified
 from autodb.sensing.drives.fit.steady import SteadyMotion
 from autodb.sensing.drives.fit.thermal import lost
 from autodb.sensing.drives.staged.stages import Stages
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -120,10 +121,12 @@ def compared_warmth(
     by_name = {t.parameter: t for t in model.terms if t.term == "warmup"}
     free = [i for i, t in enumerate(model.fitted) if t.term == "warmup"]
     if found.warming is None:
-        return [], ["warm-up loss: too few passes were repeated at one speed"]
+        return [], [phrase("warm-up loss: too few passes were repeated at one speed")]
     if not free or set(by_name) != set(names):
-        return [], ["warm-up loss: the joint fit has no warmup, its friction is of these "
-            "moves; add warmup to --terms"]  # fmt: skip
+        return [], [phrase(
+"warm-up loss: the joint fit has no warmup, its friction is of these moves; "
+"add warmup to --terms"
+)]  # fmt: skip
 
     def most(values: Array) -> float:
         at = dict(zip((model.fitted[i].parameter for i in free), values, strict=True))
@@ -137,7 +140,7 @@ def compared_warmth(
     share, slopes = found.warming.lost(inputs), found.warming.slopes(inputs)
     warmest = int(np.argmax(share))
     own = (float(share[warmest]), float(found.warming.sd(slopes[[warmest]])[0]))
-    return [ComparedQuantity("warm-up loss when warmest", "1", *own, *joint)], []
+    return [ComparedQuantity(phrase("warm-up loss when warmest"), "1", *own, *joint)], []
 
 
 def _slope(function: Callable[[Array], float], at: Array) -> Array:

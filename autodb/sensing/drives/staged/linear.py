@@ -26,6 +26,7 @@ from autodb.sensing.drives.staged.stages import (
     warming_told,
 )
 from autodb.terms.ripple import NODES
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -102,9 +103,15 @@ def four_steps(rows: Prepared, *, pole_mm: float | None, cold: bool) -> FourStep
 def _length(passes: tuple[SpeedPass, ...], pole_mm: float | None) -> Length:
     """Return segments as many to a pole as its table has nodes, or else a part of the travel."""
     if pole_mm is not None:
-        return Length(pole_mm / NODES, f"{NODES} to a pole of {pole_mm:.4g} mm", pole_mm)
+        return Length(
+            pole_mm / NODES,
+            phrase("{nodes} to a pole of {pole} mm", nodes=NODES, pole=localized(f"{pole_mm:.4g}")),
+            pole_mm,
+        )
     travel = max(p.high_mm for p in passes) - min(p.low_mm for p in passes)
-    return Length(TRAVEL_SHARE * travel, "a fortieth of the travel: no cogging is known", None)
+    return Length(
+        TRAVEL_SHARE * travel, phrase("a fortieth of the travel: no cogging is known"), None
+    )
 
 
 def _sd_over(load: TravelLoad, x_mm: Array) -> float:
@@ -118,7 +125,13 @@ def _refuse_few_speeds(passes: tuple[SpeedPass, ...], rows: Prepared) -> None:
     count = len(both_ways(passes))
     if count < STRIBECK_LEVELS:
         raise UnusableInput(
-            f"{rows.path}: {rows.axis} passes at {count} speeds in both directions, each once, "
-            f"so the uncertainty of friction cannot be estimated; use {STRIBECK_LEVELS} speeds, "
-            "or pass each twice"
+            phrase(
+                "{file}: {axis} passes at {n} speeds in both directions, each once, so the "
+                "uncertainty of friction cannot be estimated; use {stribeck_levels} speeds, or "
+                "pass each twice",
+                file=rows.path,
+                axis=rows.axis,
+                n=count,
+                stribeck_levels=STRIBECK_LEVELS,
+            )
         )

@@ -15,6 +15,7 @@ from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
 from autodb.sensing.drives.staged.stages import MeasuredStretch
 from autodb.sensing.drives.staged.weight import Weight, weight_of
 from autodb.terms.ripple import cogging_table
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.intp]
@@ -165,11 +166,25 @@ def _crossing(
     crossed = [np.ptp(x_mm[pairs.of == one]) for one in np.unique(pairs.of)]
     count = sum(bool(way_mm >= NEARLY * needed_mm) for way_mm in crossed)
     if count < FEWEST_PAIRS:
-        poles = "" if pole_mm is None else f", {FEWEST_POLES:g} poles at least"
+        poles = (
+            ""
+            if pole_mm is None
+            else phrase(
+                ", {fewest_poles} poles at least", fewest_poles=localized(f"{FEWEST_POLES:g}")
+            )
+        )
         raise UnusableInput(
-            f"{path}: {axis} passes {needed_mm:.4g} mm (half of the travel{poles}) there and "
-            f"back {count} times, and the four steps of a linear drive need {FEWEST_PAIRS}; "
-            "add speeds or repeats over the travel"
+            phrase(
+                "{file}: {axis} passes {needed} mm (half of the travel{poles}) there and back "
+                "{n} times, and the four steps of a linear drive need {fewest_pairs}; add "
+                "speeds or repeats over the travel",
+                file=path,
+                axis=axis,
+                needed=localized(f"{needed_mm:.4g}"),
+                poles=poles,
+                n=count,
+                fewest_pairs=FEWEST_PAIRS,
+            )
         )
     return count
 
@@ -179,8 +194,12 @@ def _scaled(design: Array, pole_mm: float | None, path: str) -> tuple[Array, Arr
     scale = np.sqrt(np.mean(design**2, axis=0))
     if not scale.all() or np.linalg.matrix_rank(design / scale) < design.shape[1]:
         raise UnusableInput(
-            f"{path}: passes there and back leave parts of the pole of {pole_mm:g} mm without a "
-            "row; make slower passes or record faster"
+            phrase(
+                "{file}: passes there and back leave parts of the pole of {pole} mm without a "
+                "row; make slower passes or record faster",
+                file=path,
+                pole=localized(f"{pole_mm:g}"),
+            )
         )
     return design / scale, scale
 

@@ -20,6 +20,7 @@ from autodb.sensing.drives.staged.stages import (
     warming_told,
 )
 from autodb.sensing.drives.staged.weight import Weight, weight_of
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -62,9 +63,12 @@ def staged(rows: Prepared, *, pitch_mm: float | None, cold: bool) -> Staged:
     passes, position = passes_at_speeds(rows), rows.inputs["position"]
     if not any(one.repeat for one in passes):
         raise UnusableInput(
-            f"{rows.path}: no speed of {rows.axis} was passed twice in one direction, so the "
-            "scatter between passes cannot be estimated; use the moves that 'autodb sweep' "
-            "writes"
+            phrase(
+                "{file}: no speed of {axis} was passed twice in one direction, so the scatter "
+                "between passes cannot be estimated; use the moves that 'autodb sweep' writes",
+                file=rows.path,
+                axis=rows.axis,
+            )
         )
     length = length_of(passes, position, rows.whole_effort, pitch_mm=pitch_mm)
     stretch = stretch_of(rows, passes, length)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.sensing.drives.fit.ripples import strongest_ripple
 from autodb.sensing.drives.moves.passes import SpeedPass
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -38,7 +39,10 @@ def length_of(
     ``position`` and ``effort`` (n,) are those of all rows.
     """
     if pitch_mm is not None:
-        return Length(PITCH_SHARE * pitch_mm, f"a third of the screw's pitch, {pitch_mm:g} mm",
+        return Length(PITCH_SHARE * pitch_mm, phrase(
+"a third of the screw's pitch, {pitch} mm",
+pitch=localized(f"{pitch_mm:g}")
+),
                       pitch_mm)  # fmt: skip
     left, sense = np.zeros_like(effort), np.zeros_like(effort)
     for one in passes:
@@ -47,11 +51,14 @@ def length_of(
         sense[one.rows] = one.sense
     found = strongest_ripple(position, sense, left)
     if found is not None:
-        return Length(PITCH_SHARE * found.period, f"a third of the ripple found, "
-                      f"{found.period:.4g} mm", found.period)  # fmt: skip
+        return Length(PITCH_SHARE * found.period, phrase(
+"a third of the ripple found, {period} mm",
+period=localized(f"{found.period:.4g}")
+), found.period)  # fmt: skip
     travel = max(p.high_mm for p in passes) - min(p.low_mm for p in passes)
-    return Length(TRAVEL_SHARE * travel, "a fortieth of the travel: no pitch is known and no "
-                  "ripple found", None)  # fmt: skip
+    return Length(TRAVEL_SHARE * travel, phrase(
+"a fortieth of the travel: no pitch is known and no ripple found"
+), None)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from autodb.sensing.drives.staged.segments import Length, PassSegments, pass_seg
 from autodb.sensing.drives.staged.sticking import StickingVerdict, sticking
 from autodb.sensing.drives.staged.warming import WarmingDrop, warming_of
 from autodb.signals.segments import flagged_runs
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -100,16 +101,23 @@ class StageFriction:
 def passes_at_speeds(rows: Prepared) -> tuple[SpeedPass, ...]:
     """Return the passes of a recording; raises UnusableInput where no stage can do with them."""
     if rows.axis == SPINDLE:
-        raise UnusableInput("--staged: a spindle has no travel; use a linear axis")
+        raise UnusableInput(phrase("--staged: a spindle has no travel; use a linear axis"))
     if rows.axis in ROTARY_AXES:
-        raise UnusableInput(f"--staged: {rows.axis} turns and has no screw; use a linear axis")
+        raise UnusableInput(
+            phrase("--staged: {axis} turns and has no screw; use a linear axis", axis=rows.axis)
+        )
     passes = passes_of(rows.inputs)
     count = len(both_ways(passes))
     if count < FEWEST_LEVELS:
         raise UnusableInput(
-            f"{rows.path}: {rows.axis} passes at {count} constant speeds in both directions, "
-            f"and the staged routine needs {FEWEST_LEVELS}; use the moves that 'autodb sweep' "
-            "writes"
+            phrase(
+                "{file}: {axis} passes at {n} constant speeds in both directions, and the "
+                "staged routine needs {fewest_levels}; use the moves that 'autodb sweep' writes",
+                file=rows.path,
+                axis=rows.axis,
+                n=count,
+                fewest_levels=FEWEST_LEVELS,
+            )
         )
     return passes
 
@@ -182,8 +190,12 @@ def _law(stretch: MeasuredStretch, friction: StageFriction, which: Flags, path: 
     run = np.array([stretch.passes[i].repeat for i in names], dtype=np.intp)
     if len(np.unique(level)) < FEWEST_LEVELS:
         raise UnusableInput(
-            f"{path}: no place is passed at {FEWEST_LEVELS} constant speeds in both directions; "
-            "make passes that cross the middle of the travel"
+            phrase(
+                "{file}: no place is passed at {fewest_levels} constant speeds in both "
+                "directions; make passes that cross the middle of the travel",
+                file=path,
+                fewest_levels=FEWEST_LEVELS,
+            )
         )
     speeds = levels_of(stretch.passes)
     return fit_speed_law(levels_of_way(level, run, mean, warm, speeds=speeds, stuck=stretch.stuck))

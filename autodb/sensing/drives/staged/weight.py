@@ -10,6 +10,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting.groups import components, small_sample
 from autodb.sensing.drives.staged.pairs import Pairs, pairs_of
 from autodb.sensing.drives.staged.segments import PassSegments
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -42,8 +43,11 @@ def weight_of(
     pairs = pairs_of(segments, levels)
     if not len(pairs.of):
         raise UnusableInput(
-            f"{path}: no speed without stick-slip passes one place in both directions, so the "
-            "weight cannot be estimated; make passes there and back over one stretch"
+            phrase(
+                "{file}: no speed without stick-slip passes one place in both directions, so "
+                "the weight cannot be estimated; make passes there and back over one stretch",
+                file=path,
+            )
         )
     of, values, places = _of_pairs(pairs, pairs.mean(effort), segments.x_mm[pairs.ahead])
     names, at, count = np.unique(of, return_inverse=True, return_counts=True)

@@ -16,7 +16,7 @@ from autodb.sensing.drives.moves.motion import SPINDLE, term_inputs
 from autodb.sensing.drives.moves.prepared import SHORTEST_ROWS, effort_channel
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.signals.segments import flagged_runs
-from autodb.wording import significant
+from autodb.wording import localized, phrase, significant
 
 Array = NDArray[np.float64]
 
@@ -73,9 +73,13 @@ def _sign(channel: str, axis: str, effort: Array, inputs: dict[str, Array]) -> D
     whole = float(np.sum(np.abs(effort * inputs["velocity"]))) or 1.0
     return DataCheck(
         "sign of the effort", work / whole, ">=", WORK,
-        f"{channel}: friction would drive {axis} instead of holding it back, so its sign is "
-        "reversed; change current_sign of the axis in the machine's file, or set sign = -1 for "
-        "the column in the side file",
+        phrase(
+"{channel}: friction would drive {axis} instead of holding it back, so its "
+"sign is reversed; change current_sign of the axis in the machine's file, or "
+"set sign = -1 for the column in the side file",
+channel=channel,
+axis=axis
+),
     )  # fmt: skip
 
 
@@ -94,9 +98,16 @@ def _another(
     channel = effort_channel(recording, axis)
     return DataCheck(
         "effort of this axis", 1.0 if is_other else 0.0, "<=", 0.0,
-        f"{channel} follows {best}, not {axis}: {best}'s moves explain "
-        f"{100.0 * others.get(best or '', 0.0):.0f} % of it, {axis}'s {100.0 * own:.0f} %; use "
-        f"the current of {axis} itself, or --axis {best} with its column",
+        phrase(
+"{channel} follows {best}, not {axis}: {best}'s moves explain {get} % of it, "
+"{axis}'s {own} %; use the current of {axis} itself, or --axis {best} with its "
+"column",
+channel=channel,
+best=best,
+axis=axis,
+get=localized(f"{100.0 * others.get(best or '', 0.0):.0f}"),
+own=localized(f"{100.0 * own:.0f}")
+),
     )  # fmt: skip
 
 
@@ -128,9 +139,17 @@ def _held(
     unit = recording.unit(effort_channel(recording, axis))
     yield DataCheck(
         "axis free to move", end_s - start_s, "<=", HELD_S,
-        f"{axis} stands from {start_s:.2f} to {end_s:.2f} s under up to {significant(peak)} "
-        f"{unit}, more than the {significant(took)} {unit} needed to move it, as when a brake is "
-        "closed or something is in the way; open the brake and repeat the moves",
+        phrase(
+"{axis} stands from {start} to {end} s under up to {peak} {unit}, more than "
+"the {took} {unit} needed to move it, as when a brake is closed or something "
+"is in the way; open the brake and repeat the moves",
+axis=axis,
+start=localized(f"{start_s:.2f}"),
+end=localized(f"{end_s:.2f}"),
+peak=significant(peak),
+unit=unit,
+took=significant(took)
+),
     )  # fmt: skip
 
 
@@ -161,10 +180,17 @@ def _dragged(
     level = float(np.median(off[high]))
     yield DataCheck(
         "friction of one height", lasted_s, "<=", DRAGGED_S,
-        f"{axis} is held back by {significant(level)} {unit} more in both directions from "
-        f"{float(t[rows.start]):.2f} to {float(t[rows.stop - 1]):.2f} s, where it usually takes "
-        f"{significant(abs(usual))} {unit}, as by a closed brake or a clamp; open it and repeat "
-        "the moves",
+        phrase(
+"{axis} is held back by {level} {unit} more in both directions from {t} to "
+"{t_2} s, where it usually takes {usual} {unit}, as by a closed brake or a "
+"clamp; open it and repeat the moves",
+axis=axis,
+level=significant(level),
+unit=unit,
+t=localized(f"{float(t[rows.start]):.2f}"),
+t_2=localized(f"{float(t[rows.stop - 1]):.2f}"),
+usual=significant(abs(usual))
+),
     )  # fmt: skip
 
 

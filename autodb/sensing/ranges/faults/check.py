@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from operator import ge, gt, le, lt
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, behind_name
 
 OPERATORS = {"<": lt, "<=": le, ">": gt, ">=": ge}
 
@@ -31,4 +31,4 @@ def refuse(path: object, checks: "list[DataCheck]") -> None:
     """Raise UnusableInput with the file and the sentence of the first check that failed."""
     for check in checks:
         if not check.passed:
-            raise UnusableInput(f"{path}: {check.sentence}")
+            raise UnusableInput(behind_name(path, check.sentence))

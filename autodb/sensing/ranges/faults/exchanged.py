@@ -9,6 +9,7 @@ from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, current_signal
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array, Array]
@@ -146,8 +147,11 @@ def _sentence(pairs: list[tuple[str, str]]) -> str:
     if not pairs:
         return ""
     either = " or ".join(f"{a} and {b}" for a, b in pairs[:4])
-    more = f" or one of {len(pairs) - 4} more pairs" if len(pairs) > 4 else ""
-    return (
-        f"{either}{more} look exchanged (with each other's force every axis' current fits "
-        "better than chance allows); put the cuts in the order in which they were made"
+    more = phrase(" or one of {n} more pairs", n=len(pairs) - 4) if len(pairs) > 4 else ""
+    return phrase(
+        "{either}{more} look exchanged (with each other's force every axis' current "
+        "fits better than chance allows); put the cuts in the order in which they were "
+        "made",
+        either=either,
+        more=more,
     )

@@ -16,6 +16,7 @@ from autodb.records.tables import CutTable
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm, turned_cuts
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, current_signal
 from autodb.standard import CutProtocol, rows_of_cut
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -85,9 +86,12 @@ class Relation:
 
     def __str__(self) -> str:
         digits = ".0f" if self.value >= 1000.0 else ".3g"
-        number = f"{self.value:{digits}} {self.unit}".strip()
-        bound = f"below {self.low:g}" if self.value < self.low else f"above {self.high:g}"
-        return f"{self.name} is {number}, {bound}"
+        number = f"{localized(f'{self.value:{digits}}')} {self.unit}".strip()
+        if self.value < self.low:
+            low = localized(f"{self.low:g}")
+            return phrase("{name} is {number}, below {low}", name=self.name, number=number, low=low)
+        high = localized(f"{self.high:g}")
+        return phrase("{name} is {number}, above {high}", name=self.name, number=number, high=high)
 
 
 def relations(

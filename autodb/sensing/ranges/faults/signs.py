@@ -21,6 +21,7 @@ from autodb.sensing.ranges.feeding import (
     turned_cuts,
     z_runs_back,
 )
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
@@ -66,15 +67,22 @@ def _sentence(turned: list[_Known]) -> str:
     channels = list(dict.fromkeys(name for one in turned for name in one.channels))
     names = _listed(channels)
     forces = any(name.startswith("force.") for name in channels)
-    why = "the dynamometer reports the force on the work?" if forces else "is its sign right?"
-    return (
-        f"{_listed([one.said for one in turned])} in every cut: {why} set sign = -1 for {names} "
-        "in the side file, or sign = 1 if it is right as it is"
+    why = (
+        phrase("the dynamometer reports the force on the work?")
+        if forces
+        else phrase("is its sign right?")
+    )
+    return phrase(
+        "{value} in every cut: {why} set sign = -1 for {names} in the side file, or "
+        "sign = 1 if it is right as it is",
+        value=_listed([one.said for one in turned]),
+        why=why,
+        names=names,
     )
 
 
 def _listed(names: list[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+    return listed(filter(None, [listed(names[:-1]), names[-1]]), phrase(" and "))
 
 
 def _turned_round(one: _Known, size_N: Array) -> bool:
@@ -96,12 +104,16 @@ def _resultant_N(table: CutTable) -> Array:
 def _known(table: CutTable) -> Iterator[_Known]:
     """Yield what is above zero in every cut, of what the table has."""
     turned, operations = turned_cuts(table), np.array(operations_of(table))
-    yield from _force(table, "y", turned, "force.y is negative")
+    yield from _force(table, "y", turned, phrase("force.y is negative"))
     straight, along = turned & ~oblique_cuts(table), np.where(z_runs_back(table), -1.0, 1.0)
-    yield from _force(table, "z", straight, "force.z runs with the feed", along)
+    yield from _force(table, "z", straight, phrase("force.z runs with the feed"), along)
     across = np.where(feeds_outward(table), -1.0, 1.0)
-    yield from _force(table, "x", operations == "face", "force.x runs with the feed", across)
-    yield from _force(table, "z", operations == "drill", "force.z pulls the drill into the work")
+    yield from _force(
+        table, "x", operations == "face", phrase("force.x runs with the feed"), across
+    )
+    yield from _force(
+        table, "z", operations == "drill", phrase("force.z pulls the drill into the work")
+    )
     yield from _milled(table, operations)
     yield from _spindle(table)
 
@@ -120,8 +132,8 @@ def _milled(table: CutTable, operations: NDArray[np.str_]) -> Iterator[_Known]:
         return
     feed_x, feed_y = mill_feed(table)
     for of, said, x, y in (
-        (AGAINST, "the force in x and y runs with the feed", -feed_x, -feed_y),
-        (ASIDE, "the force in x and y is to the right of the feed", -feed_y, feed_x),
+        (AGAINST, phrase("the force in x and y runs with the feed"), -feed_x, -feed_y),
+        (ASIDE, phrase("the force in x and y is to the right of the feed"), -feed_y, feed_x),
     ):
         rows = np.isin(operations, of) & np.isfinite(feed_x)
         parts = {"force.x": x, "force.y": y}
@@ -137,7 +149,7 @@ def _spindle(table: CutTable) -> Iterator[_Known]:
         table.get(name) for name in ("spindle.power", "torque.spindle", "spindle.speed")
     )
     if power is not None:
-        yield _Known(("spindle.power",), "spindle.power is negative", power)
+        yield _Known(("spindle.power",), phrase("spindle.power is negative"), power)
     if torque is not None and speed is not None:
-        said = "torque.spindle times spindle.speed is negative"
+        said = phrase("torque.spindle times spindle.speed is negative")
         yield _Known(("torque.spindle",), said, torque * speed)

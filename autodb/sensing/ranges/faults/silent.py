@@ -9,6 +9,7 @@ from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.feeding import moving
 from autodb.sensing.ranges.points import COMPONENT_OF_AXIS, current_signal
+from autodb.wording import listed, phrase
 
 Array = NDArray[np.float64]
 
@@ -113,10 +114,18 @@ def _level(table: CutTable, axis: str) -> float:
 
 
 def _sentence(table: CutTable, axis: str, others: list[str]) -> str:
-    where = "in air, in light and" if _has_air(table, axis) else "in light and"
+    where = phrase("in air, in light and") if _has_air(table, axis) else phrase("in light and")
     stated = any(table.texts.get("operation", ()))
-    stands = "" if stated else f"; if {axis} stands still in these cuts, state it by 'operation'"
-    return (
-        f"{axis}.current: the same {where} in heavy cuts, while {' and '.join(others)} respond: "
-        f"the sensor gives nothing; check its plug{stands}"
+    stands = (
+        ""
+        if stated
+        else phrase("; if {axis} stands still in these cuts, state it by 'operation'", axis=axis)
+    )
+    return phrase(
+        "{axis}.current: the same {where} in heavy cuts, while {names} respond: the "
+        "sensor gives nothing; check its plug{stands}",
+        axis=axis,
+        where=where,
+        names=listed(others, phrase(" and ")),
+        stands=stands,
     )

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from autodb.records.tables import CutTable, Recording
 from autodb.sensing.ranges.faults.check import DataCheck
+from autodb.wording import localized, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -12,7 +13,7 @@ TOLERANCE = 0.15
 """Relative difference to two up to which a ratio is two."""
 STANDS = 0.1
 """Share of the feed below which a slide stands."""
-REMEDY = "set diameter = true under [recording] in the side file"
+REMEDY = msgid("set diameter = true under [recording] in the side file")
 
 
 def x_travels(recording: Recording, cut: slice) -> list[DataCheck]:
@@ -29,12 +30,14 @@ def x_travels(recording: Recording, cut: slice) -> list[DataCheck]:
     if side.operation == "face":
         slope = _slope_mm_s(recording, "x", cut)
         if slope is not None:
-            checks.append(_check("x moves", abs(slope) / feed_mm_s, "the feed"))
+            checks.append(_check("x moves", abs(slope) / feed_mm_s, phrase("the feed")))
     if side.operation == "turn" and side.depth_mm is not None:
         steps = pass_steps_mm(recording, feed_mm_s)
         if steps.size:
             ratio = float(np.median(steps)) / side.depth_mm
-            checks.append(_check("x.position steps between passes", ratio, "the depth"))
+            checks.append(
+                _check(phrase("x.position steps between passes"), ratio, phrase("the depth"))
+            )
     return checks
 
 
@@ -51,7 +54,7 @@ def x_over_diameter(table: CutTable) -> list[DataCheck]:
     slope = float(
         x_mm @ (radius_mm - radius_mm.mean()) / np.sum((radius_mm - radius_mm.mean()) ** 2)
     )
-    return [_check("x.position changes", slope, "half of work.diameter")]
+    return [_check(phrase("x.position changes"), slope, phrase("half of work.diameter"))]
 
 
 def _check(what: str, ratio: float, of: str) -> DataCheck:
@@ -61,7 +64,13 @@ def _check(what: str, ratio: float, of: str) -> DataCheck:
         statistic=abs(ratio / 2.0 - 1.0),
         operator=">",
         threshold=TOLERANCE,
-        sentence=f"{what} by {ratio:.3g} times {of}, as if X were logged as a diameter; {REMEDY}",
+        sentence=phrase(
+            "{what} by {ratio} times {of}, as if X were logged as a diameter; {remedy}",
+            what=what,
+            ratio=localized(f"{ratio:.3g}"),
+            of=of,
+            remedy=phrase(REMEDY),
+        ),
     )
 
 

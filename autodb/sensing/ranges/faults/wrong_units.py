@@ -14,6 +14,7 @@ from autodb.records.mistaken import CONDITIONS, LOADS, Mistake
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges.faults.check import DataCheck
 from autodb.sensing.ranges.faults.relations import KnownOfCuts, Relation, channels_stated, relations
+from autodb.wording import listed, phrase
 
 CLOSE = 100.0
 """Another unit is a candidate where its likelihood is within this factor of the best one's."""
@@ -46,13 +47,14 @@ def units(
 
 def _sentence(broken: list[Relation], mends: list[Mistake]) -> str:
     if not mends:
-        return (
-            f"{'; '.join(map(str, broken[:3]))}: several channels are in another unit, or no "
-            "cut was made; state their units in the side file"
+        return phrase(
+            "{names}: several channels are in another unit, or no cut was made; state "
+            "their units in the side file",
+            names=listed(map(str, broken[:3]), "; "),
         )
     what = " or ".join(str(m) for m in mends)
-    remedy = mends[0].remedy if len(mends) == 1 else "its unit in the side file"
-    return f"{broken[0]}, as if {what}; {remedy}"
+    remedy = mends[0].remedy if len(mends) == 1 else phrase("its unit in the side file")
+    return phrase("{broken}, as if {what}; {remedy}", broken=broken[0], what=what, remedy=remedy)
 
 
 def mistakes(table: CutTable, axes: Sequence[str]) -> list[Mistake]:

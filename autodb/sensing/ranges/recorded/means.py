@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from autodb import signals
 from autodb.sensing.ranges.recorded.phase_loads import PhaseLoad
 from autodb.sensing.ranges.recorded.rejections import FEWEST_S
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -41,10 +42,13 @@ class AxisInCut:
         needs_s = self.load.air_needs_s(self.parts.air)
         if has_s >= needs_s or not self.load.turning_hz(self.parts.cut):
             return None
-        return (
-            f"{self.axis}: its range in air is excluded, because the approach takes {has_s:.2g} s "
-            f"and is not steady; approach for {needs_s:.2g} s, for a drive that turns at "
-            f"{self.load.turning_hz(self.parts.air):.2g} Hz"
+        return phrase(
+            "{axis}: its range in air is excluded, because the approach takes {has} s and "
+            "is not steady; approach for {needs} s, for a drive that turns at {turning} Hz",
+            axis=self.axis,
+            has=localized(f"{has_s:.2g}"),
+            needs=localized(f"{needs_s:.2g}"),
+            turning=localized(f"{self.load.turning_hz(self.parts.air):.2g}"),
         )
 
     def steady_air(self) -> dict[str, float] | None:
@@ -94,8 +98,13 @@ def air_and_cut_means(one: AxisInCut, notes: list[str]) -> dict[str, float]:
     if pulses is not None:
         values, kept = load.quick_A, one.outside(pulses)
         notes.append(
-            f"{one.axis}: {len(pulses.seen)} short rises of the range every "
-            f"{pulses.every_s:.2f} s, as of way lubrication, are excluded"
+            phrase(
+                "{axis}: {n} short rises of the range every {every} s, as of way lubrication, "
+                "are excluded",
+                axis=one.axis,
+                n=len(pulses.seen),
+                every=localized(f"{pulses.every_s:.2f}"),
+            )
         )
     fitted = pulses is None and (one.slides or short is not None)
     row = one.steady_air() if fitted else None
@@ -116,7 +125,12 @@ def _usable(one: AxisInCut, notes: list[str]) -> dict[str, slice]:
     air, cut = one.parts.air, one.parts.cut
     segments = {"air": air, "range": cut}
     if one.slides and signals.touches(one.load.range_A[air.start : cut.stop]):
-        notes.append(f"{one.axis}: the range folds between air and cut; its force is not sensed")
+        notes.append(
+            phrase(
+                "{axis}: the range folds between air and cut; its force is not sensed",
+                axis=one.axis,
+            )
+        )
         del segments["range"]
     return segments
 

@@ -33,6 +33,7 @@ from autodb.sensing.ranges.recorded.segmenting import (
     refuse_set_aside,
     segments_of,
 )
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
@@ -73,7 +74,7 @@ def cut_of_recording(
         )
     spindle = _spindle(recording, parts)
     if spindle is None:
-        notes.append("chatter was not searched for: the spindle's speed is not known")
+        notes.append(phrase("chatter was not searched for: the spindle's speed is not known"))
     else:
         seen = rejections.chatters(
             found.loads, found.forces, parts, rate_hz=found.rate_hz, spindle=spindle
@@ -165,8 +166,16 @@ def _slows(recording: Recording, loads: dict[str, PhaseLoad]) -> int | None:
 def _slowing(from_s: float, loads: dict[str, PhaseLoad], begins: int) -> str:
     after = loads["spindle"].range_A[begins:] if "spindle" in loads else np.zeros(0)
     known = after[np.isfinite(after)]
-    high = f", its range up to {np.max(known):.4g} A," if known.size else ""
-    return f"from {from_s:.2f} s on the spindle slows down{high} and all of it is excluded"
+    high = (
+        phrase(", its range up to {max} A,", max=localized(f"{np.max(known):.4g}"))
+        if known.size
+        else ""
+    )
+    return phrase(
+        "from {from_} s on the spindle slows down{high} and all of it is excluded",
+        from_=localized(f"{from_s:.2f}"),
+        high=high,
+    )
 
 
 def _spindle(recording: Recording, parts: signals.CutSegments) -> signals.Turning | None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from autodb import signals
 from autodb.sensing.ranges.recorded.phase_loads import PhaseLoad
-from autodb.wording import significant
+from autodb.wording import localized, phrase, significant
 
 Array = NDArray[np.float64]
 
@@ -34,9 +34,11 @@ def too_short(
     margin_s = signals.MARGIN_S
     air_s = (parts.air.stop - parts.air.start) / rate_hz
     if air_s < FEWEST_S:
-        return (
-            f"its air approach is too short: {air_s:.2g} s beside transitions of {margin_s:g} "
-            "s; start the recording 1.5 s before the tool enters"
+        return phrase(
+            "its air approach is too short: {air} s beside transitions of {margin} s; "
+            "start the recording 1.5 s before the tool enters",
+            air=localized(f"{air_s:.2g}"),
+            margin=localized(f"{margin_s:g}"),
         )
     cut_s = (parts.cut.stop - parts.cut.start) / rate_hz
     revolutions = None if speed_rpm is None else cut_s * speed_rpm / 60.0
@@ -45,11 +47,20 @@ def too_short(
     needs_s = FEWEST_S
     if speed_rpm is not None:
         needs_s = max(needs_s, FEWEST_REVOLUTIONS * 60.0 / speed_rpm)
-    seen = "" if revolutions is None else f" and {revolutions:.2g} revolutions"
+    seen = (
+        ""
+        if revolutions is None
+        else phrase(" and {revolutions} revolutions", revolutions=localized(f"{revolutions:.2g}"))
+    )
     at_s, works_s = t_s[parts.entry.start] + margin_s, needs_s + 2.0 * margin_s
-    return (
-        f"its cut at {at_s:.2f} s is too short: {cut_s:.2g} s{seen} between transitions of "
-        f"{margin_s:g} s; make a cut of {works_s:.2g} s or longer"
+    return phrase(
+        "its cut at {at} s is too short: {cut} s{seen} between transitions of {margin} "
+        "s; make a cut of {works} s or longer",
+        at=localized(f"{at_s:.2f}"),
+        cut=localized(f"{cut_s:.2g}"),
+        seen=seen,
+        margin=localized(f"{margin_s:g}"),
+        works=localized(f"{works_s:.2g}"),
     )
 
 
@@ -57,9 +68,9 @@ def starts_in_cut(levels: signals.LoadLevels) -> str | None:
     """Say where a spindle's range begins high and falls: its cut is not what comes second."""
     if levels.cut > levels.air:
         return None
-    return (
-        "spindle.current.range is high first and falls, as when the recording starts in the "
-        "cut; start the recording 1 s before the tool enters"
+    return phrase(
+        "spindle.current.range is high first and falls, as when the recording starts "
+        "in the cut; start the recording 1 s before the tool enters"
     )
 
 
@@ -70,10 +81,12 @@ def stops(
     gap = signals.interrupted(load, levels, rate_hz=rate_hz)
     if gap is None:
         return None
-    return (
-        f"the cut is interrupted from {t_s[gap.start]:.2f} to {t_s[gap.stop]:.2f} s: {named} "
-        "falls back to air and comes again, as when feed or spindle stop; make the cut without "
-        "a stop"
+    return phrase(
+        "the cut is interrupted from {t} to {t_2} s: {named} falls back to air and "
+        "comes again, as when feed or spindle stop; make the cut without a stop",
+        t=localized(f"{t_s[gap.start]:.2f}"),
+        t_2=localized(f"{t_s[gap.stop]:.2f}"),
+        named=named,
     )
 
 
@@ -119,10 +132,14 @@ def _envelope_line(
 
 
 def _chatter(line: signals.NarrowBand, name: str, unit: str, spindle: signals.Turning) -> str:
-    return (
-        f"chatter in the cut: {name} swings by {significant(line.rms)} {unit} rms at "
-        f"{line.frequency_hz:.1f} Hz, no multiple of the spindle's {spindle.frequency_hz:.2f} "
-        "Hz; use another speed or less depth"
+    return phrase(
+        "chatter in the cut: {name} swings by {rms} {unit} rms at {frequency} Hz, no "
+        "multiple of the spindle's {frequency_2} Hz; use another speed or less depth",
+        name=name,
+        rms=significant(line.rms),
+        unit=unit,
+        frequency=localized(f"{line.frequency_hz:.1f}"),
+        frequency_2=localized(f"{spindle.frequency_hz:.2f}"),
     )
 
 
@@ -142,8 +159,13 @@ def range_at_limit(
     if found is None:
         return None
     begin, end = t_s[parts.cut.start], t_s[parts.cut.stop - 1]
-    return (
-        f"{axis}.current is at its limit in the cut from {begin:.2f} to {end:.2f} s; for "
-        f"{100.0 * found.share:.0f} % of it the range stays at {found.level:.4g} A, its "
-        "maximum, so the force is at least the sensed value; use less depth or feed"
+    return phrase(
+        "{axis}.current is at its limit in the cut from {begin} to {end} s; for "
+        "{share} % of it the range stays at {level} A, its maximum, so the force is at "
+        "least the sensed value; use less depth or feed",
+        axis=axis,
+        begin=localized(f"{begin:.2f}"),
+        end=localized(f"{end:.2f}"),
+        share=localized(f"{100.0 * found.share:.0f}"),
+        level=localized(f"{found.level:.4g}"),
     )

@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb import signals
-from autodb.errors import SetAside
+from autodb.errors import SetAside, behind_name
 from autodb.records.tables import Recording
 from autodb.sensing.ranges.recorded import rejections
 from autodb.sensing.ranges.recorded.phase_loads import QUICK_S, PhaseLoad
 from autodb.sensing.ranges.recorded.radius import RadiusCourse
+from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 
@@ -39,7 +40,7 @@ class CutSignals:
 def refuse_set_aside(recording: Recording, seen: str | None) -> None:
     """Raise SetAside where something speaks against a cut."""
     if seen is not None:
-        raise SetAside(f"{recording.path}: {seen}")
+        raise SetAside(behind_name(recording.path, seen))
 
 
 def segments_of(found: CutSignals, recording: Recording) -> signals.CutSegments:
@@ -65,8 +66,12 @@ def segments_of(found: CutSignals, recording: Recording) -> signals.CutSegments:
         seen = seen or short
     refuse_set_aside(recording, seen)
     raise SetAside(
-        f"{recording.path}: no air approach followed by a cut in the {_sensed(found)}; start the "
-        "recording 1 s before the tool enters"
+        phrase(
+            "{file}: no air approach followed by a cut in the {found}; start the recording "
+            "1 s before the tool enters",
+            file=recording.path,
+            found=_sensed(found),
+        )
     )
 
 
