@@ -33,8 +33,8 @@ Chosen: where friction only bends upwards the likeliest dip falls by none or an 
 ones by a quarter to all of it.
 """
 OF_EVERY_AXIS = 4.0
-"""Dry and viscous friction are on every axis, a load or friction by direction on one of some: odds
-of two where moves are one way only, so that both say the same. Chosen."""
+"""Dry and viscous friction are on every axis, on most that turn a weight; a load, a spring or
+friction by direction on one of some: odds of two that say the same in a recording. Chosen."""
 STEADY = 0.98
 """Share of the most dry friction from which on a row turns over no more. Chosen."""
 PARTS = 20

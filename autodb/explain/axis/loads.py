@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.axis.friction import OF_EVERY_AXIS
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.axis.tilt import CONSTANT, TILT_NAMES
 from autodb.explain.engine.candidates import (
@@ -73,6 +74,7 @@ def weights(s: AxisSignals) -> list[Candidate]:
         excludes=frozenset({"spring"}),
         static=True,
         phased=True,
+        usual=OF_EVERY_AXIS,
     )
     return [constant, turning]
 

@@ -152,18 +152,25 @@ def _read(
 
 
 def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, AxisReading]:
-    """Return a reading with its errors, without what laws get wrong in shape where rows that were
-    left out are predicted clearly worse with it: white rows may show what plain ones do not hold.
+    """Return a reading with its errors: without what laws get wrong in shape, and with all of the
+    simulation's own terms re-tuned, where rows that were left out are predicted clearly better so.
+
+    White rows may show a shape that plain ones do not hold; and a law's coefficient is that beside
+    own terms that are free: without their change, which slow noise may hide, it makes no sense.
     """
-    fit = _quality(reading, trace)
-    if not reading.fitted.deviates:
-        return fit, reading
-    fitted = fit_white_rows(
-        reading.bench, reading.choices, reading.noise, reading.inquiry.founded, exact=True
-    )
-    plain = replace(reading, fitted=fitted)
-    without = _quality(plain, trace)
-    return (without, plain) if without.heldout_after * WORSE < fit.heldout_after else (fit, reading)
+    fit, exact = _quality(reading, trace), False
+    ways = [(True, False)] if reading.fitted.deviates else []
+    every = len(reading.fitted.retuned) == len(reading.bench.own)
+    for without, free in [*ways, *([] if every else [(False, True)])]:
+        fitted = fit_white_rows(
+            reading.bench, reading.choices, reading.noise, reading.inquiry.founded,
+            exact=exact or without, free=free,
+        )  # fmt: skip
+        other = replace(reading, fitted=fitted)
+        its = _quality(other, trace)
+        if its.heldout_after * WORSE < fit.heldout_after:
+            fit, reading, exact = its, other, exact or without
+    return fit, reading
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:

@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, Choice
-from autodb.explain.engine.plain import ALONE, BLOCKS, NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.plain import (
+    ALONE,
+    BLOCKS,
+    DISCREPANCY,
+    NEEDED,
+    PlainRows,
+    beside,
+    rms_fall,
+)
 from autodb.explain.engine.search import MARGIN, CandidateSearch, FoundSet, as_compared
 
 Array = NDArray[np.float64]
@@ -48,8 +56,6 @@ SWAPS = 4
 RARER = MARGIN
 """Evidence by which a named effect has to do better than a change of an own term: a number that the
 simulation has is off more often than a term that it lacks is there. Chosen: as for any effect."""
-DISCREPANCY = 0.03
-"""Share of what a law explains by which real effects leave it (measured on real axes)."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +113,9 @@ def of_plain(
     The best of more forms does well by chance so many times more often. What acts on an effect, and
     was built on it, is none of its rivals: it holds it.
     A rival that explains something else, or nothing, is none: without it the odds are better, but
-    no name is surer than UNSURE that does not stand beside them all. Between two laws of one column
-    nothing decides but which is more usual.
+    no name is surer than UNSURE that does not stand beside them all. Between two laws of one
+    column, or that differ by no more than real effects leave a law by, nothing decides but which
+    is more usual.
     """
     like = choice.candidate
     if like.static:
@@ -135,7 +142,8 @@ def of_plain(
         more = offer[1].shape.tries / choice.shape.tries
         fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
         alike = like.static and rows.own_share([*others, offer[1], choice]) <= ALONE
-        if alike and candidate.static and not richer:
+        as_well = alike or _as_well(none, whole, offer[0], like, candidate)
+        if as_well and candidate.static and not richer:
             fall = max(fall, 0.0) + 2.0 * TEMPER * float(np.log(like.usual / candidate.usual))
         holds_it = richer > 0.0 and alike
         if like.static and (holds_it or not candidate.static):
@@ -149,6 +157,15 @@ def of_plain(
     found, alone = standing(by_name, nothing=nothing), standing(like_it, nothing=nothing)
     sure = max(found.confidence, min(alone.confidence, UNSURE))
     return replace(found, confidence=sure, near=alone.near, instead=instead)
+
+
+def _as_well(none: Array, whole: Array, its: Array, like: Candidate, candidate: Candidate) -> bool:
+    """Whether of two laws one of which more machines have the squares differ by no more than real
+    effects leave a law by.
+    """
+    explained = max(float(none.sum() - min(whole.sum(), its.sum())), 0.0)
+    near = abs(float(its.sum() - whole.sum())) <= DISCREPANCY * explained
+    return like.static and like.usual != candidate.usual and near
 
 
 def _fall(differences: Array, *, ranks: bool) -> float:

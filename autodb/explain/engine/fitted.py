@@ -62,22 +62,24 @@ def fit_white_rows(
     laws: Sequence[Choice] = (),
     *,
     exact: bool = False,
+    free: bool = False,
 ) -> FittedEffects:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
     Which own terms are re-tuned is judged beside the laws alone, and beside curves that are free to
     take the re-tuning up: what either would do is no contradiction of the simulation. The
     correction also takes what a law gets wrong in shape, as far as the rows show it; of ``laws``,
-    which are among the own columns, too. ``exact``: without that.
+    which are among the own columns, too. ``exact``: without that. ``free``: every own term is
+    re-tuned.
     """
     own = tuple(bench.own)
     choices = [c if c.candidate.static else across_own(bench, c) for c in choices]
     coefficients, covariance = _beside(bench, choices, noise, range(len(own)))
     sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    free, free_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
-    free_sd = np.sqrt(np.maximum(np.diag(free_covariance), 1e-300))
-    off = np.minimum(np.abs(coefficients / sd), np.abs(free / free_sd))
-    retuned = [i for i in range(len(own)) if off[i] > KEPT_SDS]
+    taken, taken_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
+    taken_sd = np.sqrt(np.maximum(np.diag(taken_covariance), 1e-300))
+    off = np.minimum(np.abs(coefficients / sd), np.abs(taken / taken_sd))
+    retuned = [i for i in range(len(own)) if free or off[i] > KEPT_SDS]
     _, law_covariance = _beside(bench, choices, noise, retuned)
     off_shape = [] if exact else deviations(bench, choices, noise, laws)
     shaped = [*choices, *off_shape]

@@ -20,7 +20,15 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
-from autodb.explain.engine.plain import ALONE, NEEDED, PlainRows, beside, rms_fall
+from autodb.explain.engine.plain import (
+    ALONE,
+    BLOCKS,
+    DISCREPANCY,
+    NEEDED,
+    PlainRows,
+    beside,
+    rms_fall,
+)
 from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.tuning import BesideShapes, tuned
 
@@ -58,28 +66,53 @@ def grown(
         taken = {c.candidate.key for c in found}
         offers = [_offered(rows, found, c) for c in among if c.key not in taken]
         able = [(f, c) for f, c in offers if c and f >= GAIN + rows.asked_more(c)]
-        if not able:
+        longer = _with_next(rows, found, able)
+        if longer is None:
             break
-        best = max(able, key=lambda offer: offer[0] - rows.richness(offer[1]))[1]
-        others = beside(found, best.candidate)
-        usual = _more_usual(rows, others, best, [c for _, c in able])
-        best = max(usual, key=lambda choice: choice.candidate.usual, default=best)
-        found = [*others, best]
+        found = longer
     return pruned(rows, found)
+
+
+def _with_next(
+    rows: PlainRows, found: Sequence[Choice], able: Sequence[tuple[float, Choice]]
+) -> list[Choice] | None:
+    """Return the choices with the offer that lowers the rms most for its columns, or what is more
+    usual and says the same; none that would take the place of such a one.
+    """
+    for _, best in sorted(able, key=lambda offer: rows.richness(offer[1]) - offer[0]):
+        others = beside(found, best.candidate)
+        kept = {c.candidate.key for c in others}
+        if _more_usual(rows, others, best, [c for c in found if c.candidate.key not in kept]):
+            continue
+        usual = _more_usual(rows, others, best, [c for _, c in able])
+        return [*others, max(usual, key=lambda choice: choice.candidate.usual, default=best)]
+    return None
 
 
 def _more_usual(
     rows: PlainRows, others: Sequence[Choice], law: Choice, among: Sequence[Choice]
 ) -> list[Choice]:
-    """Return those laws that more machines have than one whose columns, beside others, give theirs:
-    where an axis moves one way only, friction by direction gives friction that grows with speed.
+    """Return those laws that more machines have than one, and that say the same beside others:
+    its columns give theirs, or they do as well but for what real effects leave a law by.
+
+    Where an axis moves one way only, friction by direction gives friction that grows with speed; a
+    spring does as well as a weight that turns by less than half a turn.
     """
-    return [
+    usual = [
         choice
         for choice in among
         if choice.candidate.usual > law.candidate.usual
         and len(beside(others, choice.candidate)) == len(others)
-        and rows.own_share([*others, law, choice]) <= ALONE
+    ]
+    if not usual:
+        return []
+    none, whole = (float(rows.squares(c).sum()) for c in (others, [*others, law]))
+    enough = whole + DISCREPANCY * (none - whole)
+    return [
+        choice
+        for choice in usual
+        if rows.own_share([*others, law, choice]) <= ALONE
+        or float(rows.squares([*others, choice]).sum()) <= enough
     ]
 
 
@@ -105,9 +138,18 @@ def _offered(
     told = float(before.sum() - after.sum()) > chance * slow
     fall = rms_fall(before, after)
     plain = candidate.static and fall >= CLEAR
-    if not (told or plain) or int(np.sum(after < before)) < IN_BLOCKS:
+    if not (told or plain) or not in_most_blocks(before, after):
         return 0.0, None
     return fall, offer[1]
+
+
+def in_most_blocks(before: Array, after: Array) -> bool:
+    """Whether squares (BLOCKS,) fall in most blocks, or clearly beside those in which they fall
+    most: while an axis goes one way, own terms give what is missing, and the law can add nothing.
+    """
+    others = np.argsort(after - before)[BLOCKS - IN_BLOCKS :]
+    falls = int(np.sum(after < before)) >= IN_BLOCKS
+    return falls or rms_fall(before[others], after[others]) >= CLEAR
 
 
 def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:

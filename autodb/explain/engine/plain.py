@@ -27,6 +27,8 @@ worth something. Chosen of none, 0.25 and free on real recordings."""
 ALONE = 1e-3
 """Share of a law's squares that the others must not be able to give: less than that and it is they
 in other sizes. Chosen."""
+DISCREPANCY = 0.03
+"""Share of what a law explains by which real effects leave it (measured on real axes)."""
 OWN = 0.5
 """Share of the squares that a law takes away, which it must take away beside a rival, too, for them
 to be effects of two kinds. Chosen."""

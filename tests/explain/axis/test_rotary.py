@@ -69,6 +69,33 @@ def test_a_swinging_weight_has_level_and_phase(effort: str, unit: str) -> None:
     assert cause.statement.startswith("The weight of a table or its work")
 
 
+@pytest.mark.parametrize("fitted", [False, True], ids=["kept", "fitted again"])
+def test_a_weight_comes_before_a_spring_that_does_as_well(fitted: bool) -> None:
+    """A robot's joint turns by 146° while others move, whose pull no signal here tells."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 25.76, 0.005)
+    turn = 2.0 * np.pi * t / 12.88
+    angle = 5.0 * np.sin(3.0 * turn) + 3.0 * np.cos(2.0 * turn)
+    angle -= 42.0 * np.sin(turn) + 60.0 * np.cos(turn)
+    velocity = np.gradient(angle, t)
+    parts = [2.8 * np.tanh(velocity / 0.5), 0.309 * velocity, 0.02 * np.gradient(velocity, t)]
+    torque = 13.2 * np.sin(np.radians(angle) + 0.1) + sum(parts)
+    torque += 2.0 * np.sin(2.0 * turn + 1.0) + 1.4 * np.cos(3.0 * turn)
+    torque += rng.normal(0.0, 0.3, len(t))
+    columns = np.column_stack(parts)
+    simulated = sum(parts)
+    if fitted:
+        simulated = columns @ np.linalg.lstsq(columns, torque, rcond=None)[0]
+    done = explain(
+        Recording(Path("r.csv"), {"t": t, "a.angle": angle, "a.drive_torque": torque}),
+        Recording(Path("s.csv"), {"t": t, "a.drive_torque": np.asarray(simulated)}),
+        includes=["coulomb", "viscous", "inertia"],
+    )
+    weight = done.explanation.channels["a.drive_torque"].missing[0]
+    assert (weight.term, weight.alternatives) == ("gravity", ("spring",))
+    assert 0.8 <= weight.confidence <= 0.95
+    assert weight.parameters["level"].value == pytest.approx(13.2, rel=0.15)
+
+
 def test_a_constant_load_beside_a_weight_is_an_entry_of_its_own() -> None:
     constant = np.full_like(T_S, 0.7)
     causes = _missing("a.current", {"gravity", "offset"}, {}, offset=constant)

@@ -16,7 +16,7 @@ from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.confidence import SIGNED_RANKS
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.inquiry import inquire
-from autodb.explain.engine.laws import fitted_laws, founded
+from autodb.explain.engine.laws import fitted_laws, founded, in_most_blocks
 from autodb.explain.engine.plain import BLOCKS, PlainRows
 from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
@@ -70,6 +70,21 @@ def test_a_mass_is_found_though_its_mismatch_is_smooth_and_its_law_off_by_a_tent
     _, laws = fitted_laws(bench, _founded(signals, bench))
     (mass,) = [law for law in laws if law.choice.candidate.term == "inertia"]
     assert_allclose(mass.coefficients[0], 0.004, rtol=0.1)
+
+
+def test_a_law_lowers_the_error_in_most_blocks_or_in_many_by_much() -> None:
+    """Rms of blocks [N·m] of a robot's joint without viscous friction and with it: in every other
+    block the simulation's own terms give what is missing. One block alone says nothing."""
+    without = np.array([1.72, 6.54, 1.71, 6.39, 1.69, 6.8, 1.66, 6.56]) ** 2
+    with_it = np.array([1.79, 2.06, 2.0, 1.92, 1.95, 2.25, 1.94, 2.19]) ** 2
+    assert in_most_blocks(without, with_it)
+    assert not in_most_blocks(with_it, without)
+    level = np.ones(BLOCKS)
+    one, two, six = (level - 0.9 * (np.arange(BLOCKS) < blocks) for blocks in (1, 2, 6))
+    assert not in_most_blocks(level, one)
+    assert not in_most_blocks(level, two)
+    assert in_most_blocks(level, six)
+    assert in_most_blocks(level, level - 0.01 * (np.arange(BLOCKS) < 6))
 
 
 def test_rows_are_completed_with_what_laws_add() -> None:
