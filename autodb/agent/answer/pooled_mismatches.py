@@ -8,8 +8,9 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, selectinload
 
+from autodb.agent.answer.asked_before import GROWN, AskedBefore, KeptInquiry, kept_inquiry
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.learn.learnt_from import excluded_cuts
@@ -47,103 +48,146 @@ def open_mismatches(
     session: Session,
     owner: models.Machine,
     strange: NotUsual,
+    asked: AskedBefore,
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> list[str]:
     """Explain what excluded cuts have in common, and wear; keep it as mismatches.
 
     Of each pair all cuts of recordings that hold excluded ones and that nobody has decided on; for
-    wear that these do not name, all cuts. What is explained already is left as it is. Returns what
-    to say.
+    wear that these do not name, all cuts. What is explained already is left as it is, and what was
+    ``asked`` of the same evidence is not asked again; what is asked now is kept there. Returns
+    what to say.
     """
-    said = []
-    for pool in _pools(session, owner, strange):
-        said += _explained(session, owner, pool, progress)
+    said, of = [], _PairPools(session, owner, strange)
+    for pool in of.outlying():
+        said += _explained(of, pool, asked, progress)
     for number in strange.wearing_pairs:
         pair = session.get_one(models.Pair, number)
-        of_excluded = _of_pair(session, owner, pair, strange)
+        of_excluded = of.pair(pair)
         if not (of_excluded.cuts and _is_known(session, of_excluded, term=WEAR)):
-            every = _of_pair(session, owner, pair, strange, about=WEAR)
-            said += _explained(session, owner, every, progress)
+            said += _explained(of, of.pair(pair, about=WEAR), asked, progress)
     return said
 
 
 def _explained(
-    session: Session, owner: models.Machine, pool: PooledCuts, progress: Callable[[str], None]
+    of: "_PairPools", pool: PooledCuts, asked: AskedBefore, progress: Callable[[str], None]
 ) -> list[str]:
     """Explain a pool, if it is not known, and keep what is found; return what to say."""
+    session, owner = of.session, of.owner
     if not pool.cuts or _is_known(session, pool):
         return []
+    before = asked.about(pool)
+    if before is not None and _is_much_the_same(of, pool, before):
+        return []
+    found = pool.explainable(session, owner)
+    if found is None:
+        return []
+    now = kept_inquiry(session, owner, pool, found)
+    if before is not None and before.says_the_same(now):
+        return []
     progress(EXPLAINING.format(called=pool.called))
-    explained = pool.explained(session, owner)
-    return [] if explained is None else _Keeping(session, pool).kept(explained)
+    asked.keep(now)
+    return _Keeping(session, pool).kept(found.explained())
 
 
-def _pools(session: Session, owner: models.Machine, strange: NotUsual) -> list[PooledCuts]:
-    """Return what to explain: each pair's cuts, or all of a recording, where no pair has another.
+def _is_much_the_same(of: "_PairPools", pool: PooledCuts, before: KeptInquiry) -> bool:
+    """Say whether all cuts of a pair that were asked ``before`` say the same still.
 
-    As few cuts of several pairs as one file may hold tell more together.
+    And fewer than a GROWN share of them came since, none of them excluded. Never of what excluded
+    cuts have in common.
     """
-    new = session.scalars(select(models.Cut).where(models.Cut.id.in_(strange.outlying_cuts))).all()
-    pairs = {cut.pair.id: cut.pair for cut in new if cut.pair is not None}
-    pools = [_of_pair(session, owner, pair, strange) for _, pair in sorted(pairs.items())]
-    pools = [pool for pool in pools if pool.cuts]
-    shared = {row.id for pool in pools if len(pool.recordings) > 1 for row in pool.recordings}
-    found: dict[tuple[int, int], PooledCuts] = {}
-    for pool in pools:
-        first = pool.recordings[0]
-        whole = [cut for cut in counted_cuts(first) if usable(cut)]
-        several = len({cut.pair_id for cut in whole}) > 1
-        if len(pool.recordings) == 1 and several and first.id not in shared:
-            found[(0, first.id)] = PooledCuts(None, whole, pool.excluded)
-        elif pool.pair is not None:
-            found[(pool.pair.id, 0)] = pool
-    return list(found.values())
+    if pool.pair is None or pool.about is None:
+        return False
+    if any(number > before.upto for number in pool.excluded):
+        return False
+    if sum(cut.id > before.upto for cut in pool.cuts) >= GROWN * before.cuts:
+        return False
+    then = of.pair(pool.pair, about=pool.about, asked=before)
+    found = then.explainable(of.session, of.owner) if then.cuts else None
+    return found is not None and before.says_the_same(
+        kept_inquiry(of.session, of.owner, then, found)
+    )
 
 
-def _of_pair(
-    session: Session,
-    owner: models.Machine,
-    pair: models.Pair,
-    strange: NotUsual,
-    *,
-    about: str | None = None,
-) -> PooledCuts:
-    """Return a pair's cuts of its newest recordings that nobody has decided on.
+class _PairPools:
+    """What to explain of a machine's pairs, by what a pass found."""
 
-    Of those that hold excluded cuts; of all, where it is explained for what they are ``about``.
-    """
-    excluded = excluded_cuts(session, owner.id, pair.id, upto=strange.upto, newest=LOOKED_BACK)
-    there = {cut.recording_id: cut.recording for cut in excluded}
-    if about is not None:
-        there = {row.id: row for row in _recordings_of(session, owner, pair, strange.upto)}
-    decided = _decided(session, pair, there, held=_held_by(session, owner, pair))
-    cuts: list[models.Cut] = []
-    for number in sorted(there.keys() - decided, reverse=True):
-        own = cuts_of_pair(there[number], pair)
-        if cuts and len(cuts) + len(own) > MOST:
-            break
-        cuts = [*own, *cuts]
-    return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded), about)
+    def __init__(self, session: Session, owner: models.Machine, strange: NotUsual) -> None:
+        self.session, self.owner, self._strange = session, owner, strange
+        self._excluded: dict[int, Sequence[models.Cut]] = {}
 
+    def outlying(self) -> list[PooledCuts]:
+        """Return each pair's cuts, or all of a recording, where no pair has another.
 
-def _recordings_of(
-    session: Session, owner: models.Machine, pair: models.Pair, upto: int
-) -> Sequence[models.StoredRecording]:
-    """Return the recordings of a pair's newest MOST cuts that count."""
-    recording, cut = models.StoredRecording, models.Cut
-    newest = (
-        select(cut.recording_id)
-        .where(
-            cut.recording.has(machine_id=owner.id),
+        As few cuts of several pairs as one file may hold tell more together.
+        """
+        outlying = models.Cut.id.in_(self._strange.outlying_cuts)
+        new = self.session.scalars(select(models.Cut).where(outlying)).all()
+        pairs = {cut.pair.id: cut.pair for cut in new if cut.pair is not None}
+        pools = [self.pair(pair) for _, pair in sorted(pairs.items())]
+        pools = [pool for pool in pools if pool.cuts]
+        shared = {row.id for pool in pools if len(pool.recordings) > 1 for row in pool.recordings}
+        found: dict[tuple[int, int], PooledCuts] = {}
+        for pool in pools:
+            first = pool.recordings[0]
+            whole = [cut for cut in counted_cuts(first) if usable(cut)]
+            several = len({cut.pair_id for cut in whole}) > 1
+            if len(pool.recordings) == 1 and several and first.id not in shared:
+                found[(0, first.id)] = PooledCuts(None, whole, pool.excluded)
+            elif pool.pair is not None:
+                found[(pool.pair.id, 0)] = pool
+        return list(found.values())
+
+    def pair(
+        self, pair: models.Pair, *, about: str | None = None, asked: KeptInquiry | None = None
+    ) -> PooledCuts:
+        """Return a pair's cuts of its newest recordings that nobody has decided on.
+
+        Of those that hold excluded cuts; of all, where it is explained for what they are ``about``.
+        ``asked``: those that it was asked of, as they are now; None: the newest MOST.
+        """
+        excluded = self._excluded_of(pair)
+        there = {cut.recording_id: cut.recording for cut in excluded}
+        if about is not None:
+            there = {row.id: row for row in self._recordings_of(pair, asked)}
+        held = _held_by(self.session, self.owner, pair)
+        decided = _decided(self.session, pair, there, held=held)
+        cuts: list[models.Cut] = []
+        for number in sorted(there.keys() - decided, reverse=True):
+            own = cuts_of_pair(there[number], pair)
+            if asked is not None:
+                own = [cut for cut in own if cut.id <= asked.upto]
+            elif cuts and len(cuts) + len(own) > MOST:
+                break
+            cuts = [*own, *cuts]
+        return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded), about)
+
+    def _excluded_of(self, pair: models.Pair) -> Sequence[models.Cut]:
+        """Return the excluded ones among a pair's newest cuts, asked for once."""
+        if pair.id not in self._excluded:
+            self._excluded[pair.id] = excluded_cuts(
+                self.session, self.owner.id, pair.id, upto=self._strange.upto, newest=LOOKED_BACK
+            )
+        return self._excluded[pair.id]
+
+    def _recordings_of(
+        self, pair: models.Pair, asked: KeptInquiry | None
+    ) -> Sequence[models.StoredRecording]:
+        """Return the recordings of a pair's newest MOST cuts that count, or of those ``asked``."""
+        recording, cut = models.StoredRecording, models.Cut
+        newest = select(cut.recording_id).where(
+            cut.recording.has(machine_id=self.owner.id),
             cut.pair_id == pair.id,
-            cut.id <= upto,
+            cut.id <= self._strange.upto,
             cut.superseded_at.is_(None),
         )
-        .order_by(cut.id.desc())
-        .limit(MOST)
-    )
-    return session.scalars(select(recording).where(recording.id.in_(newest))).all()
+        if asked is None:
+            newest = newest.order_by(cut.id.desc()).limit(MOST)
+        else:
+            newest = newest.where(cut.recording_id >= asked.since, cut.id <= asked.upto)
+        query = select(recording).where(recording.id.in_(newest))
+        return self.session.scalars(query.options(selectinload(recording.cuts))).all()
 
 
 def _held_by(session: Session, owner: models.Machine, pair: models.Pair) -> set[int]:

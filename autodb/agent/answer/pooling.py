@@ -18,6 +18,7 @@ from autodb.agent.rows.sensed_forces import operation_of, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.pairs.engaged import CUTTING_TIME
+from autodb.records.tables import CutTable
 from autodb.store import models
 from autodb.wording import phrase
 
@@ -53,17 +54,16 @@ class PooledCuts:
             return self.recordings[0].path
         return f"{pair_name(self.pair)}, {len(self.cuts)} cuts of {len(self.recordings)} recordings"
 
-    def explained(self, session: Session, owner: models.Machine) -> Explained | None:
-        """Explain the cuts against what was expected; None: too few of them, or none sensed."""
+    def explainable(self, session: Session, owner: models.Machine) -> "ExplainableCuts | None":
+        """Return what is explained of the cuts; None: too few of them, or none sensed."""
         cuts = self.cuts if self.pair is None else self._alike()
         if len(cuts) < EXPLAINED:
             return None
         stamps = common_stamps(cuts) if len(self.recordings) > 1 else None
         try:
-            sensed, expected, has = expected_and_sensed(session, owner, cuts, stamps=stamps)
+            return ExplainableCuts(*expected_and_sensed(session, owner, cuts, stamps=stamps))
         except UnusableInput:
             return None
-        return explain(sensed, expected, includes=has)
 
     def _alike(self) -> list[models.Cut]:
         """Return cuts of one operation, of whose edges all say how long they have cut, or none.
@@ -80,6 +80,19 @@ class PooledCuts:
             return sum(cut.id in self.excluded for cut in own), kind[1], len(own)
 
         return kinds[max(kinds, key=first)] if kinds else []
+
+
+@dataclass(frozen=True)
+class ExplainableCuts:
+    """What was ``sensed`` in cuts, and ``expected`` of them with the terms that it ``includes``."""
+
+    sensed: CutTable
+    expected: CutTable
+    includes: list[str]
+
+    def explained(self) -> Explained:
+        """Explain what was sensed by what is missing in what was expected."""
+        return explain(self.sensed, self.expected, includes=self.includes)
 
 
 def common_stamps(cuts: Sequence[models.Cut]) -> Stamps:
@@ -138,9 +151,9 @@ def explain_mismatch(session: Session, row: models.Mismatch) -> Explained:
         return explain_recording(session, row.recording)
     owner = session.get_one(models.Machine, row.recording.machine_id)
     cuts = [cut for one in row.recordings for cut in cuts_of_pair(one, row.pairs[0])]
-    explained = PooledCuts(row.pairs[0], cuts, frozenset()).explained(session, owner)
-    if explained is None:
+    found = PooledCuts(row.pairs[0], cuts, frozenset()).explainable(session, owner)
+    if found is None:
         raise UnusableInput(
             phrase("mismatch {number}: too few of its cuts count and are sensed", number=row.id)
         )
-    return explained
+    return found.explained()

@@ -42,9 +42,9 @@ class Unread:
 
 @dataclass(frozen=True)
 class _Known:
-    """A recording's file: how it came in, and its size then, as far as that is known."""
+    """A recording's file: the path that it came in by, and its size then, as far as it is known."""
 
-    came_as: Path
+    came_as: str
     sha256: str
     size: int | None
 
@@ -100,9 +100,9 @@ def _known(session: Session, machine_id: int) -> dict[str, _Known]:
     found = {}
     for path, stored, came_as, sha256, seen in rows:
         size = None if seen is None else size_by_stamp(seen)
-        found[path] = _Known(Path(came_as or path), sha256, size)
+        found[path] = _Known(came_as or path, sha256, size)
         if stored is not None and stored != path:
-            found[stored] = _Known(Path(came_as or path), sha256, None)
+            found[stored] = _Known(came_as or path, sha256, None)
     return found
 
 
@@ -120,7 +120,7 @@ def _looked_at(path: Path, seen: str, known: dict[str, _Known], kept: Path) -> I
         if path.suffix != COPIED or not (str(whole) in known or whole.exists()):
             yield Unread(path, seen, _came_as(path, kept))
     elif one.size is not None and size > one.size:
-        yield Unread(path, seen, one.came_as, Grown(one.size, one.sha256))
+        yield Unread(path, seen, Path(one.came_as), Grown(one.size, one.sha256))
 
 
 def _came_as(path: Path, kept: Path) -> Path:

@@ -94,15 +94,15 @@ def excluded_cuts(
     usual = states[0]
     if usual is None:
         return []
-    versions = chain_ids(row for row in states if row is not None)
+    after = 0 if newest is None else _before_newest(session, pair_id, upto, newest)
+    first = 0 if after == 0 else _first_to_learn(session, after)
+    versions = chain_ids((row for row in states if row is not None), down_to=first)
     seen = models.cutting_parameters_force.c
     learnt = (
         select(models.SensedForce.cut_id)
         .join(models.cutting_parameters_force, seen.sensed_force_id == models.SensedForce.id)
-        .where(seen.cutting_parameters_id.in_(versions))
+        .where(seen.cutting_parameters_id.in_(versions), models.SensedForce.cut_id > after)
     )
-    after = 0 if newest is None else _before_newest(session, pair_id, upto, newest)
-    learnt = learnt.where(models.SensedForce.cut_id > after)
     query = select(models.Cut).where(
         models.Cut.id > after,
         models.Cut.recording.has(machine_id=machine_id),
@@ -119,6 +119,17 @@ def excluded_cuts(
     cuts = session.scalars(query.order_by(models.Cut.id)).all()
     worn = as_posterior(usual).wear is not None
     return [cut for cut in cuts if usable(cut) and (not worn or CUTTING_TIME in cut.conditions)]
+
+
+def _first_to_learn(session: Session, after: int) -> int:
+    """Return the first version, by id, that learnt forces of cuts behind one; 0: none has."""
+    seen = models.cutting_parameters_force.c
+    query = (
+        select(func.min(seen.cutting_parameters_id))
+        .join(models.SensedForce, seen.sensed_force_id == models.SensedForce.id)
+        .where(models.SensedForce.cut_id > after)
+    )
+    return session.scalar(query) or 0
 
 
 def _before_newest(session: Session, pair_id: int, upto: int, newest: int) -> int:

@@ -1,6 +1,6 @@
 """Passes of the refresh as the database keeps them: what each did, and the lines that say it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.learn.shifted import ForceShift
 from autodb.agent.rows.machines import find_machine
-from autodb.agent.rows.refresh_cursor import Span, last_force
+from autodb.agent.rows.refresh_cursor import ASKED, Span, last_force
 from autodb.errors import UnusableInput
 from autodb.store import Store, models
 from autodb.wording import msgid, phrase, phrase_many
@@ -173,12 +173,16 @@ def files_came_in(session: Session, files: Sequence[models.InboxFile], span: Spa
 
 @dataclass(frozen=True)
 class PassRecord:
-    """A pass to be kept: what it did, over which cuts, by what, and the files that it reports."""
+    """A pass to be kept: what it did, over which cuts, by what, and the files that it reports.
+
+    ``asked``: what it and those before it explained, and of what evidence.
+    """
 
     done: RefreshReport
     span: Span
     basis: dict[str, Any]
     files: Sequence[models.InboxFile]
+    asked: Sequence[Mapping[str, Any]] = ()
 
 
 def keep_pass(session: Session, machine_id: int, kept: PassRecord) -> None:
@@ -195,7 +199,7 @@ def keep_pass(session: Session, machine_id: int, kept: PassRecord) -> None:
         report=asdict(done),
         last_cut_id=kept.span.upto,
         last_force_id=last_force(session),
-        basis=kept.basis,
+        basis={**kept.basis, ASKED: list(kept.asked)},
     )
     session.add(row)
     session.flush()

@@ -13,6 +13,7 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from autodb.agent.answer.asked_before import AskedBefore
 from autodb.agent.answer.drifted_gains import open_drifted_gains
 from autodb.agent.answer.pooled_mismatches import NotUsual, open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
@@ -98,6 +99,7 @@ class _Pass:
         self._basis = basis_of(session, owner)
         mark = last_mark(session, owner.id)
         self.span = next_span(session, owner.id, mark, self._basis, newest_cut=newest_cut)
+        self._asked = AskedBefore(() if mark is None else mark.asked)
         self._files = files_since(session, owner.id)
         self._wearing: list[int] = []
         self._done = RefreshReport(came_in=files_came_in(session, self._files, self.span))
@@ -116,11 +118,14 @@ class _Pass:
             outliers += self._learn(pair, sensed)
         done.mismatches += open_drifted_gains(session, owner, self.span, sensed)
         strange = NotUsual(outliers, self._wearing, self.span.upto)
-        done.mismatches += open_mismatches(session, owner, strange, progress=self._progress)
+        done.mismatches += open_mismatches(
+            session, owner, strange, self._asked, progress=self._progress
+        )
         done.measured, done.sensed, done.not_sensed = self._counted()
         done.due, done.waiting = calibrations_due(session, owner, self.span), self._waiting()
         if done.anything or self.span.anew or self.span.upto > self.span.old:
-            keep_pass(session, owner.id, PassRecord(done, self.span, self._basis, self._files))
+            kept = PassRecord(done, self.span, self._basis, self._files, self._asked.rows)
+            keep_pass(session, owner.id, kept)
         return done
 
     def _match(self, sensed: list[Calibrations]) -> None:

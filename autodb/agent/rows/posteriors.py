@@ -187,15 +187,22 @@ def version_chain(parameters: models.CuttingParameters) -> list[models.CuttingPa
     return versions
 
 
-def chain_ids(versions: Iterable[models.CuttingParameters]) -> Select[tuple[int]]:
+def chain_ids(
+    versions: Iterable[models.CuttingParameters], *, down_to: int = 0
+) -> Select[tuple[int]]:
     """Return the ids of versions and of those that they were built on, as a query: a chain of many
     versions is long, and each holds a covariance.
+
+    ``down_to``: of those built on the ids from this one up, where what older ones learnt is not
+    asked for.
     """
     made = models.CuttingParameters
     first = select(made.id, made.previous_id).where(made.id.in_([one.id for one in versions]))
     chain = first.cte("version_chain", recursive=True)
     chain = chain.union(
-        select(made.id, made.previous_id).join(chain, made.id == chain.c.previous_id)
+        select(made.id, made.previous_id)
+        .join(chain, made.id == chain.c.previous_id)
+        .where(made.id >= down_to)
     )
     return select(chain.c.id)
 

@@ -4,7 +4,7 @@ What a pass costs is then what came in since. Where what senses forces, or what 
 no longer what it was (``basis_of``), every cut is examined once more.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,15 +22,21 @@ SENSED_OVER_TIME = ("drive", "table", FUSION)
 
 CALIBRATIONS, ESTIMATORS, DYNAMOMETER = SENSORS = ("calibrations", "estimators", "dynamometer")
 """Of a basis, what forces are sensed with, or measured."""
+ASKED = "asked"
+"""Beside what a pass did its work by: what it, or one before it, explained and of what evidence."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """The last cut and the last sensed force that passes have examined, by id; what by."""
+    """The last cut and the last sensed force that passes have examined, by id; what by.
+
+    ``asked``: what was explained and of what evidence, as the pass kept it.
+    """
 
     cut: int
     force: int
     basis: Mapping[str, Any]
+    asked: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass(frozen=True)
@@ -61,7 +67,9 @@ def last_mark(session: Session, machine_id: int) -> Mark | None:
     )
     if row is None or row.last_cut_id is None:
         return None
-    return Mark(row.last_cut_id, row.last_force_id or 0, row.basis or {})
+    basis = dict(row.basis or {})
+    asked = basis.pop(ASKED, ())
+    return Mark(row.last_cut_id, row.last_force_id or 0, basis, asked)
 
 
 def basis_of(session: Session, owner: models.Machine) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from sqlalchemy import Select, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, contains_eager
 
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.edges_in_use import conditions_in_use
@@ -87,6 +87,7 @@ def forces_of_cuts(
     known = (
         select(models.SensedForce)
         .join(models.Cut)
+        .options(contains_eager(models.SensedForce.cut))
         .where(models.Cut.id.in_(cuts), models.SensedForce.value_N.is_not(None))
     )
     forces = [f for current in calibrations for f in _of_axis(session, known, current)]
@@ -98,6 +99,7 @@ def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
     return (
         select(models.SensedForce)
         .join(models.Cut)
+        .options(contains_eager(models.SensedForce.cut))
         .where(
             models.Cut.recording.has(machine_id=machine_id),
             models.Cut.pair_id == pair_id,

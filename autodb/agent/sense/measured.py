@@ -233,16 +233,20 @@ def _waiting(session: Session, owner: models.Machine) -> list[WaitingCut]:
     """Return the cuts of recordings over time with force channels that were not taken yet."""
     if newest(session, owner.id, KIND):
         return []
+    over_time = select(models.StoredRecording.id).where(
+        models.StoredRecording.machine_id == owner.id,
+        models.StoredRecording.kind == "series",
+        models.StoredRecording.channels.any(models.RecordingChannel.name.in_(FORCES)),
+    )
+    if session.scalar(over_time.limit(1)) is None:
+        return []  # without looking through every cut
     taken = exists().where(
         models.SensedForce.cut_id == models.Cut.id, models.SensedForce.estimator == MEASURED
     )
     cuts = session.scalars(
         select(models.Cut)
-        .join(models.StoredRecording)
         .where(
-            models.StoredRecording.machine_id == owner.id,
-            models.StoredRecording.kind == "series",
-            models.StoredRecording.channels.any(models.RecordingChannel.name.in_(FORCES)),
+            models.Cut.recording_id.in_(over_time),
             models.Cut.pair_id.is_not(None),
             models.Cut.superseded_at.is_(None),
             ~taken,

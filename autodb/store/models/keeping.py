@@ -16,7 +16,8 @@ class RefreshPass(Base):
     """One pass of the refresh: when, how it ended, what it did; ``report`` is what it said.
 
     ``last_cut_id``: it and those before it looked at every cut up to this one, and at every sensed
-    force up to ``last_force_id``, with the sensors and by the decisions of ``basis``.
+    force up to ``last_force_id``, with the sensors and by the decisions of ``basis``; that holds,
+    as ``asked``, what was explained and of what evidence, too.
     """
 
     __tablename__ = "refresh_pass"
