@@ -44,7 +44,7 @@ def leave_one_out(
     that the rest does not hold get nothing. ``pull`` (p,) holds coefficients towards 0, as a row
     each: what few rows show only must not be carried to others.
     """
-    errors = np.empty_like(values)
+    errors, gap = np.empty_like(values), min(gap, (len(values) - 1) // 2)
     towards = np.diag(np.zeros(design.shape[1]) if pull is None else pull)
     nothing = np.zeros(len(towards))
     for fold in range(min(folds, int(blocks.max()) + 1)):

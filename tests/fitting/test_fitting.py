@@ -228,6 +228,12 @@ def test_held_out_errors_come_from_fits_without_the_block_and_its_gap() -> None:
     assert_allclose(errors[test], values[test] - X[test] @ expected, rtol=1e-9)
 
 
+def test_a_gap_as_long_as_the_rows_leaves_none_to_fit_on() -> None:
+    """Few rows with gaps between them: noise is correlated over all of them."""
+    errors = leave_one_out(X[:50], Y[:50], np.arange(50) // 10, gap=31)
+    assert_allclose(errors[20:30], Y[20:30])
+
+
 def _deviating(seed: int, *, rho: float, law: float) -> tuple[float, float]:
     """Return (error in sd, sd) of a slope beside a curve that the law y = a + b·z does not know."""
     rng = np.random.default_rng(seed)
