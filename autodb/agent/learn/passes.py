@@ -115,9 +115,10 @@ class RefreshReport:
             said.append(phrase(CONFIRMS))
         elif self.waiting:
             said.append(
-                phrase(
-                    "{count} mismatches are undecided; list them with 'autodb mismatch list'",
-                    count=self.waiting,
+                phrase_many(
+                    "{count} mismatch is undecided; see 'autodb mismatch list'",
+                    "{count} mismatches are undecided; see 'autodb mismatch list'",
+                    self.waiting,
                 )
             )
         if self.predicted:
