@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from sqlalchemy import Connection, func, insert, select
 
-from autodb.agent.answer.pooling import ExplainableCuts
+from autodb.agent.answer.pooled.pooling import ExplainableCuts
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.operate.refreshing import refresh

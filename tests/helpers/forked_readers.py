@@ -24,7 +24,7 @@ FORKS = """
 import gc, json, os, socket, sys
 gc.disable()
 from autodb.web.receive import apart
-from autodb.agent.answer import pooling
+from autodb.agent.answer.pooled import pooling
 from autodb.agent.operate import deciding, receiving, refreshing
 from autodb.readers import text
 from autodb.reports import explanation, recorded

@@ -5,7 +5,7 @@ from typing import Any
 from sqlalchemy import func, inspect, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.pooling import common_stamps
+from autodb.agent.answer.pooled.pooling import common_stamps
 from autodb.agent.rows.calibrations import current_calibrations
 from autodb.agent.rows.recordings import counted_cuts
 from autodb.fitting.gaussian import NORMAL_95

@@ -13,9 +13,9 @@ from contextlib import AbstractContextManager
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from autodb.agent.answer.asked_before import AskedBefore
 from autodb.agent.answer.drifted_gains import open_drifted_gains
-from autodb.agent.answer.pooled_mismatches import NotUsual, open_mismatches
+from autodb.agent.answer.pooled.asked_before import AskedBefore
+from autodb.agent.answer.pooled.pooled_mismatches import NotUsual, open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.inferred_edges import infer_edge_changes, newest_cuts

@@ -111,7 +111,7 @@ class MismatchToExplain:
 
     def do(self, store: Store, _tell: Tell) -> bytes:
         """Return the report, a piece of a page, as JSON."""
-        from autodb.agent.answer.pooling import explain_mismatch
+        from autodb.agent.answer.pooled.pooling import explain_mismatch
         from autodb.agent.operate.deciding import (
             mismatch,  # what explains is heavy, and seldom asked for
         )

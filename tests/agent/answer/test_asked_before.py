@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 from sqlalchemy import select
 
-from autodb.agent.answer import asked_before, pooling
-from autodb.agent.answer.asked_before import MOST_KEPT, AskedBefore, KeptInquiry
-from autodb.agent.answer.pooled_mismatches import LOOKED_BACK
+from autodb.agent.answer.pooled import asked_before, pooling
+from autodb.agent.answer.pooled.asked_before import MOST_KEPT, AskedBefore, KeptInquiry
+from autodb.agent.answer.pooled.pooled_mismatches import LOOKED_BACK
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.refresh_cursor import last_mark
 from autodb.explain import Explained

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 from sqlalchemy import select
 
-from autodb.agent.answer.pooling import DAY_S, common_stamps, explain_mismatch
+from autodb.agent.answer.pooled.pooling import DAY_S, common_stamps, explain_mismatch
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.operate.withdrawing import withdraw
 from autodb.store import migrate, models, open_store

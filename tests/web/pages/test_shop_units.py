@@ -13,8 +13,8 @@ import pytest
 from fastapi.testclient import TestClient
 from numpy.typing import NDArray
 
-from autodb.agent.answer import pooling
 from autodb.agent.answer.looking_up import PairReader
+from autodb.agent.answer.pooled import pooling
 from autodb.agent.operate.deciding import mismatches
 from autodb.errors import UnusableInput
 from autodb.files.units import presentation_of

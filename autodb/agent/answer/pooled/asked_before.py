@@ -18,7 +18,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from autodb import __version__
-from autodb.agent.answer.pooling import ExplainableCuts, PooledCuts
+from autodb.agent.answer.pooled.pooling import ExplainableCuts, PooledCuts
 from autodb.store import models
 
 GROWN = 0.1

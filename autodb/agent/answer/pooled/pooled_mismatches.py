@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session, selectinload
 
-from autodb.agent.answer.asked_before import GROWN, AskedBefore, KeptInquiry, kept_inquiry
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
-from autodb.agent.answer.pooling import PooledCuts, cuts_of_pair
+from autodb.agent.answer.pooled.asked_before import GROWN, AskedBefore, KeptInquiry, kept_inquiry
+from autodb.agent.answer.pooled.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.mismatches import is_cause, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import latest

@@ -1,0 +1,1 @@
+"""Explain the excluded cuts of many recordings together, and only what changed since."""
