@@ -114,16 +114,7 @@ def import_file(
         before = None if known else _same_series(session, machine_id, source, came_as)
     if known is not None and not again:
         return _once_more(store, machine, known, kept, looked_at=looked_at)
-    named = source.side.recording.machine
-    if named is not None and named != machine:
-        raise UnusableInput(
-            phrase(
-                "{file}: its side file says machine '{named}', not '{machine}'",
-                file=path,
-                named=named,
-                machine=machine,
-            )
-        )
+    _refuse_of_another(source, path, machine)
     row, cuts, notes = _read_in(source, sha256, progress)
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
@@ -162,6 +153,20 @@ def _read_in(
 def _is_read_again(known: Imported, instead: TakeBack | None) -> bool:
     """Say whether a file that is there is read as another side file says now."""
     return known.other_side and (instead is not None or known.withdrawn is not None)
+
+
+def _refuse_of_another(source: RecordingSource, path: Path, machine: str) -> None:
+    """Refuse a file whose side file names another machine."""
+    named = source.side.recording.machine
+    if named is not None and named != machine:
+        raise UnusableInput(
+            phrase(
+                "{file}: its side file says machine '{named}', not '{machine}'",
+                file=path,
+                named=named,
+                machine=machine,
+            )
+        )
 
 
 def _once_more(

@@ -242,6 +242,19 @@ def _keep(
     return keep_estimator(session, owner.id, KIND, fitted, rows)
 
 
+def _refuse_lacking(lacking: list[str], recording: Recording) -> None:
+    """Refuse a recording that lacks efforts which a network was trained with."""
+    if lacking:
+        raise UnusableInput(
+            phrase(
+                "{file}: no drive effort of {names} that the machine has a model of; the "
+                "network was trained with it",
+                file=recording.path,
+                names=", ".join(lacking),
+            )
+        )
+
+
 def forces_on_machine(
     store: Store, machine: str, recording: Recording, *, progress: Callable[[str], None]
 ) -> list[ReconstructedLoad]:
@@ -269,16 +282,7 @@ def forces_on_machine(
         box = of_bytes(base64.b64decode((rows[0].model or {})["npz"])).box
         own = signed(recording, owner)
         every = _drives(session, owner, own)
-        lacking = [axis.name for axis in box.axes if axis.name not in every]
-        if lacking:
-            raise UnusableInput(
-                phrase(
-                    "{file}: no drive effort of {names} that the machine has a model of; the "
-                    "network was trained with it",
-                    file=recording.path,
-                    names=", ".join(lacking),
-                )
-            )
+        _refuse_lacking([axis.name for axis in box.axes if axis.name not in every], recording)
         drives = {axis.name: every[axis.name] for axis in box.axes}
         version = rows[0].version
     progress("networks")

@@ -147,8 +147,7 @@ def lookup(
         raise UnusableInput(
             phrase("--share and --sure go with --largest; add it, or leave them out")
         )
-    cut = _cut_asked(given, largest)
-    geometry: dict[str, float] = {}
+    cut, geometry = _cut_asked(given, largest), dict[str, float]()
     if tool_file is not None:
         tool, geometry = stated_tool(tool_file, tool)
     if cut is not None and (material is None or tool is None):
