@@ -1,5 +1,6 @@
 """`mismatch`: what explain found on a machine, listed, shown, and a person's word on it."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -19,11 +20,14 @@ from autodb.cli._common import (
     working,
 )
 from autodb.cli._reader import headed, in_english, shown_again
-from autodb.files.channels import unit_of
+from autodb.cli.understand.mismatch_shown import (
+    kept_of_mismatch,
+    mismatch_statement,
+    numbers_table,
+    status_words,
+)
 from autodb.wording import (
-    day,
     listed,
-    listed_stretches,
     localized,
     msgid,
     phrase,
@@ -31,10 +35,6 @@ from autodb.wording import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rich.table import Table
-
     from autodb.agent.operate.deciding import Decided
     from autodb.agent.sense.identifying import KeptModel
     from autodb.store.models import Mismatch
@@ -64,7 +64,6 @@ As = Annotated[
     ),
 ]
 
-ALL_ALONG = (msgid("all along the recording"), msgid("all along the recordings"))
 NONE_OPEN = msgid(
     "machine '{machine}': no open mismatch; 'autodb explain FILE --machine {machine}' looks for "
     "them"
@@ -132,9 +131,9 @@ def _cells(row: "Mismatch") -> tuple[str, ...]:
     from autodb.agent.rows.mismatches import found_words
 
     return (
-        str(row.id), found_words(row) or _name(row.recording.path), row.channel, row.term,
+        str(row.id), found_words(row) or Path(row.recording.path).name, row.channel, row.term,
         ", ".join(row.alternatives or ()), phrase(row.kind), f"{100 * row.confidence:.0f}",
-        _status(row), _statement(row),
+        status_words(row), mismatch_statement(row),
     )  # fmt: skip
 
 
@@ -151,150 +150,18 @@ def show_mismatch_command(number: Number, json: Json = False, db: Database = Non
             say_json(mismatch_said(session, row))
             return
         numbers = ", ".join(str(one.id) for one in row.recordings)
-        names = ", ".join(_name(one.path) for one in row.recordings)
+        names = ", ".join(Path(one.path).name for one in row.recordings)
         of = phrase("recording") if len(row.recordings) == 1 else phrase("recordings")
         said = phrase(
             "mismatch {number}: {channel} of {recording} {numbers}: {files}",
             number=row.id, channel=row.channel, recording=of, numbers=numbers, files=names,
         )  # fmt: skip
         say(said)
-        for what, text in _details(row):
+        for what, text in kept_of_mismatch(row):
             say(phrase(what, what=text))
-        rows = _numbers(row)
+        rows = numbers_table(row)
     if rows.row_count:
         show(rows)
-
-
-def _name(path: str) -> str:
-    from pathlib import Path
-
-    return Path(path).name
-
-
-def _details(row: "Mismatch") -> "Iterator[tuple[str, str]]":
-    """Return what is kept of a mismatch, a line each: what it is and its text."""
-    from autodb.agent.rows.mismatches import decision_words, found_words
-    from autodb.terms.homes import kept_words
-    from autodb.terms.vocabulary import effect_called
-
-    if found := found_words(row):
-        yield msgid("found in: {what}"), found
-    yield (
-        msgid("term: {what}"),
-        phrase(
-            "{term} ({kind}, {percent} % sure)",
-            term=row.term,
-            kind=phrase(row.kind),
-            percent=f"{100 * row.confidence:.0f}",
-        ),
-    )
-    yield msgid("statement: {what}"), _statement(row)
-    all_along = phrase(ALL_ALONG[bool(row.further)])
-    yield msgid("where: {what}"), listed(_places(row), "; ") or all_along
-    if row.variables:
-        yield msgid("depends on: {what}"), ", ".join(row.variables)
-    if row.alternatives:
-        yield msgid("or: {what}"), ", ".join(row.alternatives)
-        none = phrase("no simple move or cut separates them")
-        apart = shown_again(row.to_tell_apart) if row.to_tell_apart else none
-        yield msgid("to tell them apart: {what}"), apart
-    status = _status(row)
-    if row.decided_at:
-        status = phrase("{decided} on {day}", decided=status, day=day(row.decided_at))
-    yield msgid("status: {what}"), status
-    for decision in row.decisions:
-        yield msgid("decision: {what}"), decision_words(decision)
-    if row.lot is not None:
-        yield msgid("lot: {what}"), row.lot
-    yield from ((msgid("made: {what}"), text) for text in _made(row))
-    kept = kept_words(row.confirmed_term or row.term, row.channel)
-    yield msgid("once confirmed: {what}"), kept
-    one = effect_called(row.confirmed_term or row.term)
-    said = phrase("{said} ({source})", said=shown_again(one.check), source=one.check_source)
-    yield msgid("advice: {what}"), said
-
-
-def _statement(row: "Mismatch") -> str:
-    from autodb.reports.explanation import statement_words
-
-    return listed(map(shown_again, statement_words(row.statement)), " ")
-
-
-def _made(row: "Mismatch") -> "Iterator[str]":
-    """Return the versions that hold a mismatch; those that were taken back say so."""
-    for model in row.models:
-        said = phrase(
-            "{channel} version {version} (model {number})",
-            channel=model.channel, version=model.version, number=model.id,
-        )  # fmt: skip
-        yield _or_back(said, model.undone_at)
-    for one in row.calibrations:
-        said = phrase(
-            "calibration of {axis} version {version} (calibration {number})",
-            axis=one.axis, version=one.version, number=one.id,
-        )  # fmt: skip
-        yield _or_back(said, one.undone_at)
-    for held in row.parameters_of_pairs:
-        said = phrase(
-            "{pair} version {version} (parameters {number})",
-            pair=f"{held.pair.material.name} / {held.pair.tool.name}",
-            version=held.version, number=held.id,
-        )  # fmt: skip
-        yield _or_back(said, held.undone_at)
-
-
-def _or_back(said: str, undone_at: str | None) -> str:
-    """Return what was made, and when it was taken back, if it was."""
-    if undone_at is None:
-        return said
-    return phrase("{said}, taken back on {day}", said=said, day=day(undone_at))
-
-
-def _places(row: "Mismatch") -> "Iterator[str]":
-    """Return the stretches and regimes in which a mismatch sits."""
-    place = msgid("from {low} to {high} s")
-    if row.further:
-        place = msgid("of all cuts in the order of time {low} to {high}")
-    elif row.recording.kind == "cuts":
-        place = msgid("cuts {low} to {high}")
-    for low, high, count in listed_stretches(row.intervals or ()):
-        said = phrase(place, low=localized(f"{low:g}"), high=localized(f"{high:g}"))
-        yield (said if count == 1 else phrase("{count} stretches {where}", count=count, where=said))
-    for one in row.regime or ():
-        scale, unit = shop_amount(1.0, unit_of(one["signal"]) or "")
-        ends = [localized(f"{scale * one[end]:.4g}") for end in ("low", "high")]
-        share = f"{100 * one['share']:.0f}"
-        holds = phrase("{share} % of it", share=share)
-        if one.get("rows") is not None:
-            holds = phrase(
-                "{share} % of the squared error in {rows} % of the rows",
-                share=share, rows=f"{100 * one['rows']:.0f}",
-            )  # fmt: skip
-        span = phrase("{low} to {high}", low=ends[0], high=ends[1])
-        where = f"{one['signal']} {span} {unit}".strip()
-        yield listed([where, holds])
-
-
-def _numbers(row: "Mismatch") -> "Table":
-    from autodb.reports.explanation import parameter_words
-
-    rows = table(
-        phrase("Its numbers"),
-        *(phrase("parameter"), headed(phrase("value")), headed(phrase("95 % from"))),
-        *(headed(phrase("to")), phrase("unit")),
-    )
-    for name, value in row.parameters.items():
-        scale, unit = shop_amount(1.0, value["unit"])
-        numbers = (localized(f"{scale * value[key]:.4g}") for key in ("value", "low", "high"))
-        rows.add_row(parameter_words(name), *numbers, unit)
-    return rows
-
-
-def _status(row: "Mismatch") -> str:
-    from autodb.agent.rows.mismatches import decided_words
-
-    other = row.confirmed_term if row.confirmed_term != row.term else None
-    return decided_words(row.status, other, row.decided_by)
 
 
 @mismatch.command("confirm")

@@ -124,11 +124,7 @@ def identify_command(
         if page is not None:
             write_page(page, render_axis(model, moves), self_contained=self_contained)
     if json:
-        from autodb.library.found import IdentifyResult
-
-        version = stored.kept.version if stored else None
-        with in_english():
-            say_json(IdentifyResult(model, moves, version).to_dict())
+        _say_model(model, moves, stored)
         return
     show_fit(model, moves, other, spread)
     if seen is not None:
@@ -136,6 +132,15 @@ def identify_command(
     if page is not None:
         say(phrase("page: {page}", page=page))
     _show_stored(stored, machine or "")
+
+
+def _say_model(model: "Identified", moves: "tables.Recording", stored: "_Stored | None") -> None:
+    """Print an identification as JSON."""
+    from autodb.library.found import IdentifyResult
+
+    version = stored.kept.version if stored else None
+    with in_english():
+        say_json(IdentifyResult(model, moves, version).to_dict())
 
 
 def _check_update(*, update: bool, machine: str | None) -> None:

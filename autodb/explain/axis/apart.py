@@ -26,8 +26,8 @@ from autodb.explain.axis.moves import (
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Choice
-from autodb.explain.engine.confidence import of_plain
 from autodb.explain.engine.fit import rms
+from autodb.explain.engine.plain.odds import of_plain
 from autodb.explain.engine.telling import (
     NEAREST,
     SEPARATES,

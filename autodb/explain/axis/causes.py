@@ -15,15 +15,10 @@ from autodb.explain.axis.reading import AxisReading, size_of, value_of
 from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import (
-    Mistuned,
-    Standing,
-    beside_plain,
-    of_missing,
-    of_mistuned,
-    of_plain,
-)
+from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
 from autodb.explain.engine.entries import own_term_entries, retuned_words, size_words
+from autodb.explain.engine.plain.odds import beside_plain, of_plain
+from autodb.explain.engine.standing import Standing
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
 from autodb.explain.engine.weighing import weighing
 from autodb.fitting.gaussian import NORMAL_95

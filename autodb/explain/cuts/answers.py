@@ -30,13 +30,7 @@ from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
 from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import (
-    UNSURE,
-    Mistuned,
-    Standing,
-    of_mistuned,
-    with_laws,
-)
+from autodb.explain.engine.confidence import Mistuned, of_mistuned, with_laws
 from autodb.explain.engine.entries import (
     is_undecided,
     named_entry,
@@ -45,6 +39,8 @@ from autodb.explain.engine.entries import (
 )
 from autodb.explain.engine.fit import rms
 from autodb.explain.engine.locate import regimes
+from autodb.explain.engine.plain.odds import UNSURE
+from autodb.explain.engine.standing import Standing
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import CutTable
 from autodb.terms.vocabulary import all_terms, term_called

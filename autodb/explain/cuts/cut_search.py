@@ -17,8 +17,8 @@ from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.laws import GAIN
-from autodb.explain.engine.plain import NEEDED
+from autodb.explain.engine.plain.growing import GAIN
+from autodb.explain.engine.plain.rows import NEEDED
 from autodb.explain.engine.search import FoundSet, as_compared, settled_set
 from autodb.records.tables import CutTable
 

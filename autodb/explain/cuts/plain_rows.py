@@ -1,6 +1,6 @@
 """Named laws that the cuts of a table need, by the error on blocks of cuts left out of the fit.
 
-As of axes (``engine.laws``): rows as they are, a cut's components one after the other, each over
+As of axes (``engine.plain``): rows as they are, a cut's components one after the other, each over
 its scatter, so that a sensor that fails in one of them does not decide for the others. What
 does not go with the conditions of a cut, or shows less clearly, is left to the search by evidence.
 """
@@ -15,8 +15,8 @@ from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import Library
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.explain.engine.laws import grown, merged_laws
-from autodb.explain.engine.plain import ROWS, PlainRows
+from autodb.explain.engine.plain.growing import grown, merged_laws
+from autodb.explain.engine.plain.rows import ROWS, PlainRows
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,9 @@ from typing import Literal
 
 from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing
+from autodb.explain.engine.confidence import Mistuned
 from autodb.explain.engine.search import alike_terms
+from autodb.explain.engine.standing import Standing
 from autodb.terms.vocabulary import effect_called
 from autodb.wording import significant, stored_msgid
 

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.laws import FoundedLaw, fitted_laws, founded
 from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.normal import normal
-from autodb.explain.engine.plain import BEYOND, PlainRows, range_of
+from autodb.explain.engine.plain.founded import FoundedLaw, fitted_laws, founded
+from autodb.explain.engine.plain.rows import BEYOND, PlainRows, range_of
 from autodb.explain.engine.prior import coefficient_costs
 from autodb.explain.engine.search import DETAIL, MARGIN, CandidateSearch, FoundSet
 from autodb.explain.engine.tuning import BesideShapes, tuned

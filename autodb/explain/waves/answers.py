@@ -20,11 +20,12 @@ from autodb.explain.answer import (
     unnamed_cause,
 )
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, with_laws
+from autodb.explain.engine.confidence import Mistuned, with_laws
 from autodb.explain.engine.entries import is_undecided, named_entry, undecided_entry
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.locate import regimes
-from autodb.explain.engine.plain import PlainRows
+from autodb.explain.engine.plain.rows import PlainRows
+from autodb.explain.engine.standing import Standing
 from autodb.explain.waves.candidates import OWN_WAYS, candidates_by_key
 from autodb.explain.waves.fit import WavesFit, component_noise_sd, fit_waves
 from autodb.explain.waves.look import FoundInWaves, but_for_laws, look_in_waves

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.normal import solved
-from autodb.explain.engine.plain import BEYOND
+from autodb.explain.engine.plain.rows import BEYOND
 from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
 from autodb.explain.waves.candidates import (
     COURSE,

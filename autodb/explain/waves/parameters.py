@@ -10,8 +10,9 @@ from scipy.optimize import minimize_scalar
 
 from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import CandidateForm, Choice
-from autodb.explain.engine.confidence import Mistuned, Standing, of_mistuned
+from autodb.explain.engine.confidence import Mistuned, of_mistuned
 from autodb.explain.engine.entries import own_term_entries
+from autodb.explain.engine.standing import Standing
 from autodb.explain.waves.candidates import OWN_WAYS, nudged, off_axis
 from autodb.explain.waves.fit import BesideWaves, WavesFit, WhitenedNoise, WhiteWaves
 from autodb.explain.waves.look import FoundInWaves

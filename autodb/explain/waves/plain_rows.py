@@ -1,6 +1,6 @@
 """Named laws that a milled waveform needs, by the error on blocks of time left out of the fit.
 
-As of axes and tables (``engine.laws``): rows as they are, each component over its noise. Of a long
+As of axes and tables (``engine.plain``): rows as they are, each component over its noise. Of a long
 recording some rows: every part of a turn is among them, as their places are no even steps.
 
 A real edge follows no law to a part in a hundred, and what it does otherwise comes round with every
@@ -15,16 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.explain.engine.laws import (
+from autodb.explain.engine.plain.founded import ROUNDS
+from autodb.explain.engine.plain.growing import (
     CLEAR,
     GAIN,
     IN_BLOCKS,
-    ROUNDS,
     completed,
     grown,
     merged_laws,
 )
-from autodb.explain.engine.plain import OWN, ROWS, PlainRows, rms_fall
+from autodb.explain.engine.plain.rows import OWN, ROWS, PlainRows, rms_fall
 from autodb.explain.waves.candidates import OVER_TURN
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, component_noise_sd
 

@@ -1,6 +1,6 @@
 """A law in whose place something else is as likely is not said surely, in a published table."""
 
-from autodb.explain.engine.confidence import UNSURE
+from autodb.explain.engine.plain.odds import UNSURE
 from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case
 from autodb.proofs.runs.tables.table_answers import explained_table
 

@@ -13,11 +13,12 @@ from autodb.explain.axis.look import AxisField
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
-from autodb.explain.engine.confidence import SIGNED_RANKS
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.inquiry import inquire
-from autodb.explain.engine.laws import fitted_laws, founded, in_most_blocks
-from autodb.explain.engine.plain import BLOCKS, PlainRows
+from autodb.explain.engine.plain.founded import fitted_laws, founded
+from autodb.explain.engine.plain.growing import in_most_blocks
+from autodb.explain.engine.plain.odds import SIGNED_RANKS
+from autodb.explain.engine.plain.rows import BLOCKS, PlainRows
 from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 from tests.helpers.campaigns import first

@@ -9,8 +9,9 @@ from numpy.testing import assert_array_equal
 from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, IntervalValue, Where
 from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.engine.candidates import UNKNOWN
-from autodb.explain.engine.confidence import Mistuned, standing
+from autodb.explain.engine.confidence import Mistuned
 from autodb.explain.engine.entries import own_term_entries
+from autodb.explain.engine.standing import standing
 from autodb.records.tables import Recording
 from autodb.reports.explanation import headline
 from autodb.terms.friction import direction

@@ -12,9 +12,10 @@ from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.signals import axis_signals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, Choice
-from autodb.explain.engine.confidence import UNSURE, Standing, of_plain
-from autodb.explain.engine.laws import merged_laws
-from autodb.explain.engine.plain import PlainRows
+from autodb.explain.engine.plain.growing import merged_laws
+from autodb.explain.engine.plain.odds import UNSURE, of_plain
+from autodb.explain.engine.plain.rows import PlainRows
+from autodb.explain.engine.standing import Standing
 from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]

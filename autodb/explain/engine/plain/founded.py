@@ -11,7 +11,6 @@ the others make needless goes again.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -20,202 +19,22 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
-from autodb.explain.engine.plain import (
-    ALONE,
-    BLOCKS,
-    DISCREPANCY,
-    NEEDED,
-    PlainRows,
-    beside,
-    rms_fall,
+from autodb.explain.engine.plain.growing import (
+    MOST,
+    best_offer,
+    completed,
+    confined_one,
+    grown,
+    merged_laws,
+    only_of_their_kind,
 )
-from autodb.explain.engine.search import MARGIN
+from autodb.explain.engine.plain.rows import NEEDED, PlainRows, rms_fall
 from autodb.explain.engine.tuning import BesideShapes, tuned
 
 Array = NDArray[np.float64]
 
-GAIN = 0.04
-"""Share by which the held-out rms must fall with a law: by chance, on recordings of real axes that
-nothing was missing in, a column lowered it by 4.5 % at most."""
-BESIDE_ITSELF = 3.0
-"""Slow noise counts as so much more where what it might pass for was taken out of it: of what holds
-nothing a search takes out the strongest. Chosen on synthetic recordings of noise alone."""
-CLEAR = 2.0 * GAIN
-"""Share that is clear, for a law with nothing to search for. Chosen."""
-IN_BLOCKS = 6
-"""Blocks of which each must be predicted better with it. Chosen."""
-MOST = 5
-"""Laws at most."""
 ROUNDS, FIRST_SCAN = 4, 10
 """Rounds of searching what laws leave, and the number that the first of them goes by."""
-
-
-def grown(
-    rows: PlainRows,
-    choices: Sequence[Choice],
-    among: Sequence[Candidate],
-    *,
-    most: int = MOST,
-) -> list[Choice]:
-    """Return the choices with every further law that is clearly needed, the largest first.
-
-    ``most``: of further laws.
-    """
-    found = list(choices)
-    for _ in range(min(most, MOST - len(found))):
-        taken = {c.candidate.key for c in found}
-        offers = [_offered(rows, found, c) for c in among if c.key not in taken]
-        able = [(f, c) for f, c in offers if c and f >= GAIN + rows.asked_more(c)]
-        longer = _with_next(rows, found, able)
-        if longer is None:
-            break
-        found = longer
-    return pruned(rows, found)
-
-
-def _with_next(
-    rows: PlainRows, found: Sequence[Choice], able: Sequence[tuple[float, Choice]]
-) -> list[Choice] | None:
-    """Return the choices with the offer that lowers the rms most for its columns, or what is more
-    usual and says the same; none that would take the place of such a one.
-    """
-    for _, best in sorted(able, key=lambda offer: rows.richness(offer[1]) - offer[0]):
-        others = beside(found, best.candidate)
-        kept = {c.candidate.key for c in others}
-        if _more_usual(rows, others, best, [c for c in found if c.candidate.key not in kept]):
-            continue
-        usual = _more_usual(rows, others, best, [c for _, c in able])
-        return [*others, max(usual, key=lambda choice: choice.candidate.usual, default=best)]
-    return None
-
-
-def _more_usual(
-    rows: PlainRows, others: Sequence[Choice], law: Choice, among: Sequence[Choice]
-) -> list[Choice]:
-    """Return those laws that more machines have than one, and that say the same beside others:
-    its columns give theirs, or they do as well but for what real effects leave a law by.
-
-    Where an axis moves one way only, friction by direction gives friction that grows with speed; a
-    spring does as well as a weight that turns by less than half a turn.
-    """
-    usual = [
-        choice
-        for choice in among
-        if choice.candidate.usual > law.candidate.usual
-        and len(beside(others, choice.candidate)) == len(others)
-    ]
-    if not usual:
-        return []
-    none, whole = (float(rows.squares(c).sum()) for c in (others, [*others, law]))
-    enough = whole + DISCREPANCY * (none - whole)
-    return [
-        choice
-        for choice in usual
-        if rows.own_share([*others, law, choice]) <= ALONE
-        or float(rows.squares([*others, choice]).sum()) <= enough
-    ]
-
-
-def _offered(
-    rows: PlainRows, found: Sequence[Choice], candidate: Candidate
-) -> tuple[float, Choice | None]:
-    """Return by what share the held-out rms falls with a candidate, and it in its best form.
-
-    Nothing where it falls in too few folds, or by no more than slow noise would let it by chance:
-    of that a real machine's other effects pass for much, so that a static law that lowers it
-    clearly needs no more.
-    """
-    others = beside(found, candidate)
-    offer = rows.with_one_more(others, candidate)
-    if offer is None:
-        return 0.0, None
-    if len(others) < len(found):
-        before, after = rows.squares(found, like=candidate), offer[0]
-    else:
-        before, after = rows.without_and_with(others, offer[1], like=candidate)
-    chance = MARGIN + 2.0 * float(np.log(offer[1].shape.tries))
-    slow = min(rows.slow, BESIDE_ITSELF * rows.slow_beside(offer[1]))
-    told = float(before.sum() - after.sum()) > chance * slow
-    fall = rms_fall(before, after)
-    plain = candidate.static and fall >= CLEAR
-    if not (told or plain) or not in_most_blocks(before, after):
-        return 0.0, None
-    return fall, offer[1]
-
-
-def in_most_blocks(before: Array, after: Array) -> bool:
-    """Whether squares (BLOCKS,) fall in most blocks, or clearly beside those in which they fall
-    most: while an axis goes one way, own terms give what is missing, and the law can add nothing.
-    """
-    others = np.argsort(after - before)[BLOCKS - IN_BLOCKS :]
-    falls = int(np.sum(after < before)) >= IN_BLOCKS
-    return falls or rms_fall(before[others], after[others]) >= CLEAR
-
-
-def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the choices without those that the others do as well without, or that are beside these
-    no more of their kind: a dip of friction that has become a rise.
-
-    What acts on others holds what they add: beside it a static law stays.
-    """
-    found = _of_their_kind(rows, choices)
-    while len(found) > 1:
-        acted_on = any(c.candidate.acts for c in found)
-        loss = [np.inf if c.candidate.static and acted_on else _loss(rows, found, c) for c in found]
-        least = int(np.argmin(loss))
-        if loss[least] >= NEEDED:
-            break
-        del found[least]
-    return found
-
-
-def _of_their_kind(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the choices without those, the last first, that have coefficients of another kind."""
-    found = list(choices)
-    while not all(of_kind := rows.of_their_kind(found)):
-        del found[len(found) - 1 - of_kind[::-1].index(False)]
-    return found
-
-
-def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
-    """Return the choices with one law in the place of two wherever it does as well as both: a
-    static one within NEEDED, one that soaks up any misfit if it does better.
-    """
-    found = list(choices)
-    while len(found) > 1:
-        like = confined_one(found)
-        whole, taken = rows.squares(found, like=like), {c.candidate.key for c in found}
-        best, instead = 0.0, found
-        for pair in combinations(found, 2):
-            others = [c for c in found if c not in pair]
-            for candidate in rows.candidates:
-                if candidate.key in taken or not _stands_in(candidate, others):
-                    continue
-                offer = rows.with_one_more(others, candidate, like=like)
-                if offer is None or _more_usual(rows, others, offer[1], pair):
-                    continue
-                richer = rows.richness(offer[1]) - sum(map(rows.richness, pair))
-                asked = max(richer, 0.0) - NEEDED * candidate.static
-                fall = rms_fall(whole, offer[0]) - asked
-                if fall > best:
-                    best, instead = fall, [*others, offer[1]]
-        if instead is found:
-            break
-        found = instead
-    return found
-
-
-def _stands_in(candidate: Candidate, others: Sequence[Choice]) -> bool:
-    """Whether a candidate may take the place of laws beside others."""
-    allowed = len(beside(others, candidate)) == len(others)
-    return allowed and candidate.named and not candidate.first
-
-
-def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
-    """Return by what share the held-out rms rises without one of the choices."""
-    others = [c for c in found if c is not gone]
-    without, whole = rows.without_and_with(others, gone, like=gone.candidate)
-    return -rms_fall(whole, without)
 
 
 @dataclass(frozen=True)
@@ -273,7 +92,7 @@ def founded(
             bench, found, _continued(bench, named, _alone(bench, named, field), field)
         )
     found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
-    found = _of_their_kind(PlainRows(bench, [c.candidate for c in found], found), found)
+    found = only_of_their_kind(PlainRows(bench, [c.candidate for c in found], found), found)
     kept = [c for c in found if c.candidate.first]
     if bench.through and not kept:
         bench.look_through(kept)
@@ -327,11 +146,6 @@ def _better_account(
         squares.append(rows.squares(account, like=like))
         prices.append(sum(NEEDED + rows.richness(choice) for choice in account))
     return list(rival if rms_fall(*squares) > prices[1] - prices[0] else found)
-
-
-def confined_one(choices: Sequence[Choice]) -> Candidate | None:
-    """Return the first candidate of some choices that is confined to a stretch, if one is."""
-    return next((c.candidate for c in choices if c.candidate.interval is not None), None)
 
 
 def _anew(
@@ -390,7 +204,7 @@ def _first(
     found, laws = _static_laws(bench, static)
     acting = [c for c in named if c.first]
     rows = PlainRows(bench, [*laws, *acting])
-    offers = [_offered(rows, [], c) for c in acting]
+    offers = [best_offer(rows, [], c) for c in acting]
     _, best = max(offers, key=lambda offer: offer[0], default=(0.0, None))
     if best is None or rms_fall(rows.squares(found), rows.squares([best])) < 0.0:
         return found
@@ -439,10 +253,3 @@ def _laws(static: Sequence[Candidate], found: Sequence[Choice]) -> list[Choice]:
     """Return the static laws in their first form but for those found."""
     taken = {c.candidate.key for c in found}
     return [Choice(c, 0) for c in static if c.key not in taken and c.forms and c.forms[0].names]
-
-
-def completed(rows: PlainRows, found: Sequence[Choice]) -> list[Choice]:
-    """Return the choices with one more law of any kind, then static ones anew."""
-    static = [c for c in rows.candidates if c.static]
-    others = [c for c in rows.candidates if not c.static]
-    return grown(rows, grown(rows, found, others, most=1), static)

@@ -1,0 +1,1 @@
+"""Rows as they are: laws that predict those left out of the fit, and how sure of them one is."""
