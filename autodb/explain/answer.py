@@ -8,9 +8,10 @@ is what was corrected before; s is on average half of the others, so that
     share_j = e_jᵀ (2 d − c) / |d|²,    Σ share_j = 1 − |d − c|² / |d|².
 
 A contribution that mostly undoes another has a negative one: it takes nothing away. What own terms
-change within their uncertainty goes with the causes, which they would else stand in for. So the
-causes' shares are scaled to what the whole correction takes away. Source: Shapley 1953 (A value for
-n-person games), of a quadratic game.
+change beside the causes, which they would else stand in for, goes with these in proportion to their
+squares: what thin chips take more is little of an error that is made up for by a lower pressure of
+all chips. The shares are scaled to what the whole correction takes away. Source: Shapley 1953 (A
+value for n-person games), of a quadratic game.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -162,7 +163,10 @@ def shares_taken(difference: Array, correction: Array, parts: Sequence[Array]) -
     twice_left = 2.0 * difference - correction
     square = max(float(difference @ difference), TINY)
     whole = max(float(correction @ twice_left) / square, 0.0)
-    kept = np.array([max(float(part @ twice_left), 0.0) for part in parts])
+    squares = np.array([float(part @ part) for part in parts])
+    own = (correction - np.sum(parts, axis=0)) / max(float(squares.sum()), TINY)
+    with_own = [part + of_all * own for part, of_all in zip(parts, squares, strict=True)]
+    kept = np.array([max(float(part @ twice_left), 0.0) for part in with_own])
     return np.asarray(kept * (whole / max(float(kept.sum()), TINY)))
 
 

@@ -93,3 +93,18 @@ def test_what_a_refitted_simulation_has_swallowed_goes_to_the_cause() -> None:
     )
     assert cause.term == "coulomb"
     assert_allclose(share, 1.0)
+
+
+def test_what_is_said_against_a_lower_own_term_takes_the_error_that_both_leave() -> None:
+    """Thin chips take more, all chips less: neither looks like the error, both together are it."""
+    thickness = np.linspace(0.1, 0.4, 12)
+    depth = np.linspace(1.0, 0.3, 12)
+    law = depth * thickness * ((thickness / 0.2) ** -0.3 - 1.0)
+    error = 0.05 * depth
+    columns = np.column_stack([law, depth * thickness])
+    sizes = np.linalg.lstsq(columns, error, rcond=None)[0]
+    part, correction = columns[:, 0] * sizes[0], columns @ sizes
+    assert float(part @ (2.0 * error - correction)) < 0.0
+    (share,) = shares_taken(error, correction, [part])
+    assert_allclose(share, _fall(error, [correction]))
+    assert share > 0.9
