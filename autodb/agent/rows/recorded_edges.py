@@ -49,5 +49,4 @@ def _label(conditions: Conditions) -> str | None:
 
 def _called(change: models.ChangedEdge, label: str | None) -> str:
     """Return the name of a changed edge: no other change has it."""
-    at = f"{change.at[:10]} {change.at[11:16]}"
-    return f"{label or 'edge'} of {at} ({change.id})"
+    return f"{label or ''} of {change.at[:10]} {change.at[11:16]} ({change.id})".lstrip()
