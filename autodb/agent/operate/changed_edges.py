@@ -3,9 +3,8 @@ cuts. Cuts that came in since are counted at once, and can be counted as before 
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from typing import Any
 
 from sqlalchemy import ColumnElement, func, select
 from sqlalchemy.orm import Session
@@ -53,9 +52,14 @@ class EdgeOfTool:
     cut_s: float | None
     undone_at: str | None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as plain data, as the service has it."""
-        return asdict(self)
+
+@dataclass(frozen=True)
+class EdgesOfMachine:
+    """The ``tools`` that a machine has cuts of, by name, and recorded changes of their edges."""
+
+    machine: str
+    tools: list[str]
+    edges: list[EdgeOfTool]
 
 
 def change_edge(
@@ -121,19 +125,18 @@ def undo_edge_change(store: Store, number: int, *, also: Also = nothing_else) ->
         return replace(done, taken_back=back)
 
 
-def edges_of_machine(session: Session, machine: str, *, every: bool = False) -> list[EdgeOfTool]:
-    """Return the last change of each tool that counts, tools by name; or ``every`` change."""
+def edges_of_machine(session: Session, machine: str, *, every: bool = False) -> EdgesOfMachine:
+    """Return the last change of each tool that counts, tools by name; or ``every`` change.
+
+    Raises NotThere where there is no such machine.
+    """
     owner, made = find_machine(session, machine), models.ChangedEdge
     query = select(made).join(models.Tool).where(made.machine_id == owner.id)
     rows = session.scalars(query.order_by(models.Tool.name, made.at, made.id)).all()
     if not every:
         rows = [*{row.tool_id: row for row in rows if row.undone_at is None}.values()]
-    return [_of_tool(session, row) for row in rows]
-
-
-def tools_of_machine(session: Session, machine: str) -> list[str]:
-    """Return the tools, by name, that a machine has cuts of."""
-    return _tools(session, find_machine(session, machine))
+    edges = [_of_tool(session, row) for row in rows]
+    return EdgesOfMachine(owner.name, _tools(session, owner), edges)
 
 
 def _tools(session: Session, owner: models.Machine) -> list[str]:

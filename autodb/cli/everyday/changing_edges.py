@@ -93,9 +93,9 @@ def list_edges_command(
     ):
         found = edges_of_machine(session, name, every=all_)
     if json:
-        say_json({"machine": name, "edges": found})
+        say_json(found)
         return
-    if not found:
+    if not found.edges:
         say(
             phrase(
                 "machine '{machine}': no edge change is recorded; 'autodb edge changed --tool NAME "
@@ -110,7 +110,7 @@ def list_edges_command(
         *(phrase("why"), headed(phrase("cuts since")), headed(phrase("has cut"), "s")),
         phrase("status"),
     )
-    for one in found:
+    for one in found.edges:
         rows.add_row(*_cells(one))
     show(rows)
 

@@ -107,7 +107,7 @@ def test_durations_are_added_up_from_the_change_on(store: Store) -> None:
     edges = _edges(store)
     assert (edges[1], edges[3]) == (None, f"of 2026-03-02 06:02 ({done.number})")
     with store.reading() as session:
-        (one,) = edges_of_machine(session, MACHINE)
+        (one,) = edges_of_machine(session, MACHINE).edges
         cuts = session.scalars(select(models.Cut).order_by(models.Cut.number)).all()
         assert conditions_in_use(cuts)[3][CUTTING_TIME] == 10.0
         assert CUTTING_TIME not in cuts[3].conditions
@@ -162,8 +162,8 @@ def test_behind_a_cut_of_unknown_duration_no_age_is_known(store: Store) -> None:
     change_edge(store, MACHINE, TOOL, at="2026-03-02T06:03:00+00:00")
     assert _ages(store) == {1: 0.0, 2: 10.0, 3: None, 4: 0.0}
     with store.reading() as session:
-        found = [(one.cuts, one.cut_s) for one in edges_of_machine(session, MACHINE, every=True)]
-    assert found == [(3, None), (1, LASTS_S)]
+        found = edges_of_machine(session, MACHINE, every=True).edges
+    assert [(one.cuts, one.cut_s) for one in found] == [(3, None), (1, LASTS_S)]
 
 
 def test_without_a_start_cuts_were_made_when_they_came_in(store: Store) -> None:
@@ -195,8 +195,8 @@ def test_what_is_undone_is_as_it_was(store: Store) -> None:
     undo_edge_change(store, first.number)
     assert _ages(store) == nothing
     with store.reading() as session:
-        assert edges_of_machine(session, MACHINE) == []
-        assert len(edges_of_machine(session, MACHINE, every=True)) == 2
+        assert edges_of_machine(session, MACHINE).edges == []
+        assert len(edges_of_machine(session, MACHINE, every=True).edges) == 2
     again = change_edge(store, MACHINE, TOOL, at="2026-03-02T06:01:00+00:00")
     assert (again.already, again.cuts) == (False, 5)
 
