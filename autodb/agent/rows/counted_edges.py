@@ -121,7 +121,7 @@ class _ToolEdges:
         touched = set[models.ChangedEdge | None]()
         for cut in cuts:
             change = self._change_of(cut) if cut.superseded_at is None else None
-            touched |= {cut.edge_change, change}
+            touched |= {change} if cut.edge_change is None else {cut.edge_change, change}
             self._keep(cut, change, cut.edge_used_s if change is cut.edge_change else None)
         self._session.flush()
         for before, change in zip((None, *self._changes), self._changes, strict=False):
@@ -169,10 +169,11 @@ class _ToolEdges:
     ) -> list[models.CuttingParameters]:
         """Have the next refresh examine cuts anew that passes have, and learn wear of them anew."""
         mark = last_mark(self._session, self._machine_id)
-        if mark is not None and any(cut.id <= mark.cut for cut in cuts):
+        examined = [cut.id for cut in cuts if mark is None or cut.id <= mark.cut]
+        if examined and mark is not None:
             for one in changes:
                 one.recounts += 1
-        return self._with_wear([cut.id for cut in cuts])
+        return self._with_wear(examined)
 
     def _with_wear(self, cuts: Sequence[int]) -> list[models.CuttingParameters]:
         """Take back the versions that learnt wear of cuts, by id; return them."""

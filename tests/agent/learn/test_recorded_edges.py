@@ -1,5 +1,6 @@
 """A person records an edge change, and the machine counts for how long each edge has cut."""
 
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,12 +14,15 @@ from autodb.agent.operate.changed_edges import change_edge, edges_of_machine, un
 from autodb.agent.operate.withdrawing import take_again, withdraw
 from autodb.agent.rows.counted_edges import ages_s
 from autodb.agent.rows.edges_in_use import conditions_in_use
+from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.recorded_edges import cut_before_s, edge_label
 from autodb.agent.rows.refresh_cursor import basis_of
 from autodb.errors import UnusableInput
+from autodb.files.machine import LATHE
 from autodb.pairs.engaged import CUTTING_TIME
-from autodb.store import Store, models, open_store
+from autodb.store import Store, create_store, head, migrate, models, open_store
 from tests.conftest import Cli
+from tests.helpers.servers import Server
 
 MACHINE, TOOL = "lathe-1", "insert"
 MORNING = "2026-03-02T06:00:00+00:00"
@@ -122,8 +126,6 @@ def test_durations_are_added_up_from_the_change_on(store: Store) -> None:
 def test_a_local_time_without_a_zone_is_this_computers(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import time
-
     monkeypatch.setenv("TZ", "Europe/Berlin")
     time.tzset()
     try:
@@ -298,3 +300,26 @@ def test_what_cannot_be_is_refused(store: Store, change: Refusing, says: str) ->
 def test_a_machine_without_tools_has_no_edges(store: Store) -> None:
     with pytest.raises(UnusableInput, match="has no cuts of a tool"):
         change_edge(store, MACHINE, TOOL)
+
+
+def test_a_server_counts_alike(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    url = server.database()
+    create_store(url)
+    store = open_store(url)
+    add_machine(store, MACHINE, LATHE)
+    _import(store, "monday", _table(1, 4, cut__duration=LASTS_S))
+    change = "2026-03-02T06:01:00+00:00"
+    done = change_edge(store, MACHINE, TOOL, at=change)
+    tuesday = _table(5, 2, tool__cutting_time=[70.0, 80.0])
+    _import(store, "tuesday", tuesday, start="2026-03-03T06:00:00+00:00")
+    assert _ages(store) == {1: None, 2: 0.0, 3: 10.0, 4: 20.0, 5: 30.0, 6: 40.0}
+    with store.reading() as session:
+        (one,) = edges_of_machine(session, MACHINE).edges
+    assert (one.number, one.cuts, one.cut_s) == (done.number, 5, 40.0)
+    assert undo_edge_change(store, done.number).cuts == 5
+    store.close()
+    migrate(url, "0021")
+    migrate(url, head())
