@@ -57,7 +57,9 @@ READERS = frozenset(
         "lookup", "predictions score", "edge changed", "edge list", "edge undo", "explain",
         "mismatch list", "mismatch show", "mismatch confirm", "mismatch reject", "mismatch reopen",
         "trace", "sensors", "identify", "scale", "reconstruct", "inspect", "plan", "life",
-        "stability", "doctor", "fleet refresh", "fleet learn", "fleet show",
+        "stability", "doctor", "fleet refresh", "fleet learn", "fleet show", "predictions match",
+        "standard list", "standard show", "standard new", "standard program", "sweep", "backup",
+        "restore", "export", "withdraw", "schedule", "token add", "token list", "token revoke",
     }
 )  # fmt: skip
 """Commands that answer in the language and the units of their reader."""

@@ -8,11 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, floor
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.machine import AxisFile, Body, Clamping, MachineFile
 from autodb.nc.dialects import DIALECTS
 from autodb.nc.steps import DECIMALS
 from autodb.nc.words import Words
+from autodb.wording import localized, phrase
 
 MARGIN_MM = 1.0
 """How far a sweep stays from the ends of a travel. Chosen: soft limits trip at the last micron."""
@@ -55,19 +56,43 @@ def sweep_stretch(
     """
     own = machine.axes.get(axis)
     if own is None:
-        raise UnusableInput(f"{source}: no axis '{axis}'{near(axis, list(machine.axes))}")
+        raise UnusableInput(
+            phrase(
+                "{source}: no axis '{axis}'{hint}",
+                source=source,
+                axis=axis,
+                hint=near_words(axis, list(machine.axes)),
+            )
+        )
     limits = own.limits
     low, high = limits.travel_low_mm, limits.travel_high_mm
     if low is None or high is None:
-        raise UnusableInput(f"{source}: axes.{axis}.limits: travel_low_mm or travel_high_mm is "
-                            "missing; state both")  # fmt: skip
+        raise UnusableInput(
+            phrase(
+                "{source}: axes.{axis}.limits: travel_low_mm or travel_high_mm is missing; state "
+                "both",
+                source=source,
+                axis=axis,
+            )
+        )
     if limits.speed_mm_min is None:
-        raise UnusableInput(f"{source}: axes.{axis}.limits.speed_mm_min is missing; state it")
+        raise UnusableInput(
+            phrase(
+                "{source}: axes.{axis}.limits.speed_mm_min is missing; state it",
+                source=source,
+                axis=axis,
+            )
+        )
     low, high = low + MARGIN_MM, high - MARGIN_MM
     if own.vertical is not None:
         if safe_mm is None:
             raise UnusableInput(
-                f"{source}: axis {axis} bears weight; state its lowest safe place with --safe MM"
+                phrase(
+                    "{source}: axis {axis} bears weight; state its lowest safe place with --safe "
+                    "MM",
+                    source=source,
+                    axis=axis,
+                )
             )
         low, high = _above(own, axis, (low, high), safe_mm)
     if between_mm is not None:
@@ -90,7 +115,13 @@ def _above(
     low, high = travel_mm
     if not low <= safe_mm <= high:
         raise UnusableInput(
-            f"--safe: {safe_mm:g} mm is not between {low:g} and {high:g} mm, the travel of {axis}"
+            phrase(
+                "--safe: {safe_mm} mm is not between {low} and {high} mm, the travel of {axis}",
+                safe_mm=localized(f"{safe_mm:g}"),
+                low=localized(f"{low:g}"),
+                high=localized(f"{high:g}"),
+                axis=axis,
+            )
         )
     return (safe_mm, high) if own.vertical == "up" else (low, safe_mm)
 
@@ -100,8 +131,16 @@ def _refuse_beyond(
 ) -> None:
     if not low <= between_mm[0] < between_mm[1] <= high:
         raise UnusableInput(
-            f"--between: {between_mm[0]:g} to {between_mm[1]:g} mm is no stretch of axis {axis} "
-            f"between {low:g} and {high:g} mm ({source})"
+            phrase(
+                "--between: {start} to {end} mm is no stretch of axis {axis} between {low} and "
+                "{high} mm ({source})",
+                start=localized(f"{between_mm[0]:g}"),
+                end=localized(f"{between_mm[1]:g}"),
+                axis=axis,
+                low=localized(f"{low:g}"),
+                high=localized(f"{high:g}"),
+                source=source,
+            )
         )
 
 
@@ -121,12 +160,20 @@ def sweep_program(
     outside its travel, or the jaws or the tailstock that a lathe's tool would come to.
     """
     if dialect not in DIALECTS:
-        raise UnusableInput(f"no NC program for dialect '{dialect}'{near(dialect, DIALECTS)}")
+        raise UnusableInput(
+            phrase(
+                "no NC program for dialect '{dialect}'{hint}",
+                dialect=dialect,
+                hint=near_words(dialect, DIALECTS),
+            )
+        )
     lathe, mill = DIALECTS[dialect]
     turns = machine.axes.get("spindle")
     is_lathe = turns is not None and turns.carries == "work"
     if is_lathe and machine.diameter is None:
-        raise UnusableInput(f"{source}: diameter is missing; state whether X is one")
+        raise UnusableInput(
+            phrase("{source}: diameter is missing; state whether X is one", source=source)
+        )
     words = lathe if is_lathe else mill
     _refuse_unparked(machine, on.axis, parked_mm, source)
     for way in ways:
@@ -145,30 +192,50 @@ def _refuse_unparked(
     for other in (name for name in "xyz" if name in machine.axes and name != axis):
         if other not in parked_mm:
             raise UnusableInput(
-                f"{source}: axis {other} is not parked; use --park {other}=MM, clear of all"
+                phrase(
+                    "{source}: axis {other} is not parked; use --park {other}=MM, clear of all",
+                    source=source,
+                    other=other,
+                )
             )
         limits = machine.axes[other].limits
         low, high = limits.travel_low_mm, limits.travel_high_mm
         if low is None or high is None or not low <= parked_mm[other] <= high:
             raise UnusableInput(
-                f"--park: {other} = {parked_mm[other]:g} mm is not known to lie in its travel "
-                f"({source}: axes.{other}.limits)"
+                phrase(
+                    "--park: {other} = {place} mm is not known to lie in its travel ({source}: "
+                    "axes.{other}.limits)",
+                    other=other,
+                    place=localized(f"{parked_mm[other]:g}"),
+                    source=source,
+                )
             )
     for other in parked_mm:
         if other not in machine.axes or other == axis:
-            raise UnusableInput(f"--park: {other} is no other axis of {source}")
+            raise UnusableInput(
+                phrase("--park: {other} is no other axis of {source}", other=other, source=source)
+            )
 
 
 def _refuse_outside(way: SweepWay, on: SweepStretch) -> None:
     for place in (way.start_mm, way.end_mm):
         if not on.low_mm - 1e-9 <= place <= on.high_mm + 1e-9:
             raise UnusableInput(
-                f"a pass to {place:g} mm is outside {on.low_mm:g} to {on.high_mm:g} mm"
+                phrase(
+                    "a pass to {place} mm is outside {low_mm} to {high_mm} mm",
+                    place=localized(f"{place:g}"),
+                    low_mm=localized(f"{on.low_mm:g}"),
+                    high_mm=localized(f"{on.high_mm:g}"),
+                )
             )
     if way.feed_mm_min > on.fastest_mm_min:
         raise UnusableInput(
-            f"a pass at {way.feed_mm_min:g} mm/min is above axis {on.axis}'s "
-            f"{on.fastest_mm_min:g} mm/min"
+            phrase(
+                "a pass at {feed_mm_min} mm/min is above axis {axis}'s {fastest_mm_min} mm/min",
+                feed_mm_min=localized(f"{way.feed_mm_min:g}"),
+                axis=on.axis,
+                fastest_mm_min=localized(f"{on.fastest_mm_min:g}"),
+            )
         )
 
 
@@ -189,14 +256,22 @@ def _refuse_what_it_would_hit(
             (f"{name}.diameter_mm", body.diameter_mm), ("zero.x_mm", setup.zero.x_mm),
         ):  # fmt: skip
             if stated is None:
-                raise UnusableInput(f"{source}: setup.{key} is missing; state it")
+                raise UnusableInput(
+                    phrase("{source}: setup.{key} is missing; state it", source=source, key=key)
+                )
         inside = (across[0] - (setup.zero.x_mm or 0.0), across[1] - (setup.zero.x_mm or 0.0))
         least_mm = 0.0 if inside[0] <= 0.0 <= inside[1] else min(map(abs, inside))
         if least_mm < 0.5 * (body.diameter_mm or 0.0) + setup.clearance_mm:
             raise UnusableInput(
-                f"{source}: the tool would come nearer than setup.clearance_mm = "
-                f"{setup.clearance_mm:g} to the {name} (setup.{name}), {least_mm:.3f} mm from the "
-                "spindle's axis; use --between, or --park farther away"
+                phrase(
+                    "{source}: the tool would come nearer than setup.clearance_mm = "
+                    "{clearance_mm} to the {name} (setup.{name}), {least_mm} mm from the "
+                    "spindle's axis; use --between, or --park farther away",
+                    source=source,
+                    clearance_mm=localized(f"{setup.clearance_mm:g}"),
+                    name=name,
+                    least_mm=localized(f"{least_mm:.3f}"),
+                )
             )
 
 

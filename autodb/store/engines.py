@@ -32,6 +32,7 @@ from autodb.errors import UnusableInput
 from autodb.files.targets import naming_file
 from autodb.store import rowsums
 from autodb.store.urls import POSTGRESQL, SQLITE, parsed
+from autodb.wording import phrase
 
 LOCKED_MS = 150_000
 """How long another program's write is waited for. Chosen: a backup of gigabytes is done by then."""
@@ -155,7 +156,7 @@ class _PostgreSQL:
             )
         except ImportError:
             raise UnusableInput(
-                "PostgreSQL needs the extra 'postgres'; run pip install 'autodb[postgres]'"
+                phrase("PostgreSQL needs the extra 'postgres'; run pip install 'autodb[postgres]'")
             ) from None
         event.listen(engine, "begin", self._on_begin)
         return engine

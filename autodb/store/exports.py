@@ -28,12 +28,13 @@ from sqlalchemy import (
 )
 
 import autodb
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.files.checksums import checksum
 from autodb.files.targets import Progress, hidden, needs_folder, replace_by
 from autodb.store import Store, head, migrate, models, revisions
 from autodb.store.copies import Copied, connect
 from autodb.store.moving import ROWS_A_STEP, as_stored, in_steps
+from autodb.wording import phrase
 
 FORMAT = 1
 MANIFEST = "manifest.json"
@@ -70,7 +71,9 @@ def export(
     needs_folder(folder)
     with hidden(folder, progress) as partial:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise UnusableInput(f"{folder}: is there already; use a new folder")
+            raise UnusableInput(
+                phrase("{folder}: is there already; use a new folder", folder=folder)
+            )
         partial.mkdir()
         with store.reading() as session:
             owner = None if machine is None else _machine_id(session.connection(), machine)
@@ -93,7 +96,9 @@ def _machine_id(connection: Connection, name: str) -> int:
     found = connection.execute(select(table.c.name, table.c.id)).all()
     ids = {str(row[0]): int(row[1]) for row in found}
     if name not in ids:
-        raise UnusableInput(f"no machine '{name}'{near(name, ids)}")
+        raise UnusableInput(
+            phrase("no machine '{name}'{hint}", name=name, hint=near_words(name, ids))
+        )
     return ids[name]
 
 
@@ -193,14 +198,31 @@ def load_export(folder: Path, target: Path, *, progress: Progress | None = None)
                 filled = _fill(connection, name, path)
             except (sqlite3.Error, pa.ArrowException) as error:
                 reason = str(error).splitlines()[0]
-                raise UnusableInput(f"{path}: no rows of table '{name}' ({reason})") from None
+                raise UnusableInput(
+                    phrase(
+                        "{path}: no rows of table '{name}' ({reason})",
+                        path=path,
+                        name=name,
+                        reason=reason,
+                    )
+                ) from None
             if filled != manifest.tables[name].rows:
                 raise UnusableInput(
-                    f"{path}: {filled} rows, {MANIFEST} says {manifest.tables[name].rows}"
+                    phrase(
+                        "{path}: {filled} rows, {manifest} says {rows}",
+                        path=path,
+                        filled=filled,
+                        manifest=MANIFEST,
+                        rows=manifest.tables[name].rows,
+                    )
                 )
         lost = connection.execute("PRAGMA foreign_key_check").fetchall()
         if lost:
-            raise UnusableInput(f"{folder}: rows of '{lost[0][0]}' point to no row")
+            raise UnusableInput(
+                phrase(
+                    "{folder}: rows of '{table}' point to no row", folder=folder, table=lost[0][0]
+                )
+            )
         connection.execute("COMMIT")
     rows = {name: entry.rows for name, entry in manifest.tables.items()}
     return Copied(rows, manifest.schema_revision)
@@ -215,27 +237,48 @@ def read_manifest(folder: Path) -> Manifest:
     try:
         manifest = Manifest.model_validate_json(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise UnusableInput(f"{path}: not there; use a folder that 'autodb export' wrote") from None
+        raise UnusableInput(
+            phrase("{path}: not there; use a folder that 'autodb export' wrote", path=path)
+        ) from None
     except (UnicodeDecodeError, ValidationError) as error:
         first = str(error).splitlines()[0]
-        raise UnusableInput(f"{path}: not a manifest of an export ({first})") from None
+        raise UnusableInput(
+            phrase("{path}: not a manifest of an export ({first})", path=path, first=first)
+        ) from None
     if manifest.format != FORMAT or manifest.schema_revision not in revisions():
         raise UnusableInput(
-            f"{path}: format {manifest.format} with schema {manifest.schema_revision} is not known "
-            f"to this version, which knows format {FORMAT} and schemas up to {head()}"
+            phrase(
+                "{path}: format {format} with schema {schema} is not known to this "
+                "version, which knows format {known} and schemas up to {head}",
+                path=path,
+                format=manifest.format,
+                schema=manifest.schema_revision,
+                known=FORMAT,
+                head=head(),
+            )
         )
     if manifest.schema_revision == head():
         left_out = () if manifest.machine is None else NOT_OF_ONE_MACHINE
         needed = {table.name for table in models.Base.metadata.sorted_tables} - set(left_out)
         if set(manifest.tables) != needed:
             odd = sorted(needed ^ set(manifest.tables))
-            raise UnusableInput(f"{path}: table '{odd[0]}' is missing, or none of the schema's")
+            raise UnusableInput(
+                phrase(
+                    "{path}: table '{table}' is missing, or none of the schema's",
+                    path=path,
+                    table=odd[0],
+                )
+            )
     for name, entry in manifest.tables.items():
         file = folder / f"{name}.parquet"
         if not file.is_file():
-            raise UnusableInput(f"{file}: not there, but {MANIFEST} lists it")
+            raise UnusableInput(
+                phrase("{file}: not there, but {manifest} lists it", file=file, manifest=MANIFEST)
+            )
         if checksum(file) != entry.sha256:
-            raise UnusableInput(f"{file}: altered since the export (its checksum differs)")
+            raise UnusableInput(
+                phrase("{file}: altered since the export (its checksum differs)", file=file)
+            )
     return manifest
 
 
@@ -244,7 +287,13 @@ def _fill(connection: sqlite3.Connection, name: str, path: Path) -> int:
     columns = [row[1] for row in connection.execute("SELECT * FROM pragma_table_info(?)", (name,))]
     parquet = pq.ParquetFile(path)
     if not columns or sorted(parquet.schema_arrow.names) != sorted(columns):
-        raise UnusableInput(f"{path}: not the columns of table '{name}' in the manifest's schema")
+        raise UnusableInput(
+            phrase(
+                "{path}: not the columns of table '{name}' in the manifest's schema",
+                path=path,
+                name=name,
+            )
+        )
     listed = ", ".join(f'"{column}"' for column in columns)
     places = ", ".join("?" for _ in columns)
     for batch in parquet.iter_batches(ROWS_A_STEP, columns=columns):

@@ -16,6 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.files.targets import Progress
 from autodb.store import create_store, head, models, open_store, shown_url
 from autodb.store.copies import Copied, connect
+from autodb.wording import phrase
 
 ROWS_A_STEP = 10_000
 
@@ -79,7 +80,11 @@ def to_server(source: Path, url: str, *, replace: bool, progress: Progress | Non
             held = _rows_of(new.connection())
             if held and not replace:
                 raise UnusableInput(
-                    f"{shown_url(url)}: holds {held} rows; use another database or --replace"
+                    phrase(
+                        "{url}: holds {held} rows; use another database or --replace",
+                        url=shown_url(url),
+                        held=held,
+                    )
                 )
             tables = models.Base.metadata.sorted_tables
             every = ", ".join(f'"{table.name}"' for table in tables)
@@ -91,7 +96,13 @@ def to_server(source: Path, url: str, *, replace: bool, progress: Progress | Non
     except DBAPIError as error:
         if (getattr(error.orig, "sqlstate", None) or "").startswith("22"):
             reason = str(error.orig).splitlines()[0]
-            raise UnusableInput(f"{source}: the server does not take a value ({reason})") from None
+            raise UnusableInput(
+                phrase(
+                    "{source}: the server does not take a value ({reason})",
+                    source=source,
+                    reason=reason,
+                )
+            ) from None
         raise
     finally:
         file.close()

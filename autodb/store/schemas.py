@@ -31,6 +31,7 @@ from autodb.files.excuses import full_under, is_full
 from autodb.store import rowsums
 from autodb.store.engines import WRITES, engine_of
 from autodb.store.urls import SQLITE, on_server, shown_url
+from autodb.wording import phrase
 
 Objects = dict[tuple[str, str], str | tuple[str, ...] | None]
 """What makes each thing of a schema, by kind and name; None: SQLite makes it for a table."""
@@ -90,7 +91,9 @@ def migrate(url: str, revision: str) -> None:
 def none_of(faults: list[str], url: str) -> None:
     """Raise UnusableInput with the first of what is wrong with a database, if anything is."""
     if faults:
-        raise UnusableInput(f"{url}: {faults[0]}; restore a backup with 'autodb restore'")
+        raise UnusableInput(
+            phrase("{url}: {what}; restore a backup with 'autodb restore'", url=url, what=faults[0])
+        )
 
 
 def _alembic(connection: Connection | None) -> Any:
@@ -135,12 +138,17 @@ def revision_of(engine: Engine, url: str) -> str | None:
             raise UnusableInput(full_under(str(engine.url.database))) from None
         reason = " ".join(str(getattr(error, "orig", error)).split())
         works = (
-            "name an existing database on a server that answers"
+            phrase("name an existing database on a server that answers")
             if on_server(url)
-            else "use a SQLite file in a folder that can be written to"
+            else phrase("use a SQLite file in a folder that can be written to")
         )
         raise UnusableInput(
-            f"{shown_url(url)}: cannot be opened as a database ({reason}); {works}"
+            phrase(
+                "{url}: cannot be opened as a database ({reason}); {works}",
+                url=shown_url(url),
+                reason=reason,
+                works=works,
+            )
         ) from None
 
 

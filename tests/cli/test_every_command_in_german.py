@@ -21,14 +21,8 @@ from tests.conftest import Cli
 from tests.helpers.files import write
 from tests.helpers.marked_words import CLOSE, OPEN, Marked, left, left_of_page, unmarked
 
-IN_ENGLISH = frozenset(
-    {
-        "predictions match", "agent", "serve", "standard list", "standard show", "standard new",
-        "standard program", "sweep", "backup", "restore", "export", "withdraw", "schedule",
-        "token add", "token list", "token revoke", "prove",
-    }
-)  # fmt: skip
-"""Commands that nobody needs in the workshop every day: they answer in English."""
+IN_ENGLISH = frozenset({"agent", "serve", "prove"})
+"""Commands whose answers are logs of a service, or tables of a proof: they answer in English."""
 TYPED = re.compile(
     r"steel bar|carbide insert|\b(?:air|worn|load|part|axis|standard-cuts)\b[\w.-]*|"
     r"\bforce[._]\w+|\bspindle\b|"

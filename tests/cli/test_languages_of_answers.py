@@ -177,4 +177,4 @@ def test_a_language_and_units_that_there_are_not_are_refused(
     monkeypatch.setenv("AUTODB_LANGUAGE", "de")
     assert "keine Maschine 'lathe-9'" in refused("lookup", "--machine", "lathe-9")
     assert "no machine 'lathe-9'" in refused("lookup", "--machine", "lathe-9", "--language", "en")
-    assert "no machine 'lathe-9'" in refused("export", "--cards", "a.csv", "--machine", "lathe-9")
+    assert "keine Maschine 'lathe-9'" in refused("export", "tables", "--machine", "lathe-9")

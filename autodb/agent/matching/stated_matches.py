@@ -10,10 +10,11 @@ from autodb.agent.matching.asked_jobs import AskedCuts, as_made
 from autodb.agent.matching.made_cuts import Link, Matched, linked, match_new
 from autodb.agent.matching.taken_by_cuts import offered_calibrations, take_forces
 from autodb.agent.rows.machines import find_machine
-from autodb.errors import NotThere, UnusableInput, near
+from autodb.errors import NotThere, UnusableInput, near_words
 from autodb.forward.matching import matched
 from autodb.store import Also, Store, models, nothing_else
 from autodb.store.models.answers import BY_STATEMENT
+from autodb.wording import listed, phrase
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,13 @@ def match_stated(
         found = _link(session, asked, cuts, names)
         if not found.links:
             raise UnusableInput(
-                f"no cut of recording {recording} fits one of prediction {prediction}; say which "
-                f"they are with --cut NUMBER=NAME{_named(asked)}"
+                phrase(
+                    "no cut of recording {recording} fits one of prediction {prediction}; say "
+                    "which they are with --cut NUMBER=NAME{names}",
+                    recording=recording,
+                    prediction=prediction,
+                    names=_named(asked),
+                )
             )
         take_forces(session, found.links, offered_calibrations(session, owner))
         also(session, recording)
@@ -101,17 +107,31 @@ def match_stated(
 def _cuts(session: Session, owner: models.Machine, recording: int) -> list[models.Cut]:
     row = session.get(models.StoredRecording, recording)
     if row is None or row.machine_id != owner.id:
-        raise NotThere(f"machine '{owner.name}' has no recording {recording}")
+        raise NotThere(
+            phrase(
+                "machine '{name}' has no recording {recording}",
+                name=owner.name,
+                recording=recording,
+            )
+        )
     cuts = [cut for cut in row.cuts if cut.superseded_at is None]
     if not cuts:
-        raise UnusableInput(f"recording {recording} has no cut that counts")
+        raise UnusableInput(
+            phrase("recording {recording} has no cut that counts", recording=recording)
+        )
     return cuts
 
 
 def _asked(session: Session, owner: models.Machine, prediction: int) -> AskedCuts:
     row = session.get(models.Prediction, prediction)
     if row is None or row.machine_id != owner.id:
-        raise NotThere(f"machine '{owner.name}' has no prediction {prediction}")
+        raise NotThere(
+            phrase(
+                "machine '{name}' has no prediction {prediction}",
+                name=owner.name,
+                prediction=prediction,
+            )
+        )
     return AskedCuts(session, prediction)
 
 
@@ -121,17 +141,29 @@ def _refuse_unknown(
     numbers = {cut.number: cut for cut in cuts}
     for number, name in names.items():
         if number not in numbers:
-            raise UnusableInput(f"--cut {number:g}={name}: recording {recording} has no such cut")
+            raise UnusableInput(
+                phrase(
+                    "--cut {number}={name}: recording {recording} has no such cut",
+                    number=f"{number:g}",
+                    name=name,
+                    recording=recording,
+                )
+            )
         (match,) = matched(asked.cuts, [as_made(numbers[number], called=name)])
         if not match.places:
             raise UnusableInput(
-                f"--cut {number:g}={name}: prediction {asked.row.id} has no cut "
-                f"'{name}'{_named(asked, name)}"
+                phrase(
+                    "--cut {number}={name}: prediction {id} has no cut '{name}'{names}",
+                    number=f"{number:g}",
+                    name=name,
+                    id=asked.row.id,
+                    names=_named(asked, name),
+                )
             )
 
 
 def _named(asked: AskedCuts, name: str = "") -> str:
-    return near(name, [asked.called(place) for place in range(len(asked.cuts))])
+    return near_words(name, [asked.called(place) for place in range(len(asked.cuts))])
 
 
 def _link(
@@ -145,14 +177,23 @@ def _link(
     if knew:
         numbers = ", ".join(f"{cut.number:g}" for cut, _ in sure if cut.id in knew)
         raise UnusableInput(
-            f"prediction {asked.row.id} had learnt cut {numbers} already: it says nothing of how "
-            "good predictions are; use one that was made before"
+            phrase(
+                "prediction {id} had learnt cut {numbers} already: it says nothing of how good "
+                "predictions are; use one that was made before",
+                id=asked.row.id,
+                numbers=numbers,
+            )
         )
     session.execute(delete(Link).where(Link.cut_id.in_(ids)))
     found = Matched([linked(session, asked, k, cut, by=BY_STATEMENT) for cut, k in sure])
     session.flush()
     for cut, match in zip(cuts, matches, strict=True):
         if len(match.places) > 1:
-            may_be = " or ".join(f"'{asked.called(place)}'" for place in match.places)
-            found.asked.append(f"cut {cut.number:g} may be {may_be}: add --cut {cut.number:g}=NAME")
+            may_be = (f"'{asked.called(place)}'" for place in match.places)
+            said = phrase(
+                "cut {number} may be {names}: add --cut {number}=NAME",
+                number=f"{cut.number:g}",
+                names=listed(may_be, phrase(" or ")),
+            )
+            found.asked.append(said)
     return found

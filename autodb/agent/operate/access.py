@@ -21,8 +21,9 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.errors import UnusableInput, near
+from autodb.errors import UnusableInput, near_words
 from autodb.store import Also, Store, lock_audit, models
+from autodb.wording import phrase
 
 ROWS_AT_ONCE = 1000
 SAID = ("at", "access_token_id", "who", "action", "row_kind", "row_id", "detail")
@@ -105,17 +106,24 @@ def add_token(store: Store, name: str, role: str, *, days: int | None) -> str:
     there is not, a name that is taken, or none.
     """
     if role not in ROLES:
-        raise UnusableInput(f"--role '{role}': there is none{near(role, ROLES)}")
+        raise UnusableInput(
+            phrase("--role '{role}': there is none{hint}", role=role, hint=near_words(role, ROLES))
+        )
     if not name.strip() or not name.isprintable() or name != name.strip():
         raise UnusableInput(
-            f"token '{name}': has blanks at its ends, or control characters; use a name without "
-            "them"
+            phrase(
+                "token '{name}': has blanks at its ends, or control characters; use a name "
+                "without them",
+                name=name,
+            )
         )
     secret = BEGINS + secrets.token_urlsafe(RANDOM_BYTES)
     until = None if days is None else _text(datetime.now(UTC) + timedelta(days=days))
     with store.writing() as session:
         if _named(session, name) is not None:
-            raise UnusableInput(f"token '{name}': this name is taken; use another")
+            raise UnusableInput(
+                phrase("token '{name}': this name is taken; use another", name=name)
+            )
         row = models.AccessToken(name=name, sha256=_hash(secret), role=role, expires_at=until)
         session.add(row)
         session.flush()
@@ -129,7 +137,13 @@ def revoke_token(store: Store, name: str) -> bool:
         row = _named(session, name)
         if row is None:
             every = list(session.scalars(select(models.AccessToken.name)))
-            raise UnusableInput(f"no token '{name}'{near(name, every) if every else ''}")
+            raise UnusableInput(
+                phrase(
+                    "no token '{name}'{hint}",
+                    name=name,
+                    hint=near_words(name, every) if every else "",
+                )
+            )
         if row.revoked_at is not None:
             return False
         row.revoked_at = models.now()

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from autodb.errors import UnusableInput
+from autodb.wording import phrase
 
 EVERY_MIN = (1, 2, 3, 4, 5, 6, 10, 12, 15, 20, 30)
 EVERY_H = (1, 2, 3, 4, 6, 8, 12, 24)
@@ -51,10 +52,14 @@ WantedBy=timers.target
     to_do = (
         f"cp {name}.service {name}.timer ~/.config/systemd/user/",
         f"systemctl --user daemon-reload && systemctl --user enable --now {name}.timer",
-        "loginctl enable-linger    # so that it runs while nobody is logged in",
-        f"journalctl --user -u {name}.service    # what it said",
+        _command("loginctl enable-linger", phrase("so that it runs while nobody is logged in")),
+        _command(f"journalctl --user -u {name}.service", phrase("what it said")),
     )
     return Units({f"{name}.service": service, f"{name}.timer": timer}, to_do)
+
+
+def _command(words: str, why: str) -> str:
+    return f"{words}    # {why}"
 
 
 def cron_line(command: Sequence[str], *, every_min: int) -> str:
@@ -66,7 +71,13 @@ def cron_line(command: Sequence[str], *, every_min: int) -> str:
         when = {1: "0 * * * *", 24: "0 0 * * *"}.get(hours, f"0 */{hours} * * *")
     else:
         whole = ", ".join(str(one) for one in (*EVERY_MIN, *(60 * one for one in EVERY_H)))
-        raise UnusableInput(f"--every {every_min}: cron cannot say it; use {whole}")
+        raise UnusableInput(
+            phrase(
+                "--every {minutes}: cron cannot say it; use {whole}",
+                minutes=every_min,
+                whole=whole,
+            )
+        )
     words = " ".join(shlex.quote(word) for word in command).replace("%", r"\%")
     return f"{when} {words}"
 

@@ -19,7 +19,7 @@ from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.agent.rows.recordings import counted_cuts
 from autodb.errors import NotThere, UnusableInput
 from autodb.store import Also, Store, models, nothing_else
-from autodb.wording import phrase, stored_msgid
+from autodb.wording import msgid, phrase, stored_msgid
 
 READ_AGAIN = stored_msgid("its file was read again with another side file")
 
@@ -155,22 +155,32 @@ def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
     ):
         others = [one for one in mismatch.recordings if one is not row]
         if others:
-            said.append(f"mismatch {mismatch.id}, {mismatch.status}, stays with {_others(others)}")
+            said.append(_stays(mismatch, others))
             mismatch.recording, mismatch.further = others[0], others[1:]
             continue
-        said += [f"mismatch {mismatch.id}, {mismatch.status}", *forgotten(session, mismatch)]
+        said += [
+            phrase("mismatch {number}, {status}", number=mismatch.id, status=mismatch.status),
+            *forgotten(session, mismatch),
+        ]
         mismatch.status, mismatch.decided_at = "rejected", models.now()
         mismatch.confirmed_term = mismatch.applied = None
     return said
 
 
-def _others(rows: list[models.StoredRecording]) -> str:
-    numbers = ", ".join(str(one.id) for one in rows)
-    return f"recording{'s' if len(rows) > 1 else ''} {numbers}"
+def _stays(mismatch: models.Mismatch, others: list[models.StoredRecording]) -> str:
+    """Return that a mismatch stays, with other recordings that show it."""
+    alone = msgid("mismatch {number}, {status}, stays with recording {others}")
+    several = msgid("mismatch {number}, {status}, stays with recordings {others}")
+    return phrase(
+        several if len(others) > 1 else alone,
+        number=mismatch.id,
+        status=mismatch.status,
+        others=", ".join(str(one.id) for one in others),
+    )
 
 
 def _version_of_pair(row: models.CuttingParameters) -> str:
-    return f"{pair_name(row.pair)} version {row.version}"
+    return phrase("{pair} version {version}", pair=pair_name(row.pair), version=row.version)
 
 
 _Derived = models.CalibrationVersion | models.ChannelModel | models.DriveScale | models.Estimator
@@ -179,12 +189,21 @@ _Derived = models.CalibrationVersion | models.ChannelModel | models.DriveScale |
 def _named(one: _Derived) -> str:
     match one:
         case models.CalibrationVersion():
-            return f"calibration of {one.axis} version {one.version}"
+            return phrase(
+                "calibration of {axis} version {version}", axis=one.axis, version=one.version
+            )
         case models.ChannelModel():
-            return f"model of {one.channel} version {one.version}"
+            return phrase(
+                "model of {channel} version {version}", channel=one.channel, version=one.version
+            )
         case models.DriveScale():
-            return f"scale of {one.axis} version {one.version}"
-    return f"sensor {one.kind} of force.{one.component} version {one.version}"
+            return phrase("scale of {axis} version {version}", axis=one.axis, version=one.version)
+    return phrase(
+        "sensor {kind} of force.{component} version {version}",
+        kind=one.kind,
+        component=one.component,
+        version=one.version,
+    )
 
 
 def _calibrations(session: Session, row: models.StoredRecording) -> list[models.CalibrationVersion]:

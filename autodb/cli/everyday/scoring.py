@@ -18,7 +18,7 @@ from autodb.cli._common import (
     show,
     table,
 )
-from autodb.cli._reader import headed, in_english
+from autodb.cli._reader import headed, in_english, shown_again
 from autodb.wording import localized, phrase
 
 if TYPE_CHECKING:
@@ -154,6 +154,7 @@ def match_command(
     db: Database = None,
 ) -> None:
     """Match cuts with what was predicted of them: all that are open, or as stated."""
+    from autodb.agent.answer.tracing import MATCHED_BY
     from autodb.agent.matching.stated_matches import match_open, match_stated
     from autodb.errors import UnusableInput
 
@@ -161,7 +162,7 @@ def match_command(
         raise UnusableInput(phrase("--recording and --prediction go together"))
     if cut and recording is None:
         raise UnusableInput(phrase("--cut goes with --recording and --prediction"))
-    with opened_machine(db, machine) as (store, name):
+    with in_english(), opened_machine(db, machine) as (store, name):  # what is found is kept
         if recording is None or prediction is None:
             found = match_open(store, name)
         else:
@@ -169,18 +170,22 @@ def match_command(
     if json:
         say_json(found)
         return
-    rows = table("Matched", ">recording", ">cut", ">prediction", "job", "its cut", "by")
+    rows = table(
+        phrase("Matched"),
+        *(headed(phrase("recording")), headed(phrase("cut")), headed(phrase("prediction"))),
+        *(phrase("job"), phrase("its cut"), phrase("by")),
+    )
     for one in found.cuts:
         rows.add_row(
             str(one.recording), f"{one.cut:g}", str(one.prediction), one.job, one.name,
-            one.matched_by,
+            phrase(MATCHED_BY[one.matched_by]),
         )  # fmt: skip
     if found.cuts:
         show(rows)
     for line in found.asked:
-        say(line)
+        say(shown_again(line))
     if not found.cuts and not found.asked:
-        say(f"machine '{name}': no cut is open that a prediction fits")
+        say(phrase("machine '{machine}': no cut is open that a prediction fits", machine=name))
 
 
 def _named(text: str) -> tuple[float, str]:

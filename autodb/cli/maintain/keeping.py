@@ -21,11 +21,13 @@ from autodb.cli._common import (
     table,
     working,
 )
-from autodb.cli._reader import headed, in_english
-from autodb.wording import phrase
+from autodb.cli._reader import headed, in_english, shown_again
+from autodb.wording import localized, phrase
 
 if TYPE_CHECKING:
     from autodb.agent.operate.doctor import Finding
+    from autodb.agent.operate.withdrawing import Withdrawn
+    from autodb.store.copies import Copied
 
 CHECK_FAILED = 1
 EXAMPLES = 3
@@ -124,7 +126,7 @@ def backup_command(
 
     if keep is not None or every is not None:
         if replace:
-            raise UnusableInput("--replace goes with a file; dated backups replace none")
+            raise UnusableInput(phrase("--replace goes with a file; dated backups replace none"))
         _rotate(database_url(db), file, keep, every, json=json)
         return
     with working(f"copying to {file.name}") as progress:
@@ -132,7 +134,17 @@ def backup_command(
     if json:
         say_json({"file": file, **asdict(done)})
         return
-    say(f"{file}: {done.total} rows of {len(done.rows)} tables, schema {done.schema}")
+    say(phrase("{file}: {rows}", file=file, rows=_rows(done)))
+
+
+def _rows(copied: "Copied") -> str:
+    """Return how much was copied."""
+    return phrase(
+        "{total} rows of {count} tables, schema {schema}",
+        total=copied.total,
+        count=len(copied.rows),
+        schema=copied.schema,
+    )
 
 
 def _rotate(url: str, folder: Path, keep: int | None, every: str | None, *, json: bool) -> None:
@@ -143,21 +155,25 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None, *, json
     from autodb.store.rotation import Every, age_words, rotate
 
     if every is not None and every not in list(Every):
-        raise UnusableInput(f"--every {every}: use {', '.join(Every)}")
+        raise UnusableInput(
+            phrase("--every {every}: use {names}", every=every, names=", ".join(Every))
+        )
     apart, now = None if every is None else Every(every), datetime.now(UTC)
     with working(f"copying to {folder.name}") as progress:
         done = rotate(url, folder, keep=keep, every=apart, now=now, progress=progress)
     if json:
         say_json(asdict(done))
         return
-    there = f"{len(done.there)} there"
+    there = phrase("{count} there", count=len(done.there))
+    called = {"folder": folder, "there": there}
     if done.copied is None:
-        say(f"{folder}: {there}, the newest {age_words(now - done.there[-1].at)} old: none is due")
+        age = age_words(now - done.there[-1].at)
+        said = phrase("{folder}: {there}, the newest {age} old: none is due", age=age, **called)
     else:
-        rows = f"{done.copied.total} rows of {len(done.copied.rows)} tables"
-        say(f"{folder}: a new one, {rows}, schema {done.copied.schema}; {there}")
+        said = phrase("{folder}: a new one, {rows}; {there}", rows=_rows(done.copied), **called)
+    say(said)
     for path in done.removed:
-        say(f"{path}: removed")
+        say(phrase("{path}: removed", path=path))
 
 
 def restore_command(
@@ -174,9 +190,10 @@ def restore_command(
     url = database_url(db)
     with working(f"restoring {source.name}") as progress:
         done = restore(url, source, replace=replace, progress=progress)
-    upgraded = "" if done.schema == head() else f", upgraded to {head()}"
-    rows = f"{done.total} rows of {len(done.rows)} tables"
-    say(f"{shown_url(url)}: {rows}, schema {done.schema}{upgraded}")
+    said = phrase("{file}: {rows}", file=shown_url(url), rows=_rows(done))
+    if done.schema != head():
+        said = phrase("{said}, upgraded to {schema}", said=said, schema=head())
+    say(said)
     _say_unread(url)
 
 
@@ -187,8 +204,12 @@ def _say_unread(url: str) -> None:
     with opened_store(url) as store, store.reading() as session:
         for machine, some in every_unread(session).items():
             say(
-                f"{machine}: {len(some)} recordings that its inbox keeps are not in it; "
-                f"'autodb refresh --machine {machine} --inbox INBOX' imports them"
+                phrase(
+                    "{machine}: {count} recordings that its inbox keeps are not in it; 'autodb "
+                    "refresh --machine {machine} --inbox INBOX' imports them",
+                    machine=machine,
+                    count=len(some),
+                )
             )
 
 
@@ -226,14 +247,16 @@ def export_command(
 
     if [folder, cards, coefficients].count(None) != 2:
         raise UnusableInput(
-            "give one of a folder for the tables, --cards FILE.csv, --coefficients FILE.json"
+            phrase(
+                "give one of a folder for the tables, --cards FILE.csv, --coefficients FILE.json"
+            )
         )
     if cards is not None:
         _export_cards(cards, machine, material, tool, db)
     elif coefficients is not None:
         _export_coefficients(coefficients, machine, material, tool, db)
     elif material is not None or tool is not None:
-        raise UnusableInput("--material and --tool go with --cards and --coefficients")
+        raise UnusableInput(phrase("--material and --tool go with --cards and --coefficients"))
     else:
         _export_tables(Path(str(folder)), machine, db)
 
@@ -244,7 +267,15 @@ def _export_tables(folder: Path, machine: str | None, db: str | None) -> None:
     with opened_store(db) as store, working(f"exporting to {folder.name}") as progress:
         done = export(store, folder, machine=machine, progress=progress)
     total = sum(entry.rows for entry in done.tables.values())
-    say(f"{folder}: {total} rows of {len(done.tables)} tables, schema {done.schema_revision}")
+    say(
+        phrase(
+            "{folder}: {total} rows of {count} tables, schema {schema}",
+            folder=folder,
+            total=total,
+            count=len(done.tables),
+            schema=done.schema_revision,
+        )
+    )
 
 
 def _export_coefficients(
@@ -257,15 +288,20 @@ def _export_coefficients(
     check_target(path, suffix=".json", option="--coefficients")
     if machine is None:
         raise UnusableInput(
-            "--coefficients needs --machine NAME: they are what a machine has learnt"
+            phrase("--coefficients needs --machine NAME: they are what a machine has learnt")
         )
     with opened_store(db) as store, store.reading() as session:
         made = machine_coefficients(session, machine, material, tool)
     write_text(path, made.model_dump_json(indent=1, exclude_none=True) + "\n")
-    say(f"{path}: {len(made.pairs)} pairs")
+    say(phrase("{path}: {count} pairs", path=path, count=len(made.pairs)))
     for pair in made.pairs:
-        say(f"{pair.material} / {pair.tool.name}: version {pair.version} from "
-            f"{pair.learnt_from.cuts} cuts")  # fmt: skip
+        said = phrase(
+            "{pair}: version {version} from {cuts} cuts",
+            pair=f"{pair.material} / {pair.tool.name}",
+            version=pair.version,
+            cuts=pair.learnt_from.cuts,
+        )
+        say(said)
 
 
 def _export_cards(
@@ -278,19 +314,32 @@ def _export_cards(
 
     check_target(path, suffix=".csv", option="--cards")
     if machine is None:
-        raise UnusableInput("--cards needs --machine NAME: cards are of what a machine has learnt")
+        raise UnusableInput(
+            phrase("--cards needs --machine NAME: cards are of what a machine has learnt")
+        )
     with opened_store(db) as store, store.reading() as session:
         made = made_cards(session, machine, material, tool)
     write_text(path, cards_as_csv(made.cards))
-    rows = table(f"Cards in {path}", "material", ">k_c1.1 N/mm²", ">m_c", "source")
+    rows = table(
+        phrase("Cards in {path}", path=path),
+        *(phrase("material"), ">k_c1.1 N/mm²", ">m_c", phrase("source")),
+    )
     for card in made.cards:
         k, bounds = card.k_c11, card.m_c_bounds
-        m_c = "" if bounds is None else f" ({bounds[0]:.3f} to {bounds[1]:.3f})"
-        size = f"{k.value:.0f} ({k.lower:.0f} to {k.upper:.0f})"
-        rows.add_row(card.material, size, f"{card.m_c:.3f}{m_c}", card.source)
+        m_c = localized(f"{card.m_c:.3f}")
+        if bounds is not None:
+            low, high = (localized(f"{end:.3f}") for end in bounds)
+            m_c = phrase("{value} ({low} to {high})", value=m_c, low=low, high=high)
+        size = phrase(
+            "{value} ({low} to {high})",
+            value=f"{k.value:.0f}",
+            low=f"{k.lower:.0f}",
+            high=f"{k.upper:.0f}",
+        )
+        rows.add_row(card.material, size, m_c, card.source)
     show(rows)
     for line in made.left_out:
-        say(f"excluded: {line}")
+        say(phrase("excluded: {what}", what=shown_again(line)))
 
 
 Number = Annotated[int, typer.Argument(help="Number of the recording.", min=1, max=2**63 - 1)]
@@ -314,8 +363,9 @@ def withdraw_command(
     from autodb.errors import UnusableInput
 
     if undo == (why is not None):
-        raise UnusableInput("withdraw needs --why TEXT or --undo; give one of them")
+        raise UnusableInput(phrase("withdraw needs --why TEXT or --undo; give one of them"))
     with (
+        in_english(),  # what is found is kept
         opened_machine(db, machine) as (store, name),
         working(f"learning {name} anew") as progress,
     ):
@@ -325,14 +375,30 @@ def withdraw_command(
             done = withdraw(store, name, recording, why=why)
         learnt = refresh(store, name, progress=progress)
     if json:
-        say_json({"recording": recording, **asdict(done), "learnt": learnt.lines()})
+        with in_english():
+            lines = learnt.lines()
+        say_json({"recording": recording, **asdict(done), "learnt": lines})
         return
-    what = "are used again" if undo else "are no longer used"
-    cuts = "already done, its cuts" if done.already else f"{done.cuts} cuts"
-    say(f"recording {recording}: {cuts} {what}")
+    say(_withdrawn_words(recording, done, undo=undo))
     for line in done.taken_back:
-        say(f"taken back: {line}")
+        say(phrase("taken back: {what}", what=shown_again(line)))
     if any(line.startswith("calibration") for line in done.taken_back):
-        say(f"'autodb calibrate --machine {name}' fits current to force without it")
+        say(
+            phrase(
+                "'autodb calibrate --machine {name}' fits current to force without it", name=name
+            )
+        )
     for line in learnt.lines():
         say(line)
+
+
+def _withdrawn_words(recording: int, done: "Withdrawn", *, undo: bool) -> str:
+    """Return what became of a recording's cuts."""
+    called = {"number": recording, "count": done.cuts}
+    if done.already and undo:
+        return phrase("recording {number}: already done, its cuts are used again", **called)
+    if done.already:
+        return phrase("recording {number}: already done, its cuts are no longer used", **called)
+    if undo:
+        return phrase("recording {number}: {count} cuts are used again", **called)
+    return phrase("recording {number}: {count} cuts are no longer used", **called)

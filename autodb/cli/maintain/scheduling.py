@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from autodb.cli._common import Database, MachineName, from_anywhere, opened_machine, say
+from autodb.wording import phrase
 
 
 def schedule(
@@ -30,7 +31,7 @@ def schedule(
     from autodb.files.targets import needs_folder, write_text
 
     if cron and out is not None:
-        raise UnusableInput("--out is for systemd's units; a line of cron is printed")
+        raise UnusableInput(phrase("--out is for systemd's units; a line of cron is printed"))
     name, command = _command(machine, inbox, db)
     if cron:
         say(cron_line(command, every_min=every))
@@ -42,7 +43,7 @@ def schedule(
         else:
             needs_folder(out / name)
             write_text(out / name, text)
-            say(f"{out / name}: written")
+            say(phrase("{file}: written", file=out / name))
     for line in units.to_do:
         say(f"# {line}" if out is None else line)
 
@@ -55,7 +56,9 @@ def _command(machine: str | None, inbox: Path, db: str | None) -> tuple[str, lis
     with opened_machine(db, machine) as (store, name), store.reading() as session:
         find_machine(session, name)
     if not inbox.is_dir():
-        raise UnusableInput(f"{inbox}: no such folder; create it or name another")
+        raise UnusableInput(
+            phrase("{folder}: no such folder; create it or name another", folder=inbox)
+        )
     run = [sys.executable, "-m", "autodb", "refresh"]
     where = ["--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]
     return name, [*run, "--machine", name, *where]

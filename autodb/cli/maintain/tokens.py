@@ -5,10 +5,12 @@ from typing import Annotated
 import typer
 
 from autodb.cli._common import Database, Json, opened_store, say, say_json, show, table
+from autodb.wording import day, msgid, phrase
 
 token = typer.Typer(help="Access tokens of the service.", no_args_is_help=True)
 
 
+VALID, REVOKED, EXPIRED = msgid("valid"), msgid("revoked"), msgid("expired")
 TokenName = Annotated[str, typer.Argument(help="Name of the token: who uses it.")]
 
 
@@ -44,7 +46,7 @@ def list_tokens_command(json: Json = False, db: Database = None) -> None:
                 "role": one.role,
                 "made": one.created_at,
                 "until": one.expires_at or None,
-                "state": "valid" if one.valid else "revoked" if one.revoked_at else "expired",
+                "state": VALID if one.valid else REVOKED if one.revoked_at else EXPIRED,
             }
             for one in tokens(session)
         ]
@@ -52,12 +54,16 @@ def list_tokens_command(json: Json = False, db: Database = None) -> None:
         say_json(found)
         return
     if not found:
-        say("no token; add one with 'autodb token add NAME'")
+        say(phrase("no token; add one with 'autodb token add NAME'"))
         return
-    rows = table("Tokens", "name", "role", "made", "until", "state")
+    rows = table(
+        phrase("Tokens"),
+        *(phrase("name"), phrase("role"), phrase("made"), phrase("until"), phrase("state")),
+    )
     for row in found:
-        made, until = str(row["made"])[:10], str(row["until"] or "revoked")[:10]
-        rows.add_row(str(row["name"]), str(row["role"]), made, until, str(row["state"]))
+        until = day(str(row["until"])[:10]) if row["until"] else phrase(REVOKED)
+        made = day(str(row["made"])[:10])
+        rows.add_row(str(row["name"]), str(row["role"]), made, until, phrase(str(row["state"])))
     show(rows)
 
 
@@ -68,4 +74,5 @@ def revoke(name: TokenName, db: Database = None) -> None:
 
     with opened_store(db) as store:
         new = revoke_token(store, name)
-    say(f"token '{name}': {'revoked' if new else 'was revoked already'}")
+    said = msgid("token '{name}': revoked") if new else msgid("token '{name}': was revoked already")
+    say(phrase(said, name=name))

@@ -6,16 +6,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import Columns, Json, say, say_json, show, table, working
-from autodb.wording import phrase
+from autodb.cli._reader import headed, shown_again
+from autodb.wording import localized, msgid, phrase, shop_amount
 
 if TYPE_CHECKING:
     from autodb.standard import CutProtocol, StandardCut
+    from autodb.standard.protocol import ReferenceForce
 
 standard = typer.Typer(
     help="Standard cuts: protocols, their reference forces, and NC programs that make them.",
     no_args_is_help=True,
 )
 
+WRITTEN = {True: msgid("written"), False: msgid("already there")}
+"""What became of a file, by whether it is new."""
 Name = Annotated[str, typer.Argument(help="Protocol: a name from `standard list`, or a file.")]
 
 
@@ -27,7 +31,11 @@ def list_protocols_command(json: Json = False) -> None:
     if json:
         say_json([{"name": name, **read_protocol(name).model_dump()} for name in shipped()])
         return
-    rows = table("Standard cuts", "name", "work", "tool", "operations", ">cuts", ">with reference")
+    rows = table(
+        phrase("Standard cuts"),
+        *(phrase("name"), phrase("work"), phrase("tool"), phrase("operations")),
+        *(headed(phrase("cuts")), headed(phrase("with reference"))),
+    )
     for name in shipped():
         protocol = read_protocol(name)
         operations = ", ".join(dict.fromkeys(cut.operation for cut in protocol.cut))
@@ -50,7 +58,9 @@ def show_protocol_command(name: Name, json: Json = False) -> None:
         return
     rows = table(
         f"{protocol.name}: {protocol.material} / {protocol.tool}",
-        *("cut", "operation", ">rpm", ">feed mm", ">depth mm", ">repeats", "reference N (95 %)"),
+        *(phrase("cut"), phrase("operation"), headed(phrase("rpm")), headed(phrase("feed"), "mm")),
+        *(headed(phrase("depth"), "mm"), headed(phrase("repeats"))),
+        phrase("reference, {unit} (95 %)", unit=shop_amount(1.0, "N")[1]),
     )
     for cut in protocol.cut:
         rows.add_row(*_row(cut))
@@ -60,26 +70,50 @@ def show_protocol_command(name: Name, json: Json = False) -> None:
     without = [cut.name for cut in protocol.cut if not cut.reference]
     if without:
         say(
-            f"{len(without)} of {len(protocol.cut)} cuts have no reference force and calibrate "
-            "nothing yet; take them from a dynamometer's file with 'autodb standard new'"
+            phrase(
+                "{count} of {all} cuts have no reference force and calibrate nothing yet; take "
+                "them from a dynamometer's file with 'autodb standard new'",
+                count=len(without),
+                all=len(protocol.cut),
+            )
         )
-    say(f"order, seed {protocol.seed}: {', '.join(cut.name for cut in run_order(protocol))}")
+    say(
+        phrase(
+            "order, seed {seed}: {names}",
+            seed=protocol.seed,
+            names=", ".join(cut.name for cut in run_order(protocol)),
+        )
+    )
 
 
 def _row(cut: "StandardCut") -> list[str]:
     from autodb.standard.protocol import PASSIVE
 
-    per = "" if cut.feed_mm_tooth is None else " a tooth"
+    feed = _amount(cut.feed_mm, "mm")
+    if cut.feed_mm_tooth is not None:
+        feed = phrase("{feed} a tooth", feed=feed)
     direction = cut.feed_direction_deg
-    what = cut.operation if direction is None else f"{cut.operation} {direction:g}°"
-    depth_mm = cut.length_mm if cut.depth_mm is None else cut.depth_mm
-    known = (f"{c} {r.value:g} ({r.lower:g} to {r.upper:g})" for c, r in cut.reference.items())
+    what = cut.operation if direction is None else f"{cut.operation} {localized(f'{direction:g}')}°"
+    depth_mm = cut.depth_mm or cut.length_mm
+    depth = "" if depth_mm is None else _amount(depth_mm, "mm")
+    known = (f"{c} {_reference(r)}" for c, r in cut.reference.items())
     still = PASSIVE.get(cut.operation)
-    sensed = f"{what}, {still} stands still" if still else what
+    sensed = phrase("{cut}, {axis} stands still", cut=what, axis=still) if still else what
     return [
-        cut.name, sensed, f"{cut.speed_rpm:g}", f"{cut.feed_mm:g}{per}", f"{depth_mm:g}",
-        str(cut.repeats), "; ".join(known) or "none",
+        cut.name, sensed, localized(f"{cut.speed_rpm:g}"), feed, depth,
+        str(cut.repeats), "; ".join(known) or phrase("none"),
     ]  # fmt: skip
+
+
+def _reference(force: "ReferenceForce") -> str:
+    value, low, high = (_amount(end, "N") for end in (force.value, force.lower, force.upper))
+    return phrase("{value} ({low} to {high})", value=value, low=low, high=high)
+
+
+def _amount(value: float, unit: str) -> str:
+    """Return a number in the reader's units, with as few digits as it has in ours."""
+    factor, shown = shop_amount(1.0, unit)
+    return localized(f"{value:g}" if shown == unit else f"{factor * value:.4g}")
 
 
 @standard.command("new")
@@ -121,11 +155,18 @@ def new(
         asked = read_protocol(like).model_copy(update={"name": name})
         done = with_references(asked, tables, date=day)
     path = out or Path(f"{name}.toml")
-    said = "written" if write_once(as_toml(done.protocol), path) else "already there"
+    new = write_once(as_toml(done.protocol), path)
     known = sum(bool(cut.reference) for cut in done.protocol.cut)
-    say(f"{path}: {said}, {known} of {len(done.protocol.cut)} cuts have a reference force")
+    said = phrase(
+        "{file}: {what}, {known} of {count} cuts have a reference force",
+        file=path,
+        what=phrase(WRITTEN[new]),
+        known=known,
+        count=len(done.protocol.cut),
+    )
+    say(said)
     for sentence in done.without:
-        say(f"no reference: {sentence}")
+        say(phrase("no reference: {why}", why=shown_again(sentence)))
 
 
 def _day(date: str | None, file: Path) -> str:
@@ -172,8 +213,14 @@ def program_command(
         return
     from autodb.standard.writing import write_once
 
-    said = "written" if write_once(text, out) else "already there"
-    say(f"{out}: {said}, {len(text.splitlines())} lines; not proven on your machine: dry run it")
+    new = write_once(text, out)
+    said = phrase(
+        "{file}: {what}, {count} lines; not proven on your machine: dry run it",
+        file=out,
+        what=phrase(WRITTEN[new]),
+        count=len(text.splitlines()),
+    )
+    say(said)
 
 
 def _program(name: str, machine_file: Path, dialect: str) -> str:

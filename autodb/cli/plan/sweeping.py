@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from autodb.cli._common import Database, opened_store, say, show, table
-from autodb.wording import phrase
+from autodb.cli._reader import headed
+from autodb.cli.plan.standard import WRITTEN
+from autodb.wording import localized, phrase
 
 if TYPE_CHECKING:
     from autodb.files.machine import MachineFile
@@ -89,10 +91,17 @@ def sweep(
         return
     from autodb.standard.writing import write_once
 
-    said = "written" if write_once(planned.text, out) else "already there"
+    new = write_once(planned.text, out)
     _show(found)
-    say(f"{out}: {said}, {len(found.passes)} passes, about {found.seconds / 60.0:.1f} min; not "
-        "proven on your machine: dry run it")  # fmt: skip
+    said = phrase(
+        "{file}: {what}, {count} passes, about {minutes} min; not proven on your machine: dry run "
+        "it",
+        file=out,
+        what=phrase(WRITTEN[new]),
+        count=len(found.passes),
+        minutes=localized(f"{found.seconds / 60.0:.1f}"),
+    )
+    say(said)
 
 
 def _machine(
@@ -112,7 +121,9 @@ def _machine(
     from autodb.agent.sense.sweeping import machine_and_model
 
     with opened_store(db) as store:
-        return f"machine '{machine}'", *machine_and_model(store, machine, axis)
+        return phrase("machine '{machine}'", machine=machine), *machine_and_model(
+            store, machine, axis
+        )
 
 
 def _parked(park: str | None, file: "MachineFile", axis: str) -> dict[str, float]:
@@ -138,12 +149,18 @@ def _parked(park: str | None, file: "MachineFile", axis: str) -> dict[str, float
 def _show(found: "Design") -> None:
     if not found.reached:
         return
-    rows = table("Half width of 95 % intervals", "parameter", ">expected", ">asked for", "")
+    rows = table(
+        phrase("Half width of 95 % intervals"),
+        *(phrase("parameter"), headed(phrase("expected")), headed(phrase("asked for")), ""),
+    )
     for name, half, wanted in found.reached:
-        rows.add_row(name, f"{half:.3g}", f"{wanted:.3g}", "" if half <= wanted else "not reached")
+        verdict = "" if half <= wanted else phrase("not reached")
+        rows.add_row(name, localized(f"{half:.3g}"), localized(f"{wanted:.3g}"), verdict)
     show(rows)
     if not found.enough:
         say(
-            "not every precision is reached; use a longer sweep (--minutes) or a wider limit "
-            "(--within)"
+            phrase(
+                "not every precision is reached; use a longer sweep (--minutes) or a wider limit "
+                "(--within)"
+            )
         )
