@@ -106,7 +106,7 @@ def list_edges_command(
         return
     rows = table(
         phrase("Edges of {machine}", machine=name),
-        *(headed(phrase("number")), phrase("tool"), phrase("changed, UTC"), phrase("by")),
+        *(headed(phrase("number")), phrase("tool"), phrase("changed, UTC"), phrase("who")),
         *(phrase("why"), headed(phrase("cuts since")), headed(phrase("has cut"), "s")),
         phrase("status"),
     )
