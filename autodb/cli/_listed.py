@@ -14,6 +14,7 @@ GROUPS = {
         "predict": "everyday.predicting:predict_command",
         "lookup": "everyday.looking_up:lookup",
         "predictions": "everyday.scoring:predictions",
+        "edge": "everyday.changing_edges:edge",
         "agent": "everyday.running:agent",
         "serve": "everyday.serving:serve",
     },
@@ -53,12 +54,12 @@ READERS = frozenset(
     {
         "demo", "init", "machine add", "machine update", "machine rename", "machine retire",
         "machine list", "machine show", "look", "import", "calibrate", "refresh", "predict",
-        "lookup", "predictions score", "explain", "mismatch list", "mismatch show",
-        "mismatch confirm", "mismatch reject", "mismatch reopen", "trace", "sensors", "identify",
-        "scale", "reconstruct", "inspect", "plan", "life", "stability", "doctor", "fleet refresh",
-        "fleet learn", "fleet show", "predictions match", "standard list", "standard show",
-        "standard new", "standard program", "sweep", "backup", "restore", "export", "withdraw",
-        "schedule", "token add", "token list", "token revoke",
+        "lookup", "predictions score", "edge changed", "edge list", "edge undo", "explain",
+        "mismatch list", "mismatch show", "mismatch confirm", "mismatch reject", "mismatch reopen",
+        "trace", "sensors", "identify", "scale", "reconstruct", "inspect", "plan", "life",
+        "stability", "doctor", "fleet refresh", "fleet learn", "fleet show", "predictions match",
+        "standard list", "standard show", "standard new", "standard program", "sweep", "backup",
+        "restore", "export", "withdraw", "schedule", "token add", "token list", "token revoke",
     }
 )  # fmt: skip
 """Commands that answer in the language and the units of their reader."""
@@ -95,6 +96,12 @@ autodb predictions score
 autodb predictions score --machine lathe-1 --plot scores.html
 autodb predictions match
 autodb predictions match --recording 4 --prediction 2 --cut 3=finish
+autodb edge changed --tool CNMG120408
+autodb edge changed --tool CNMG120408 --machine lathe-1 --at 2026-03-01T07:30 --by Maria
+autodb edge list
+autodb edge list --machine lathe-1 --all
+autodb edge undo 1
+autodb edge undo 2 --db shop.sqlite3
 autodb agent agent.toml
 autodb agent agent.toml --check
 autodb serve

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from autodb.agent.answer.predicting import answer_of, followed_program, predict_
 from autodb.agent.ingest.framed import import_table, kept_table
 from autodb.agent.ingest.importing import import_file
 from autodb.agent.ingest.inbox import Inbox
+from autodb.agent.operate.changed_edges import change_edge, edges_of_machine, undo_edge_change
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.operate.withdrawing import read_again
 from autodb.agent.rows.machines import limits_of_machine
@@ -32,6 +34,7 @@ from autodb.library.answers import (
     PredictResult,
     RefreshResult,
 )
+from autodb.library.edges import EdgeChangeResult, EdgesResult
 from autodb.library.found import ExplainResult, IdentifyResult
 from autodb.library.given import (
     ColumnsGiven,
@@ -247,6 +250,39 @@ class ShopMachine:
                 store, self.name, path, moves, columns=own, axis=axis, terms=terms
             )
         return IdentifyResult(kept.model, moves, kept.version)
+
+    def change_edge(
+        self,
+        tool: str,
+        *,
+        at: str | datetime | None = None,
+        by: str | None = None,
+        why: str | None = None,
+    ) -> EdgeChangeResult:
+        """Record that a tool has a new edge, now or ``at`` a time; what it cuts is counted.
+
+        A time without a zone is this computer's. ``by``: who says so. Raises UnusableInput for a
+        tool that the machine has no cuts of, or a time that is none or to come.
+        """
+        moment = at.isoformat() if isinstance(at, datetime) else at
+        with opened_database(self.url) as store:
+            done = change_edge(store, self.name, tool, at=moment, by=by, why=why)
+        return EdgeChangeResult(done)
+
+    def undo_edge_change(self, number: int) -> EdgeChangeResult:
+        """Have a recorded change count no more: its cuts are those of the edge before again.
+
+        Raises NotThere where there is none of that number.
+        """
+        with opened_database(self.url) as store:
+            return EdgeChangeResult(undo_edge_change(store, number))
+
+    def edges(self, *, every: bool = False) -> EdgesResult:
+        """Return the last recorded change of each tool's edge, or ``every`` one, and what the edge
+        has cut since.
+        """
+        with opened_database(self.url) as store, store.reading() as session:
+            return EdgesResult(edges_of_machine(session, self.name, every=every))
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r})"

@@ -30,6 +30,7 @@ from autodb.web.refusals import handle
 from autodb.web.routes import (
     batch,
     decisions,
+    edges,
     forces,
     kept_recordings,
     machines,
@@ -134,6 +135,7 @@ def make_app(settings: Settings) -> FastAPI:
         (forces.router, "Forces"),
         (tools.router, "Tools"),
         (decisions.router, "Mismatches"),
+        (edges.router, "Tools"),
         (programs.router, "Forces"),
         (stability.router, "Forces"),
         (recordings.router, "Recordings"),

@@ -28,6 +28,7 @@ from autodb.agent.answer.predicting import JobAnswer, Predicted
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.ingest.importing import Imported
 from autodb.agent.matching.scoring import PredictionScores
+from autodb.agent.operate.changed_edges import EdgeChanged, EdgesOfMachine
 from autodb.errors import NotThere, UnusableInput
 from autodb.files.job import Job
 from autodb.files.job_cut import JobCut
@@ -257,6 +258,34 @@ class Client:
     def reopen(self, mismatch: int, *, why: str | None = None) -> Decision:
         """Take back the decision on a mismatch, and what it changed; needs role operate."""
         return self._decided(mismatch, "reopen", why=why)
+
+    def edges(self, machine: str, *, every: bool = False) -> EdgesOfMachine:
+        """Return the last change of each tool's edge on a machine; or ``every`` change."""
+        query = {"every": every}
+        found: EdgesOfMachine = self._get(EdgesOfMachine, f"{_of(machine)}/edges", query)
+        return found
+
+    def change_edge(
+        self,
+        machine: str,
+        tool: str,
+        *,
+        at: str | None = None,
+        by: str | None = None,
+        why: str | None = None,
+    ) -> EdgeChanged:
+        """Record that a tool has a new edge, now or ``at`` an ISO 8601 time; needs role operate."""
+        said = {"tool": tool, "at": at, "by": by, "why": why}
+        return self._edge(f"{_of(machine)}/edges", json=said)
+
+    def undo_edge_change(self, number: int) -> EdgeChanged:
+        """Have a recorded edge change count no more; needs role operate."""
+        return self._edge(f"/edges/{number}/undo")
+
+    def _edge(self, path: str, **more: Any) -> EdgeChanged:
+        response = self._asked("POST", path, **more)
+        found: EdgeChanged = _adapter(EdgeChanged).validate_json(response.content)
+        return found
 
     def _decided(self, mismatch: int, word: str, **said: str | None) -> Decision:
         response = self._asked("POST", f"/mismatches/{mismatch}/{word}", json=said)

@@ -7,7 +7,7 @@ from types import FunctionType
 from typing import Any
 
 import autodb
-from autodb.library import answers, found, planned, results
+from autodb.library import answers, edges, found, planned, results
 
 BEGIN, END = "<!-- library: made by python -m docs.make -->\n", "<!-- end of library -->\n"
 RESULTS = (
@@ -18,6 +18,8 @@ RESULTS = (
     answers.PredictResult,
     answers.LookupResult,
     answers.PairsResult,
+    edges.EdgeChangeResult,
+    edges.EdgesResult,
     planned.ToolLifeResult,
     planned.StabilityResult,
     found.ExplainResult,

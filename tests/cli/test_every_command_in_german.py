@@ -24,7 +24,8 @@ from tests.helpers.marked_words import CLOSE, OPEN, Marked, left, left_of_page, 
 IN_ENGLISH = frozenset({"agent", "serve", "prove"})
 """Commands whose answers are logs of a service, or tables of a proof: they answer in English."""
 TYPED = re.compile(
-    r"steel bar|\b(?:air|worn|load|part|axis|standard-cuts)\b[\w.-]*|\bforce[._]\w+|\bspindle\b|"
+    r"steel bar|carbide insert|\b(?:air|worn|load|part|axis|standard-cuts)\b[\w.-]*|"
+    r"\bforce[._]\w+|\bspindle\b|"
     r"\bsha256\b|\b[0-9a-f]{12}\b|\bRMSE\b|\bout/|sqlite:///\S+|--[\w-]+|\b[a-z]+\.\w+\b|\bMaria\b|\bmill-\d|"
     r"\b(?:coefficient|level|amplitude|period|phase|factor)\b|\bMPa\b|"
     r"[\w-]*\.(?:txt|foo|tsv|lvm|dat|asc|log|gz|zip|xlsx|xlsm|xls|xlsb|ods|mat|h5|hdf5|tdms|mf4|mdf|xml|html)\b|"
@@ -33,6 +34,7 @@ TYPED = re.compile(
 """Names in the files of these tests, channels, options, and parameters by their names."""
 NAMED = re.compile(rf" \((?:there are: |did you mean ){CLOSE}[^{OPEN}]*")
 """Names that are proposed, which are those of files, columns and keys."""
+TOOL = "carbide insert"
 PART = """
 machine_compliance_mm_N = 3e-5
 [bar]
@@ -107,6 +109,10 @@ def test_every_sentence_of_a_command_is_looked_up(marked: Cli, sample_jobs: Path
         ("mismatch", "reject", "1"), ("mismatch", "reject", "1"), ("mismatch", "reopen", "1"),
         ("trace", "prediction", "1"), ("trace", "parameters", "1"),
         ("trace", "force", "1"), ("trace", "calibration", "1"), ("trace", "recording", "1"),
+        ("edge", "list"), ("edge", "changed", "--tool", TOOL, "--at", "2026-03-01T07:30"),
+        ("edge", "changed", "--tool", TOOL, "--at", "2026-03-01T07:30"),
+        ("edge", "changed", "--tool", TOOL, "--by", "Maria"), ("edge", "list", "--all"),
+        ("edge", "undo", "1"), ("edge", "undo", "1"), ("edge", "list", "--all"),
         ("doctor",), ("machine", "list"), ("machine", "show", "lathe-1"),
         ("machine", "update", "lathe-1", "--file", "file.toml"),
         ("machine", "update", "lathe-1", "--file", "file.toml"), ("machine", "add", "mill-2"),
@@ -148,6 +154,9 @@ WRONG = (
     ("scale", "air.csv", "--standard-cut", "turning-aluminium:none"),
     ("machine", "show", "lathe-9"), ("machine", "add", " "), ("machine", "rename", "lathe-9", "a"),
     ("machine", "update", "lathe-1", "--file", "wrong.toml"), ("fleet", "show"),
+    ("edge", "changed", "--tool", "insert", "--machine", "lathe-1"), ("edge", "undo", "9"),
+    ("edge", "changed", "--tool", TOOL, "--at", "soon"),
+    ("edge", "changed", "--tool", TOOL, "--at", "2999-01-01"),
     ("doctor", "--db", "sqlite:///nothing.sqlite3"), ("demo", "--out", "part.toml"),
 )  # fmt: skip
 

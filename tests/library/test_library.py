@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -149,6 +150,26 @@ def test_a_table_of_cuts_is_predicted_as_it_is(machine: ShopMachine) -> None:
     mixed = table.assign(tool=["a", "b", "c"])
     with pytest.raises(autodb.UnusableInput, match=r"one tool \(they state a, b, c\); give tool="):
         machine.predict(mixed)
+
+
+def test_an_edge_change_is_recorded_listed_and_undone(tmp_path: Path, cli: Cli) -> None:
+    made = autodb.open(tmp_path / "edges.sqlite3", create=True).add_machine("lathe-1")
+    made.import_(RECORDINGS / "standard-cuts.csv")
+    at = datetime(2026, 3, 1, 7, 30, tzinfo=UTC)
+    done = made.change_edge(PAIR["tool"], at=at, by="Maria", why="chipped")
+    assert (done.answer.number, done.answer.cuts) == (1, 32)
+    assert done.to_pandas()[["tool", "cuts"]].to_numpy().tolist() == [[PAIR["tool"], 32]]
+    found = made.edges()
+    assert found.to_pandas()[["by", "why", "cuts"]].to_numpy().tolist() == [
+        ["Maria", "chipped", 32]
+    ]
+    said = cli("edge", "list", "--json", "--db", made.url).out
+    assert found.to_dict() == json.loads(said)
+    assert made.undo_edge_change(1).to_dict()["cuts"] == 32
+    assert made.edges().to_pandas().empty
+    assert len(made.edges(every=True).to_pandas()) == 1
+    with pytest.raises(autodb.UnusableInput, match="has no cuts of tool"):
+        made.change_edge("none")
 
 
 def test_the_only_machine_needs_no_name(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from schemathesis.core.failures import FailureGroup
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.access import add_token
+from autodb.agent.operate.changed_edges import change_edge
 from autodb.agent.operate.refreshing import refresh
 from autodb.agent.rows.machines import add_machine, as_file, find_machine, update_machine
 from autodb.files.machine import LATHE, AxisFile, AxisLimits
@@ -49,6 +50,7 @@ SENT = (
 )
 LIFE = f"POST {API}/machines/{{machine}}/life"
 """Drawn jobs seldom are of a kind that it takes."""
+CHANGES = f"POST {API}/machines/{{machine}}/edges"
 IMPORT = f"GET {API}/imports/{{number}}"
 
 
@@ -78,6 +80,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         session.add(drifts)
     with store.reading() as session:
         pair = PairReader(session, "lathe-0").pairs()[0]
+    change_edge(store, "lathe-0", pair.tool)
     token = add_token(store, "all", "admin", days=1)
     store.close()
     return {"url": url, "token": token, "material": pair.material, "tool": pair.tool}
@@ -115,8 +118,9 @@ def _strategies(operation: Any, known: dict[str, str]) -> Iterator[Any]:
     about = {one: known[one] for one in ("material", "tool") if one in asked}
     query = about | {one: value for one, value in EXAMPLES.items() if one in asked}
     if path:
+        body = {"body": {"tool": known["tool"]}} if operation.label == CHANGES else {}
         yield operation.as_strategy(
-            GenerationMode.POSITIVE, path_parameters=path, query=query or None
+            GenerationMode.POSITIVE, path_parameters=path, query=query or None, **body
         )
 
 

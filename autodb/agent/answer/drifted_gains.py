@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.mismatches import GAIN_TERM, SINCE, is_of_axis, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.rows.refresh_cursor import Span
 from autodb.agent.rows.sensed_forces import QUANTITY, Calibrations, as_cuts, forces_of_pair
 from autodb.cutting.turning import PASSIVE_AXIS
@@ -24,7 +25,7 @@ from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.changes.drifting_gain import GainDrift, drifted_gain
 from autodb.pairs.changes.shared_shifts import PAIRS, SensedShares
-from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, RPM
+from autodb.pairs.engaged import DEPTH, FEED, RPM
 from autodb.pairs.forecast import expected_means
 from autodb.store import models
 from autodb.terms.chip import HARD_SPOT
@@ -160,7 +161,7 @@ def _shares(
 ) -> SensedShares:
     cuts = [one.force.cut for one in read]
     ratio = [(one.force.value_N or 0.0) / one.expected_N for one in read]
-    used = [float(cut.conditions.get(CUTTING_TIME, np.nan)) for cut in cuts]
+    used = [np.nan if one is None else one for one in map(cut_before_s, cuts)]
     clock = np.array([float(cut.conditions.get("t", 0.0)) for cut in cuts])
     of = np.array([cut.recording_id for cut in cuts])
     for number in np.unique(of):

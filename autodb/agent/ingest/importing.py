@@ -20,6 +20,7 @@ from autodb.agent.ingest.redelivered import (
 )
 from autodb.agent.ingest.uncounted import counted
 from autodb.agent.rows.content import of_series
+from autodb.agent.rows.counted_edges import count_edges
 from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.agent.rows.recordings import counted_cuts
 from autodb.errors import UnusableInput
@@ -284,6 +285,7 @@ def _keep(
     for cut in found.new:
         cut.recording_id = recording.id
     session.add_all(found.new)
+    count_edges(session, owner.id, [*found.replaced, *found.new])
     return Imported(
         recording.id,
         recording.kind,

@@ -6,6 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.redelivered import twins
+from autodb.agent.rows.counted_edges import count_edges
 from autodb.store import models
 
 COPIED = (
@@ -43,21 +44,24 @@ def anew(session: Session, row: models.StoredRecording, *, since: str) -> None:
     for cut in back:
         if cut.id in sensed:
             cut.superseded_at = None
-    _come_in(session, [cut for cut in back if cut.id not in sensed])
+    come_in = _come_in(session, [cut for cut in back if cut.id not in sensed])
     session.expire(row, ["cuts"])
+    count_edges(session, row.machine_id, [*(c for c in back if c.id in sensed), *come_in])
 
 
-def _come_in(session: Session, cuts: Sequence[models.Cut]) -> None:
-    """Put new cuts in the place of some."""
+def _come_in(session: Session, cuts: Sequence[models.Cut]) -> list[models.Cut]:
+    """Put new cuts in the place of some; return them."""
     numbers = {cut.id: cut.number for cut in cuts}
     for place, cut in enumerate(cuts, start=1):
         cut.number = -float(place)  # its number is another's now
     session.flush()
-    session.add_all(
+    made = [
         models.Cut(number=numbers[cut.id], **{name: getattr(cut, name) for name in COPIED})
         for cut in cuts
-    )
+    ]
+    session.add_all(made)
     session.flush()
     for cut in cuts:
         session.delete(cut)
     session.flush()
+    return made

@@ -14,11 +14,12 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.learn.states import PERSISTS, Forces, causes_of
 from autodb.agent.rows.mismatches import recordings_of
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.shear import NAMES
 from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.confirmed import learn_banded, with_terms
-from autodb.pairs.engaged import CUTTING_TIME, RPM, SPEED
+from autodb.pairs.engaged import RPM, SPEED
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, PairTerms
 from autodb.pairs.prior import any_metal
 from autodb.pairs.updating import posterior_of_readings
@@ -57,7 +58,7 @@ def _tells(cause: models.Mismatch, forces: Forces) -> bool:
     if cause.confirmed_term == HARD_SPOT.name:
         cuts = [cut for cut in cuts if cause.lot is not None and cut.lot == cause.lot]
     elif cause.confirmed_term == WEAR:
-        times = [cut.conditions[CUTTING_TIME] for cut in cuts if CUTTING_TIME in cut.conditions]
+        times = [used for used in map(cut_before_s, cuts) if used is not None]
         return len(times) >= PERSISTS and len(set(times)) > 1
     elif cause.confirmed_term == BAND:
         cuts = [cut for cut in cuts if {SPEED, RPM} & set(cut.conditions)]
@@ -95,7 +96,7 @@ def to_learn(
         force
         for force in forces
         if (force.id in seen or force.cut.recording_id in recordings)
-        and (not worn or CUTTING_TIME in force.cut.conditions)
+        and (not worn or cut_before_s(force.cut) is not None)
     ]
 
 

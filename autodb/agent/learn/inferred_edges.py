@@ -15,9 +15,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import numbers_of
-from autodb.agent.rows.edges_in_use import conditions_in_use, label_of
+from autodb.agent.rows.edges_in_use import conditions_in_use
 from autodb.agent.rows.mismatches import NEW_EDGE, mismatch_line
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
+from autodb.agent.rows.recorded_edges import cut_before_s, edge_label
 from autodb.agent.rows.sensed_forces import (
     QUANTITY,
     Calibrations,
@@ -85,7 +86,7 @@ def newest_cuts(
     after = _newest_after(session, machine_id, pair.id, upto)
     found = forces_of_pair(session, machine_id, pair, calibrations, cuts=(after, upto))
     cuts = list({force.cut_id: force.cut for force in found.forces}.values())
-    cuts = [cut for cut in cuts if CUTTING_TIME in cut.conditions]
+    cuts = [cut for cut in cuts if cut_before_s(cut) is not None]
     if len(cuts) <= 2 * AROUND:
         return None
     try:
@@ -190,7 +191,7 @@ def _columns(
     size = fell[channel] * forces[channel]
     half = NORMAL_95 * size / sqrt(2.0 * change.evidence)
     shares = " and ".join(f"{100 * share:.0f} % of force.{name}" for name, share in fell.items())
-    label, used_s = label_of(cut), float(cut.conditions[CUTTING_TIME])
+    label, used_s = edge_label(cut), cut_before_s(cut)
     after = int(np.sum(read.edge[change.cut :] == read.edge[change.cut]))
     return {
         "channel": f"force.{channel}",

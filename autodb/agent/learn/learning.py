@@ -30,6 +30,7 @@ from autodb.agent.rows.posteriors import (
     pair_name,
     posterior_columns,
 )
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.rows.sensed_forces import PairForces
 from autodb.agent.sense.sensed import as_observed
 from autodb.errors import UnusableInput
@@ -225,7 +226,7 @@ class _Pair:
 
     def _of_known_wear(self, forces: Forces) -> Forces:
         """Return the forces of cuts that say how worn their edge was; say how many do not."""
-        kept = [force for force in forces if CUTTING_TIME in force.cut.conditions]
+        kept = [force for force in forces if cut_before_s(force.cut) is not None]
         cuts = {force.cut_id for force in forces} - {force.cut_id for force in kept}
         if cuts:
             self._done.not_used.append(

@@ -7,6 +7,7 @@ from sqlalchemy import bindparam, func, literal_column, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.posteriors import as_posterior, chain_ids, latest
+from autodb.agent.rows.recorded_edges import cut_before_column, cut_before_s
 from autodb.agent.rows.sensed_forces import usable
 from autodb.pairs.engaged import CUTTING_TIME, DEPTH, FEED, FLANK_WEAR, SPEED, UNSAID
 from autodb.store import models
@@ -37,7 +38,10 @@ _versions = _versions.union_all(
         _versions, _PARAMETERS.c.id == _versions.c.previous_id
     )
 )
-_stated = [_CUT.c.conditions[name].as_float() for name in CHANNELS]
+_stated = [
+    cut_before_column(_CUT.c) if name == CUTTING_TIME else _CUT.c.conditions[name].as_float()
+    for name in CHANNELS
+]
 _operation = func.coalesce(_CUT.c.operation, literal_column(f"'{UNSAID}'"))
 _used = cutting_parameters_force.c
 _LEARNT_FROM = (
@@ -118,7 +122,7 @@ def excluded_cuts(
     )
     cuts = session.scalars(query.order_by(models.Cut.id)).all()
     worn = as_posterior(usual).wear is not None
-    return [cut for cut in cuts if usable(cut) and (not worn or CUTTING_TIME in cut.conditions)]
+    return [cut for cut in cuts if usable(cut) and (not worn or cut_before_s(cut) is not None)]
 
 
 def _first_to_learn(session: Session, after: int) -> int:

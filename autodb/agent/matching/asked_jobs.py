@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.posteriors import as_posterior, chain_ids
+from autodb.agent.rows.recorded_edges import recorded_conditions
 from autodb.agent.rows.sensed_forces import operation_of
 from autodb.files.job_cut import JobCut
 from autodb.forward.limits import QUANTITIES
@@ -239,6 +240,7 @@ def _differs(made: Conditions, asked: Conditions) -> bool:
 def as_made(cut: models.Cut, *, called: str | None = None) -> MadeCut:
     """Return a stored cut as one that was made; ``called``: which of its job's cuts it is."""
     said = cut.named or {}
-    conditions = {k: v for k, v in cut.conditions.items() if isinstance(v, int | float)}
+    known = recorded_conditions(cut)
+    conditions = {k: v for k, v in known.items() if isinstance(v, int | float)}
     made = MadeCut(operation_of(cut), conditions, said.get("cut"), said.get("block"))
     return made if called is None else replace(made, name=called)

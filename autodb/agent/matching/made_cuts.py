@@ -8,7 +8,6 @@ of the job or program that they name, else of the only job of their pair that th
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import timedelta
 from itertools import groupby
 
 from sqlalchemy import select
@@ -21,7 +20,7 @@ from autodb.agent.matching.asked_jobs import (
     asked_jobs,
     newest_before,
 )
-from autodb.agent.rows.recordings import stated_start
+from autodb.agent.rows.recordings import made_at
 from autodb.errors import near
 from autodb.forward.matching import Match, matched
 from autodb.store import models
@@ -75,17 +74,6 @@ def _recordings(
         )
     )
     return session.scalars(query.distinct().order_by(row.id)).all()
-
-
-def made_at(cut: models.Cut) -> str:
-    """Return when a cut was made, by its recording's start and its `t`, or when it came in."""
-    came_in = cut.recording.imported_at
-    start = stated_start(cut.recording)
-    try:
-        at = start and start + timedelta(seconds=float(cut.conditions.get("t", 0.0)))
-    except (ValueError, OverflowError):  # of a time that is no number of seconds
-        return came_in
-    return came_in if at is None else min(at.isoformat(timespec="seconds"), came_in)
 
 
 class _Recording:

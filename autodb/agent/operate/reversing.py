@@ -13,7 +13,8 @@ from sqlalchemy.orm import Session
 from autodb.agent.learn.lots import forget_lot
 from autodb.agent.operate.clamping import forget_runout
 from autodb.agent.operate.refreshing import learn_confirmed
-from autodb.agent.rows.posteriors import pair_name, resting_on
+from autodb.agent.rows.counted_edges import count_edges
+from autodb.agent.rows.posteriors import pair_name, resting_on, taken_back_words
 from autodb.store import models
 from autodb.wording import phrase
 
@@ -39,13 +40,7 @@ def take_back(session: Session, row: models.Mismatch) -> list[str]:
     ids = [one.id for one in versions]
     for version in resting_on(session, row.recording.machine_id, _Parameters.id.in_(ids)):
         version.undone_at = models.now()
-        said.append(
-            phrase(
-                "{pair} version {version} is taken back",
-                pair=pair_name(version.pair),
-                version=version.version,
-            )
-        )
+        said.append(taken_back_words(version))
         others |= {one.id: one for one in version.mismatches if one is not row}
     said += forgotten(session, row)
     said += _rest_again(session, row)
@@ -145,9 +140,10 @@ def _rest_again(session: Session, row: models.Mismatch) -> list[str]:
         if recording.looked_at is not None or session.scalar(others.limit(1)) is not None:
             continue
         recording.looked_at = models.now()
-        for cut in recording.cuts:
-            if cut.superseded_at is None:
-                cut.superseded_at = recording.looked_at
+        cuts = [cut for cut in recording.cuts if cut.superseded_at is None]
+        for cut in cuts:
+            cut.superseded_at = recording.looked_at
+        count_edges(session, recording.machine_id, cuts)
         said.append(
             phrase(
                 "recording {number} came in to be explained, and its cuts count no more",

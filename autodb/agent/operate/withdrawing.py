@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.ingest.uncounted import anew
 from autodb.agent.operate.reversing import forgotten
+from autodb.agent.rows.counted_edges import count_edges
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import pair_name, resting_on
 from autodb.agent.rows.recordings import counted_cuts
@@ -76,6 +77,8 @@ def withdrawn_now(session: Session, row: models.StoredRecording, why: str) -> Wi
     row.withdrawn_at, row.withdrawn_why = models.now(), why
     for cut in cuts:
         cut.superseded_at = row.withdrawn_at
+    for parameters in count_edges(session, row.machine_id, cuts):
+        done.taken_back.append(_version_of_pair(parameters))
     return done
 
 
@@ -145,13 +148,7 @@ def _taken_back(session: Session, row: models.StoredRecording) -> list[str]:
         said.append(_named(one))
     for parameters in _parameters(session, row, fitted[0], sensors):
         parameters.undone_at = models.now()
-        said.append(
-            phrase(
-                "{pair} version {version}",
-                pair=pair_name(parameters.pair),
-                version=parameters.version,
-            )
-        )
+        said.append(_version_of_pair(parameters))
     holding = models.Mismatch.found_in_any([row.id])
     for mismatch in session.scalars(
         select(models.Mismatch).where(holding, models.Mismatch.status != "rejected")
@@ -180,6 +177,10 @@ def _stays(mismatch: models.Mismatch, others: list[models.StoredRecording]) -> s
         status=mismatch.status,
         others=", ".join(str(one.id) for one in others),
     )
+
+
+def _version_of_pair(row: models.CuttingParameters) -> str:
+    return phrase("{pair} version {version}", pair=pair_name(row.pair), version=row.version)
 
 
 _Derived = models.CalibrationVersion | models.ChannelModel | models.DriveScale | models.Estimator

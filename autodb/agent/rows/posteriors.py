@@ -230,6 +230,13 @@ def pair_name(pair: models.Pair) -> str:
     return f"{pair.material.name} / {pair.tool.name}"
 
 
+def taken_back_words(row: models.CuttingParameters) -> str:
+    """Return in words that a version of a pair is taken back."""
+    return phrase(
+        "{pair} version {version} is taken back", pair=pair_name(row.pair), version=row.version
+    )
+
+
 @dataclass(frozen=True)
 class Start:
     """The posterior of a pair before cuts are learnt, and what it is from.

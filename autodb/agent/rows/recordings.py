@@ -1,7 +1,7 @@
 """Stored recordings: what they state of themselves, and which of their cuts count, as a table."""
 
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,17 @@ def stated_start(row: models.StoredRecording) -> datetime | None:
         return datetime.fromisoformat(said).astimezone(UTC) if said else None
     except (ValueError, OverflowError):
         return None
+
+
+def made_at(cut: models.Cut) -> str:
+    """Return when a cut was made, by its recording's start and its `t`, or when it came in."""
+    came_in = cut.recording.imported_at
+    start = stated_start(cut.recording)
+    try:
+        at = start and start + timedelta(seconds=float(cut.conditions.get("t", 0.0)))
+    except (ValueError, OverflowError):  # of a time that is no number of seconds
+        return came_in
+    return came_in if at is None else min(at.isoformat(timespec="seconds"), came_in)
 
 
 def counted_cuts(recording: models.StoredRecording) -> list[models.Cut]:

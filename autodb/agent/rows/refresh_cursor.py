@@ -84,6 +84,7 @@ def basis_of(session: Session, owner: models.Machine) -> dict[str, Any]:
         "decided": _decided(session, owner.id),
         "superseded": _superseded(session, owner.id),
         "undone": _undone(session, owner.id),
+        **_recounted(session, owner.id),
     }
 
 
@@ -122,6 +123,14 @@ def _undone(session: Session, machine_id: int) -> int:
         )
     )
     return session.scalar(query) or 0
+
+
+def _recounted(session: Session, machine_id: int) -> dict[str, int]:
+    """Return how often edges of cuts that were there were counted anew; nothing: never."""
+    changes = models.ChangedEdge
+    query = select(func.sum(changes.recounts)).where(changes.machine_id == machine_id)
+    times = session.scalar(query)
+    return {"recounted": int(times)} if times else {}
 
 
 def next_span(

@@ -27,7 +27,7 @@ from autodb.store.models.learning import (
     fleet_prior_parameters,
 )
 from autodb.store.models.machine import Axis, GearRange, Machine
-from autodb.store.models.recording import Cut, RecordingChannel, StoredRecording
+from autodb.store.models.recording import ChangedEdge, Cut, RecordingChannel, StoredRecording
 from autodb.store.models.sensing import (
     CalibrationVersion,
     DriveScale,
@@ -54,6 +54,7 @@ __all__ = [
     "Axis",
     "Base",
     "CalibrationVersion",
+    "ChangedEdge",
     "ChannelModel",
     "ConventionalParameter",
     "Cut",

@@ -1,4 +1,4 @@
-"""Recordings, their channels, and the cuts in them."""
+"""Recordings, their channels, the cuts in them, and the edges that those were made with."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint, tex
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from autodb.store.models._base import Base, now
-from autodb.store.models.work import Pair
+from autodb.store.models.work import Pair, Tool
 
 
 class StoredRecording(Base):
@@ -107,6 +107,9 @@ class Cut(Base):
     ``content``: by what a cut of a table is known again, in whatever bytes.
     ``lot``: of the work material, such as a bar or a heat number; NULL: nobody said.
     ``named``: its job, program, cut of the job and block of the program, as far as stated.
+    ``edge_change_id``: the change that gave its tool the edge it was made with, and
+    ``edge_used_s``: for how long that had cut before; NULL: no change was recorded before it, or
+    the time is not known.
     """
 
     __tablename__ = "cut"
@@ -127,5 +130,33 @@ class Cut(Base):
     content: Mapped[str | None] = mapped_column(index=True)
     named: Mapped[dict[str, Any] | None]
     lot: Mapped[str | None]
+    edge_change_id: Mapped[int | None] = mapped_column(
+        ForeignKey("edge_change.id", name="fk_cut_edge_change"), index=True
+    )
+    edge_used_s: Mapped[float | None]
     recording: Mapped[StoredRecording] = relationship(back_populates="cuts")
     pair: Mapped[Pair | None] = relationship()
+    edge_change: Mapped["ChangedEdge | None"] = relationship()
+
+
+class ChangedEdge(Base):
+    """One change of a tool's edge on a machine, as a person recorded it.
+
+    ``after_cut_id``: the last cut that had come in when the change was recorded as of now; NULL:
+    its time was stated. ``recounts``: how often cuts were counted anew for it that had been
+    examined; ``undone_at``: since when it does not count.
+    """
+
+    __tablename__ = "edge_change"
+    __table_args__ = (Index("ix_edge_change_tool", "machine_id", "tool_id", "at"),)
+    id: Mapped[int] = mapped_column(primary_key=True)
+    machine_id: Mapped[int] = mapped_column(ForeignKey("machine.id"))
+    tool_id: Mapped[int] = mapped_column(ForeignKey("tool.id"), index=True)
+    at: Mapped[str]
+    said_by: Mapped[str | None]
+    why: Mapped[str | None]
+    made_at: Mapped[str] = mapped_column(default=now)
+    undone_at: Mapped[str | None]
+    after_cut_id: Mapped[int | None]
+    recounts: Mapped[int] = mapped_column(server_default="0", default=0)
+    tool: Mapped[Tool] = relationship()

@@ -2,6 +2,7 @@
 
 from autodb.web.pages import (
     browser,
+    edges,
     health,
     importing,
     learning,
@@ -18,6 +19,6 @@ from autodb.web.pages import (
 
 PAGES = (
     browser, machines, mismatches, planner, program, stability, recordings, health, pairs, scores,
-    importing, learning, machine,
+    importing, learning, edges, machine,
 )  # fmt: skip
 """What has routes; a machine's own page last, because its name may have any form."""

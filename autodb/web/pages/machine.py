@@ -6,6 +6,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.answer.overview import MachineSaid, machine_said
 from autodb.agent.learn.passes import last_passes_of
+from autodb.agent.operate.changed_edges import EdgeOfTool, EdgesOfMachine, edges_of_machine
 from autodb.agent.rows.machines import find_machine
 from autodb.agent.sense.drive_maps import DriveMap, drive_map, modelled_channels
 from autodb.agent.sense.sensors import Sensor, sensors_of
@@ -80,12 +81,20 @@ def machine_page_of(request: Request, _access: Reads, machine: str) -> Response:
 
 
 def show_machine(
-    request: Request, machine: str, *, refused: str = "", status: int = 200
+    request: Request,
+    machine: str,
+    *,
+    refused: str = "",
+    edge_refused: str = "",
+    status: int = 200,
 ) -> Response:
-    """Return the page of a machine; ``refused``: why it does not begin to learn."""
+    """Return the page of a machine; ``refused``: why it does not begin to learn, and
+    ``edge_refused``: why no edge change is recorded.
+    """
     said, sensed, blind, plots, channels = read_state(
         request, lambda session: _of(session, machine)
     )
+    edges = read_state(request, lambda session: edges_of_machine(session, machine))
     learning = service_of(request).learnings.said(machine)
     return service_page(
         request,
@@ -96,6 +105,9 @@ def show_machine(
         here="machine",
         learning=learning,
         refused=refused,
+        edges=_edge_rows(edges),
+        tools=edges.tools,
+        edge_refused=edge_refused,
         again_s=AGAIN_S if learning is not None and learning.state == "running" else None,
         said=said,
         limits={name: _limits(one) for name, one in said.limits.items()},
@@ -117,6 +129,20 @@ def _of(
     sensed, blind = sensors_of(session, machine)
     plots = calibration_plots(session, owner)
     return said, sensed, blind, plots, modelled_channels(session, owner.id)
+
+
+def _edge_rows(found: EdgesOfMachine) -> list[tuple[str, EdgeOfTool | None, str]]:
+    """Return each tool with the last change of its edge, and how long the edge has cut since."""
+    last = {one.tool: one for one in found.edges}
+    return [(tool, last.get(tool), _has_cut(last.get(tool))) for tool in found.tools]
+
+
+def _has_cut(one: EdgeOfTool | None) -> str:
+    if one is None:
+        return ""
+    if one.cut_s is None:
+        return phrase("not known")
+    return amount_words(one.cut_s / 60.0, "min", ".1f")
 
 
 def _limits(one: AxisLimits) -> str:

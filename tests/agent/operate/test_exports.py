@@ -54,6 +54,9 @@ def _fill_what_nothing_writes_yet() -> None:
             models.MismatchDecision(status="open", why="a new bar", decided_at=NOW)
         ]
         session.get_one(models.CalibrationVersion, 1).repeats = [session.get_one(models.Cut, 1)]
+        changed = models.ChangedEdge(machine_id=1, tool_id=1, at=NOW, said_by="Mária")
+        cut = session.get_one(models.Cut, 2)
+        cut.edge_change, cut.edge_used_s = changed, 0.1 + 0.2
         session.add_all([
             models.SensedWaveform(
                 recording_id=1, estimator_id=estimator.id, component="z", path="p", sha256="s",

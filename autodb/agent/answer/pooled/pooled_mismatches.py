@@ -16,12 +16,12 @@ from autodb.agent.answer.pooled.pooling import PooledCuts, cuts_of_pair
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.mismatches import is_cause, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import latest
+from autodb.agent.rows.recorded_edges import edge_label
 from autodb.agent.rows.recordings import counted_cuts
 from autodb.agent.rows.sensed_forces import usable
 from autodb.explain import Explained
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.posterior import WEAR
-from autodb.records.tables import EDGE
 from autodb.store import models
 from autodb.wording import stored_msgid
 
@@ -327,8 +327,7 @@ class _Keeping:
         if self._pool.pair is None:
             return None
         cuts = _all_cuts(row, self._pool)
-        labels = {cut.conditions[EDGE] for cut in cuts if EDGE in cut.conditions}
-        edges = {one if isinstance(one, str) else f"{one:g}" for one in labels}
+        edges = {label for label in map(edge_label, cuts) if label is not None}
         return {
             "cuts": len(cuts),
             "excluded": len({cut.id for cut in cuts} & self._pool.excluded),

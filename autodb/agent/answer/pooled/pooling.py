@@ -13,11 +13,11 @@ from sqlalchemy.orm import Session
 from autodb.agent.answer.explaining import Stamps, expected_and_sensed, explain_recording
 from autodb.agent.rows.mismatches import is_cause
 from autodb.agent.rows.posteriors import pair_name
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.rows.recordings import counted_cuts, stated_start
 from autodb.agent.rows.sensed_forces import operation_of, usable
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
-from autodb.pairs.engaged import CUTTING_TIME
 from autodb.records.tables import CutTable
 from autodb.store import models
 from autodb.wording import phrase
@@ -73,7 +73,8 @@ class PooledCuts:
         """
         kinds: dict[tuple[str, bool], list[models.Cut]] = {}
         for cut in self.cuts:
-            kinds.setdefault((operation_of(cut), CUTTING_TIME in cut.conditions), []).append(cut)
+            says = cut_before_s(cut) is not None
+            kinds.setdefault((operation_of(cut), says), []).append(cut)
 
         def first(kind: tuple[str, bool]) -> tuple[int, bool, int]:
             own = kinds[kind]
