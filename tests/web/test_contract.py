@@ -49,7 +49,8 @@ SENT = (
     f"POST {API}/machines/{{machine}}/stability",
 )
 LIFE = f"POST {API}/machines/{{machine}}/life"
-"""Drawn jobs seldom are of a kind that it takes."""
+LIVES = f"POST {API}/machines/{{machine}}/lives"
+"""Drawn jobs seldom are of a kind that these take."""
 CHANGES = f"POST {API}/machines/{{machine}}/edges"
 IMPORT = f"GET {API}/imports/{{number}}"
 
@@ -170,7 +171,7 @@ def test_every_answer_is_one_of_the_document(service: Served, known: dict[str, s
             without.add(operation.label)
     assert wrong == []
     # a file of an ending that texts have may be made up, and is taken to be read later
-    assert {*SENT[1:], IMPORT} <= without <= {*SENT, IMPORT, LIFE}
+    assert {*SENT[1:], IMPORT} <= without <= {*SENT, IMPORT, LIFE, LIVES}
 
 
 def test_what_comes_of_files_that_are_sent_is_of_the_document(
@@ -200,8 +201,10 @@ def test_what_comes_of_files_that_are_sent_is_of_the_document(
             files={"dynamics": ("point.toml", mode)},
         )
         importing = client.get(service.at + sent.headers["location"])
-        lasting = client.post(f"{at}/life", json=cuts, params={"limit": "force.z=900"})
-    answers = (sent, predicted, stable, importing, lasting)
-    assert [one.status_code for one in answers] == [202, 200, 200, 200, 200]
-    for label, answer in zip((*SENT, IMPORT, LIFE), answers, strict=True):
+        limit = {"limit": "force.z=900"}
+        lasting = client.post(f"{at}/life", json=cuts, params=limit)
+        together = client.post(f"{at}/lives", json={"jobs": [cuts]}, params=limit)
+    answers = (sent, predicted, stable, importing, lasting, together)
+    assert [one.status_code for one in answers] == [202, 200, 200, 200, 200, 200]
+    for label, answer in zip((*SENT, IMPORT, LIFE, LIVES), answers, strict=True):
         service.operations[label].validate_response(answer)

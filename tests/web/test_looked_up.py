@@ -9,11 +9,13 @@ from fastapi.testclient import TestClient
 from numpy.testing import assert_allclose
 from pydantic import TypeAdapter
 
+from autodb.agent.answer.bounds.lives import AskedLife, ToolLives, tool_lives
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.agent.answer.prediction_basis import LookedUp, PredictionBasis
 from autodb.agent.operate.access import add_token
 from autodb.files.channels import largest_of
+from autodb.files.job import Job
 from autodb.files.job_cut import LEAST, MOST_CUT, JobCut
 from autodb.store import Store, models
 from tests.helpers.asked import API, CUT, MILLED, batch, bearer, client_of, detail
@@ -151,6 +153,38 @@ def test_the_life_of_an_edge_is_asked_for(
         got = client.post(asked, json=job, params={"limit": bad})
         assert got.status_code == 422
         assert said in detail(got)
+
+
+def test_the_lives_of_a_parts_edges_are_asked_for(
+    client: TestClient, store: Store, pair: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wears = worn_posterior()
+    monkeypatch.setattr(
+        PredictionBasis, "of_lot", lambda self, _: replace(
+            self, states=None, known=replace(self.known, posterior=wears)
+        ),
+    )  # fmt: skip
+    cuts = [CUT | {"length_mm": length} for length in (50.0, 400.0)]
+    jobs = [{"name": f"j{k}", **pair, "cut": [cut]} for k, cut in enumerate(cuts)]
+    asked = f"{API}/machines/lathe-0/lives"
+    limit: dict[str, str | int] = {"limit": "torque.spindle=40", "sure": 90}
+    got = client.post(asked, json={"jobs": jobs}, params=limit)
+    assert got.status_code == 200, got.text
+    answer = TypeAdapter(ToolLives).validate_json(got.content)
+    with store.reading() as session:
+        basis = PairReader(session, "lathe-0").basis(**pair)
+        read = [Job.model_validate(job) for job in jobs]
+        ours = tool_lives(
+            [AskedLife(basis, job) for job in read], limits={"torque.spindle": 40.0}, sure=0.9
+        )
+    assert answer == ours
+    assert answer.first is not None
+    assert answer.first.edge == answer.edges[1].edge  # the longer cut
+    for bad in ({"jobs": []}, {"jobs": jobs * 20}, {"jobs": [jobs[0] | {"cut": []}]}, jobs):
+        assert client.post(asked, json=bad, params=limit).status_code == 422
+    of_none = client.post(asked, json={"jobs": jobs}, params={"limit": "other:force.z=900"})
+    assert of_none.status_code == 422
+    assert "other" in detail(of_none)
 
 
 def test_a_job_that_names_a_file_is_refused(client: TestClient, pair: dict[str, str]) -> None:

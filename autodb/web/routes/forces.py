@@ -9,6 +9,7 @@ from starlette.concurrency import run_in_threadpool
 
 from autodb.agent.answer.bounds.largest import Largest, Wanted, largest_value
 from autodb.agent.answer.bounds.lasting import ToolLife, limit_stated, tool_life
+from autodb.agent.answer.bounds.lives import AskedLife, ToolLives, tool_lives
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
 from autodb.agent.operate.access import noting
@@ -105,7 +106,11 @@ async def largest_route(
 
 
 LIMITED = r"^(force\.[xyz]|torque\.spindle|spindle\.power)=[0-9]{1,9}(\.[0-9]{1,6})?$"
+OF_AN_EDGE = rf"^([^=:]{{1,200}}:)?{LIMITED.removeprefix('^')}"
 LimitAsked = Annotated[str, StringConstraints(pattern=LIMITED)]
+LimitOfEdge = Annotated[str, StringConstraints(pattern=OF_AN_EDGE)]
+MOST_JOBS = 20
+"""Jobs that may make a part together. Chosen: more than a turret has tools for."""
 AJob = Annotated[Job, Body(openapi_examples=JOB)]
 
 
@@ -178,6 +183,45 @@ async def life_route(
         partial(tool_life, found.basis, job, limits=limits, sure=sure / 100.0)
     )
     return json_answer(ToolLife, answer, found.mark)
+
+
+@router.post(
+    "/machines/{machine:path}/lives",
+    summary="Lives of the edges that make a part",
+    response_model=ToolLives,
+    responses=problems(401, 404, 413, 422, 429, 503),
+)
+async def lives_route(
+    request: Request,
+    _access: Reads,
+    machine: MachineName,
+    *,
+    jobs: Annotated[
+        list[Job],
+        Body(embed=True, min_length=1, max_length=MOST_JOBS, description="Each of one tool."),
+    ],
+    limit: Annotated[
+        list[LimitOfEdge] | None,
+        Query(
+            description="Limits in place of the machine's, each as CHANNEL=VALUE, of all edges, or "
+            "as TOOL:CHANNEL=VALUE of one.",
+            examples=[["torque.spindle=40"]],
+        ),
+    ] = None,
+    sure: Surely = 95.0,
+) -> Response:
+    """Say how many parts the edges last that make a part together, and which ends first.
+
+    An edge whose pair has learnt no wear says so in ``why``. Nothing is kept.
+    """
+    for job in jobs:
+        _refuse_a_program(job)
+    known = service_of(request).lookup_cache
+    found = [known.basis(machine, job.material, job.tool) for job in jobs]
+    asked = [AskedLife(one.basis, job) for one, job in zip(found, jobs, strict=True)]
+    limits = dict(limit_stated(text, where="limit") for text in limit or ())
+    answer = await run_in_threadpool(partial(tool_lives, asked, limits=limits, sure=sure / 100.0))
+    return json_answer(ToolLives, answer, found[-1].mark)
 
 
 def _refuse_a_program(job: Job) -> None:
