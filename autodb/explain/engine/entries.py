@@ -136,13 +136,19 @@ def _one_of(joint: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause
 
 
 def _either(sure: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
-    """Return the entry of own terms that may be off, or something in their place."""
+    """Return the entry of own terms that may be off, or something in their place.
+
+    An own term that is likelier than each other account is called by its name, however unsure all
+    of them together make it.
+    """
     others = tuple(dict.fromkeys((*names, *sure.standing.near)))
     over = f" over {' and '.join(sure.variables)}" if sure.variables else ""
+    own = sure.standing.is_likeliest
+    called = names[0] if own and len(names) == 1 else UNKNOWN
     return Cause(
-        term=UNKNOWN,
-        kind="missing",
-        confidence=1.0 - sure.standing.confidence,
+        term=called,
+        kind="mistuned" if own else "missing",
+        confidence=sure.standing.confidence if own else 1.0 - sure.standing.confidence,
         statement=(
             f"The simulation is off by up to {significant(size.value)} {size.unit}. Either "
             f"{_or(names)} "
@@ -150,7 +156,7 @@ def _either(sure: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
             "does not tell which."
         ),
         parameters={"size": size},
-        alternatives=others,
+        alternatives=tuple(other for other in others if other != called),
         variables=sure.variables,
     )
 

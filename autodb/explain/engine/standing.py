@@ -49,6 +49,11 @@ class Standing:
     instead: Mapping[str, Choice] = field(default_factory=dict)
     rivalled: bool = False
 
+    @property
+    def is_likeliest(self) -> bool:
+        """Whether no other account has as much evidence."""
+        return all(fall > 0.0 for fall in (self.nothing, *self.by_name.values()))
+
     def of(self, names: Iterable[str]) -> float:
         """Return the probability of its name or one of others."""
         weights = {name: account_weight(fall) for name, fall in self.by_name.items()}

@@ -61,6 +61,29 @@ def test_own_terms(
         assert entries[0].confidence > 0.5
 
 
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [(["viscous"], "viscous"), (["viscous", "coulomb"], UNKNOWN)],
+    ids=["one", "one of two"],
+)
+def test_an_own_term_that_is_likelier_than_each_other_account_is_called(
+    names: list[str], said: str
+) -> None:
+    """Several rarer effects would do as well: all together they are likelier than its size."""
+    others = dict.fromkeys(("gain", "stribeck", "warmup"), 5.0)
+    likely = Mistuned(30.0, standing(others, nothing=40.0), ())
+    assert likely.standing.confidence < 0.5
+    off = {name: likely if name in names else NONE for name in CAUSES}
+    (entry,) = own_term_entries(off, CAUSES, beside=[], jointly=lambda _: OPEN)
+    assert (entry.term, entry.kind) == (said, "mistuned")
+    assert entry.confidence == likely.standing.confidence
+    assert set(others) < {*entry.alternatives} | {said}
+    nearer = Mistuned(30.0, standing({**others, "gain": 0.0}, nothing=40.0), ())
+    off = {name: nearer if name in names else NONE for name in CAUSES}
+    (entry,) = own_term_entries(off, CAUSES, beside=[], jointly=lambda _: OPEN)
+    assert (entry.term, entry.kind) == (UNKNOWN, "missing")
+
+
 def test_beside_a_name_what_may_be_is_not_said() -> None:
     off = {"viscous": OPEN, "coulomb": OPEN}
     assert (
