@@ -1,4 +1,4 @@
-"""Why intervals are wider than what a pair has learnt says: three reasons.
+"""Why intervals are wider than what a pair has learnt says: four reasons.
 
 **Past predictions** were less right than they said: every interval is wider by one factor, which
 `autodb/forward/scored.py` finds.
@@ -13,6 +13,10 @@ with the growth g that edges have at a flank wear of 0.3 mm, by component: 26 % 
 force, 117 % of the feed force, 78 % of the passive force, the middle of what Vicomtech's turning
 tests of tools 3, 11, 13, 15 and 16 show at 0.27 to 0.39 mm. T_L is 900 s, the life of ISO 3685's
 reference conditions; most shops plan for longer, so that few edges grow faster.
+
+Where the posterior has wear, an edge that is said to be older than any that was seen is that, or
+was changed and nobody set its counter back: the interval runs from what a new edge takes to what
+one of this age does.
 
 **Nobody has decided what some cuts were.** Of a pair with an open mismatch some cuts are excluded:
 they were not as learnt. Until a person says what they were, the next cut may be of either kind, and
@@ -59,6 +63,8 @@ LIFE_S = 900.0
 GROWN = {"Fc": 0.26, "Ff": 1.17, "Fp": 0.78}
 """g, by what a force is called; the torque and the power grow as the cutting force does."""
 FORCES = ("force_x_N", "force_y_N", "force_z_N")
+FIELDS = tuple(each.field for each in QUANTITIES)
+PARTS = ("peaks", "start", "end")
 TANGENTIAL = 1
 HALF_LIFE = 30.0
 """A, cuts of the pair after which a cut tells half as much. Chosen: a shop's day or two."""
@@ -97,6 +103,23 @@ def with_room_for_wear(cut: PredictedCut, *, cut_s: float, seen_s: float) -> Pre
     return _stretched(cut, {name: _grown(cut, name, g * older) for name, g in growth.items()})
 
 
+def holding_too(one: _Predicted, other: _Predicted) -> _Predicted:
+    """Return what is predicted with intervals that hold another account of it, too."""
+    its = {name: getattr(other, name) for name in FIELDS}
+
+    def wide(own: Interval, name: str) -> Interval:
+        return Interval(own.value, min(own.low, its[name].low), max(own.high, its[name].high))
+
+    held = _with(one, wide, deep=False)
+    if isinstance(held, PredictedCut) and isinstance(other, PredictedCut):
+        parts = {name: (getattr(one, name), getattr(other, name)) for name in PARTS}
+        both = {
+            n: a if a is None or b is None else holding_too(a, b) for n, (a, b) in parts.items()
+        }
+        return replace(held, **both)
+    return held
+
+
 def _grown(cut: PredictedCut, name: str, grown: float) -> Reach:
     """Return how much farther the end is on the side to which the force grows."""
     own = getattr(cut, name)
@@ -119,17 +142,18 @@ def _farther(own: Interval, low: float, high: float) -> Interval:
     )
 
 
-def _with(one: _Predicted, changed: Callable[[Interval, str], Interval]) -> _Predicted:
-    """Return what is predicted with each interval changed, of its field's name."""
-    changes: dict[str, Any] = {
-        each.field: changed(getattr(one, each.field), each.field) for each in QUANTITIES
-    }
-    if isinstance(one, PredictedCut):
-        changes |= {
-            "peaks": None if one.peaks is None else _with(one.peaks, changed),
-            "start": None if one.start is None else _with(one.start, changed),
-            "end": None if one.end is None else _with(one.end, changed),
-        }
+def _with(
+    one: _Predicted, changed: Callable[[Interval, str], Interval], *, deep: bool = True
+) -> _Predicted:
+    """Return what is predicted with each interval changed, of its field's name.
+
+    ``deep``: also those of a cut's peaks, its start and its end.
+    """
+    changes: dict[str, Any] = {name: changed(getattr(one, name), name) for name in FIELDS}
+    if deep and isinstance(one, PredictedCut):
+        for name in PARTS:
+            part = getattr(one, name)
+            changes[name] = None if part is None else _with(part, changed)
     return replace(one, **changes)
 
 

@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from autodb.forward.limits import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, PredictedCut
-from autodb.forward.widening import GROWN, LIFE_S, UndecidedCuts, placed, wider, with_room_for_wear
+from autodb.forward.widening import (
+    GROWN,
+    LIFE_S,
+    UndecidedCuts,
+    holding_too,
+    placed,
+    wider,
+    with_room_for_wear,
+)
 from autodb.pairs.engaged import CUTTING_TIME, SPEED
 
 SD = 0.03
@@ -123,6 +131,35 @@ def test_an_older_edge_than_any_seen_leaves_room_upwards() -> None:
     assert older.torque_N_m.high > cut.torque_N_m.high
     mill = replace(cut, operation="slot")
     assert with_room_for_wear(mill, cut_s=1000.0, seen_s=0.0) == mill
+
+
+def test_two_accounts_are_held_at_each_moment() -> None:
+    worn = replace(_predicted(), start=Moment(60.0, 1000.0, 188.0, *FORCES))
+    new = _scaled(worn, 0.6)
+    both = holding_too(worn, new)
+    for one, other, held in (
+        (worn, new, both), (worn.start, new.start, both.start)
+    ):  # fmt: skip
+        assert one is not None
+        assert other is not None
+        assert held is not None
+        assert held.force_y_N.value == one.force_y_N.value
+        assert held.force_y_N.low == other.force_y_N.low
+        assert held.force_y_N.high == one.force_y_N.high
+        assert held.power_W.low == other.power_W.low
+    assert holding_too(worn, worn) == worn
+    assert holding_too(worn, _predicted()).start == worn.start
+
+
+def _scaled(cut: PredictedCut, by: float) -> PredictedCut:
+    """Return a cut with all that it takes, and its start, so many times as large."""
+
+    def less(one: PredictedCut | Moment) -> dict[str, Interval]:
+        every = {each.field: getattr(one, each.field) for each in QUANTITIES}
+        return {n: Interval(by * i.value, by * i.low, by * i.high) for n, i in every.items()}
+
+    start = None if cut.start is None else replace(cut.start, **less(cut.start))
+    return replace(cut, start=start, **less(cut))
 
 
 def _intervals(found: PredictedCut | Moment) -> NDArray[np.float64]:

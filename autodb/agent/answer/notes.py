@@ -378,7 +378,10 @@ def _wear_of_cut(posterior: PairPosterior, tool: ToolOf, cut: JobCut) -> str:
     )
     longest_s = posterior.wear.reference_s
     beyond = (
-        phrase("; no edge was seen beyond {longest} s", longest=localized(f"{longest_s:.0f}"))
+        phrase(
+            "; no edge was seen beyond {longest} s: its intervals hold a new one, too",
+            longest=localized(f"{longest_s:.0f}"),
+        )
         if cut.cutting_time_s > longest_s
         else ""
     )

@@ -37,7 +37,7 @@ from autodb.forward.cut_figures import CutFigures, cut_figures
 from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width
-from autodb.forward.widening import UndecidedCuts, wider, with_room_for_wear
+from autodb.forward.widening import UndecidedCuts, holding_too, wider, with_room_for_wear
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
 from autodb.wording import phrase
@@ -123,18 +123,38 @@ class PredictionBasis:
         return replace(self, known=replace(self.known, tool=tool))
 
     def predict(
-        self, cuts: Sequence[JobCut]
+        self, cuts: Sequence[JobCut], *, aged: bool = False
     ) -> tuple[tuple[PredictedCut, ...], list[models.CuttingParameters]]:
         """Predict cuts, each in its process state; return them, and the states' parameters.
 
-        Raises UnusableInput where the tool cannot make one.
+        ``aged``: their edges are as old as they state; else one that is older than any that was
+        seen may have been changed. Raises UnusableInput where the tool cannot make one.
         """
         made, used = in_state.predict_in_states(
             self.known.posterior, self.known.tool, self.states, cuts
         )
-        return self.widened(
-            made, [cut.conditions(self.known.tool.diameter_mm) for cut in cuts]
-        ), used
+        found = self.widened(made, [cut.conditions(self.known.tool.diameter_mm) for cut in cuts])
+        return found if aged else self._with_new_edges(cuts, found), used
+
+    def _with_new_edges(
+        self, cuts: Sequence[JobCut], found: tuple[PredictedCut, ...]
+    ) -> tuple[PredictedCut, ...]:
+        """Return predicted cuts, of those whose edge may have been changed with a new one's."""
+        older = [
+            number
+            for number, (cut, one) in enumerate(zip(cuts, found, strict=True))
+            if one.state is None and self._is_older(cut)
+        ]
+        if not older:
+            return found
+        new, _ = self.predict([_of_new_edge(cuts[number]) for number in older])
+        held = dict(zip(older, map(holding_too, (found[k] for k in older), new), strict=True))
+        return tuple(held.get(number, one) for number, one in enumerate(found))
+
+    def _is_older(self, cut: JobCut) -> bool:
+        """Say whether a cut's edge is older than any that wear was learnt of."""
+        wear = self.known.posterior.wear
+        return wear is not None and (cut.cutting_time_s or 0.0) > wear.reference_s
 
     def widened(
         self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]] = ()
@@ -259,3 +279,7 @@ def _used_beyond(session: Session, known: KnownPair) -> Iterable[UsedBeyond]:
     for row in used_beyond(session, (one.key for one in known.posterior.shared)):
         number = None if known.row is None else known.row.id
         yield UsedBeyond(row.component, row.id, row.axis, row.version, number)
+
+
+def _of_new_edge(cut: JobCut) -> JobCut:
+    return cut.model_copy(update={"cutting_time_s": 0.0})

@@ -82,7 +82,7 @@ def part_of_cuts(basis: PredictionBasis, job: Job) -> AgedPart:
             for k in which
             for age in ages_s.tolist()
         ]
-        return _by_cut(basis.predict(rows)[0], len(ages_s))
+        return _by_cut(basis.predict(rows, aged=True)[0], len(ages_s))
 
     return AgedPart(
         once=once,
