@@ -150,6 +150,9 @@ PREDICTED: tuple[Step, ...] = (("predict", "job.toml", *OF), ("import", "in/a.cs
 MATCH = (
     "predictions", "match", *OF, "--recording", "4", "--prediction", "1", "--cut", "1=rough Ø56",
 )  # fmt: skip
+CHANGED: Step = (
+    "edge", "changed", *OF, "--tool", "carbide insert", "--at", "2026-01-02T07:30+00:00",
+)  # fmt: skip
 COMMANDS = (
     Command("init", ("init",), (_without_a_database,)),
     Command("init of an earlier schema", ("init",), (_to_the_schema_before,)),
@@ -201,6 +204,8 @@ COMMANDS = (
     Command(
         "mismatch reopen", ("mismatch", "reopen", "1"), (EXPLAINED, ("mismatch", "confirm", "1"))
     ),
+    Command("edge changed", CHANGED),
+    Command("edge undo", ("edge", "undo", "1"), (CHANGED,)),
     Command("withdraw", WITHDRAW),
     Command(
         "withdraw --undo",
