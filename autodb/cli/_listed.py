@@ -40,7 +40,7 @@ GROUPS = {
         "backup": "maintain.keeping:backup_command",
         "restore": "maintain.keeping:restore_command",
         "export": "maintain.keeping:export_command",
-        "withdraw": "maintain.keeping:withdraw_command",
+        "withdraw": "maintain.taking_back:withdraw_command",
         "schedule": "maintain.scheduling:schedule",
         "fleet": "maintain.fleet:fleet",
         "token": "maintain.tokens:token",
