@@ -1,6 +1,7 @@
 """Intervals are wider as past predictions were off, for older edges, and for excluded cuts."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,7 +155,7 @@ def test_two_accounts_are_held_at_each_moment() -> None:
 def _scaled(cut: PredictedCut, by: float) -> PredictedCut:
     """Return a cut with all that it takes, and its start, so many times as large."""
 
-    def less(one: PredictedCut | Moment) -> dict[str, Interval]:
+    def less(one: PredictedCut | Moment) -> dict[str, Any]:
         every = {each.field: getattr(one, each.field) for each in QUANTITIES}
         return {n: Interval(by * i.value, by * i.low, by * i.high) for n, i in every.items()}
 

@@ -228,10 +228,10 @@ def test_confirmed_wear_is_in_the_next_prediction(
 
     # One that is said to be older than any was perhaps changed, and its counter not set back
     Path("job.toml").write_text(JOB.replace("1200.0", "3000.0"))
-    (new, oldest), said, _ = _predicted(worn)
+    (new, oldest), told, _ = _predicted(worn)
     assert oldest["force_z_N"]["low"] == new["force_z_N"]["low"] == fresh["force_z_N"]["low"]
     assert oldest["force_z_N"]["high"] > late["force_z_N"]["high"]
-    assert [note for note in said if "its intervals hold a new one, too" in note]
+    assert [note for note in told if "its intervals hold a new one, too" in note]
 
     # So are those of other edges, none of them seen: how far off in the mean, and how many inside
     bias, inside = _of_unseen_edges()
