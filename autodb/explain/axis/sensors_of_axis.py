@@ -134,7 +134,7 @@ def shift(s: AxisSignals) -> Candidate:
     delays = s.scales.delays(DELAYS_S)
     least = delays[0]
     slightly = CandidateForm(
-        lambda: lag(s.simulation, s.t_s, delay_s=least) - s.simulation,
+        lambda: _straight(s.simulation, s.t_s, least),
         names=("slight",),
         allowed=lambda c: bool(abs(c[0]) < 1.0),
     )
@@ -150,6 +150,14 @@ def shift(s: AxisSignals) -> Candidate:
         "lag", "lag", (slightly, *forms), (), detail=lambda: _shifted(s),
         mistaken=lambda: turning_columns(s),
     )  # fmt: skip
+
+
+def _straight(values: Array, t_s: Array, delay_s: float) -> Array:
+    """Return by how much values (n,) differ a moment later, along a straight line through the rows
+    before and after: to draw lines between rows smooths what turns within two.
+    """
+    later, earlier = (lag(values, t_s, delay_s=way * delay_s) for way in (1.0, -1.0))
+    return 0.5 * (later - earlier)
 
 
 def _late_columns(columns: Array, t_s: Array, delay: float) -> Array:

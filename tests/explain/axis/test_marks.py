@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.marks import clipping, lost_sign_candidate
+from autodb.explain.axis.sensors_of_axis import shift
 from autodb.explain.axis.signals import axis_signals
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import without_flicker
@@ -101,6 +102,25 @@ def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
     clipped = _recording(np.clip(wave + 0.1 * NOISE, -0.8, 0.8))
     assert not offered
     assert clipping(axis_signals(clipped, wave, "x.current")).forms
+
+
+def test_a_shift_of_a_part_of_a_row_turns_no_phase() -> None:
+    """Of a ripple of four rows a wave, known at every moment; lines between rows turn it by 45°."""
+    a_row = 1.0 / 200.0
+
+    def wave(t_s: Array) -> Array:
+        return np.asarray(np.sin(2.0 * np.pi * t_s / (4.0 * a_row)))
+
+    for delay_s in (0.1 * a_row, -0.1 * a_row):
+        change = wave(T_S - delay_s) - wave(T_S)
+        (form, *_) = shift(axis_signals(_recording(change), wave(T_S), "x.current")).forms
+        column = form.build()[1:-1, 0]
+        size = float(column @ change[1:-1] / (column @ column))
+        left = change[1:-1] - size * column
+        assert form.allowed is not None
+        assert form.allowed(np.array([size]))
+        assert size * delay_s > 0.0
+        assert np.sum(left**2) < 0.02 * np.sum(change**2)
 
 
 def test_ripples_of_two_periods_are_one_cause_of_the_size_that_they_have_together() -> None:
