@@ -31,8 +31,9 @@ FLAT_SLOPE = 0.2
 limit lets some of it through. Chosen."""
 ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
 """Where the sign is lost, rows but this share have one sign, but for noise of this share of their
-size; of an effort with two signs twice the first share has the other, and this last share of rows
-is as near to none as that of what was recorded, but for noise. Chosen."""
+size; of an effort with two signs twice the first share has the other where some rows recorded do,
+and this last share of rows is as near to none as that of what was recorded, but for noise.
+Chosen."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 LOWEST_CLIP = 0.6
@@ -185,10 +186,13 @@ def _has_one_sign(s: AxisSignals) -> bool:
 def _may_lose_its_sign(effort: Array, s: AxisSignals) -> bool:
     """Whether an effort has both signs, and what was recorded comes as near to none as it does.
 
-    A load that never turns has its sign; dry friction jumps from one sign to the other.
+    A load that never turns has its sign; dry friction jumps from one sign to the other. What was
+    recorded without a single value of the other sign may have lost any that the effort has.
     """
-    low, high = np.quantile(effort, (2.0 * ONE_SIGN, 1.0 - 2.0 * ONE_SIGN))
     recorded = s.frame.recorded
+    strictly = recorded is not None and recorded.min() * recorded.max() >= 0.0
+    share = 0.0 if strictly else 2.0 * ONE_SIGN
+    low, high = np.quantile(effort, (share, 1.0 - share))
     if recorded is None:
         return bool(low < 0.0 < high)
     little = OTHER_SIGN * float(np.quantile(np.abs(recorded), 1.0 - ONE_SIGN))

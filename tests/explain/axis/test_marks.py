@@ -94,6 +94,20 @@ def test_a_load_that_never_turns_has_its_sign() -> None:
     assert form.allowed(np.ones(1))
 
 
+def test_few_signs_are_lost_where_none_is_left() -> None:
+    """Of an effort with the other sign in one row of fifty; not where one row recorded has it."""
+    level = -float(np.quantile(EFFORT, 0.02))
+    effort = EFFORT + level
+    assert np.mean(effort < 0.0) == pytest.approx(0.02, abs=1e-3)
+    recorded = np.abs(effort + NOISE)
+    answer = _answer(recorded, effort, [*INCLUDES, "gravity"])
+    assert_allclose(_value(answer, "lost_sign"), -2.0 * effort.min(), rtol=0.05)
+    recorded[np.argmin(effort)] *= -1.0
+    (form, *_) = lost_sign_candidate(axis_signals(_recording(recorded), effort, "x.current")).forms
+    assert form.allowed is not None
+    assert not form.allowed(np.ones(1))
+
+
 def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
     """Simulated too high: of the limits that are tried none has a flat recording beyond it."""
     wave = np.sin(2.0 * T_S)
