@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from autodb.proofs.runs.keeping.writing_commands import A_LATHE
 from autodb.wording import catalogues
 from tests.conftest import Cli
 from tests.helpers.marked_words import OPEN, Marked, left, unmarked
@@ -24,19 +25,6 @@ NAMED = re.compile(
     r"(?:The published interval|Speeds, feeds and depths) .*"
 )
 """Names in the files of these tests and in what ships, options, and a protocol's own note."""
-MACHINE = """
-diameter = true
-spindle = { max_speed_rpm = 4000 }
-axes.x.limits = { travel_low_mm = -10, travel_high_mm = 160, speed_mm_min = 9000 }
-axes.z.limits = { travel_low_mm = -5, travel_high_mm = 520, speed_mm_min = 9000 }
-[setup]
-tool = 3
-spindle = "M4"
-clearance_mm = 2
-zero = { x_mm = 0, z_mm = 120 }
-retract = { x_mm = 150, z_mm = 300 }
-jaws = { z_mm = 60, diameter_mm = 200 }
-"""
 
 
 def _unsaid(text: str) -> list[str]:
@@ -47,7 +35,8 @@ def _unsaid(text: str) -> list[str]:
 @pytest.fixture
 def marked(standard_learnt: Cli, monkeypatch: pytest.MonkeyPatch) -> Cli:
     """Return the command line for a German shop, on a lathe that learnt, its sentences marked."""
-    Path("machine.toml").write_text(MACHINE)
+    fast = re.sub(r"(travel_high_mm = \d+)", r"\1, speed_mm_min = 9000", A_LATHE)
+    Path("machine.toml").write_text(fast)
     for folder in ("folder", "inbox"):
         Path(folder).mkdir()
     monkeypatch.setenv("AUTODB_LANGUAGE", "de")

@@ -14,6 +14,7 @@ from scipy import stats
 from autodb import standard
 from autodb.agent.sense.measuring import new_protocol, read_measured, with_references
 from autodb.errors import UnusableInput
+from autodb.proofs.runs.keeping.writing_commands import A_LATHE
 from autodb.records import source as records
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges import calibration
@@ -253,24 +254,8 @@ def test_new_is_written_once_and_never_over_another(cli: Cli, refused: Callable[
     assert "a day as" in refused(*asked[:-1], "4.3.2026")
 
 
-MACHINE = """\
-diameter = true
-spindle = { max_speed_rpm = 4000 }
-axes.x.limits = { travel_low_mm = -10, travel_high_mm = 160 }
-axes.z.limits = { travel_low_mm = -5, travel_high_mm = 520 }
-
-[setup]
-tool = 3
-spindle = "M4"
-clearance_mm = 2
-zero = { x_mm = 0, z_mm = 120 }
-retract = { x_mm = 150, z_mm = 300 }
-jaws = { z_mm = 60, diameter_mm = 200 }
-"""
-
-
 def test_a_program_is_printed_or_written_whole(cli: Cli, refused: Callable[..., str]) -> None:
-    Path("m.toml").write_text(MACHINE)
+    Path("m.toml").write_text(A_LATHE)
     asked = ("standard", "program", "turning-aluminium", "--machine-file", "m.toml", "--dialect")
     printed = cli(*asked, "siemens")
     assert printed.code == 0
@@ -279,13 +264,13 @@ def test_a_program_is_printed_or_written_whole(cli: Cli, refused: Callable[..., 
     Path(".a.mpf.lock").touch()  # of one that was killed
     assert "already there" in cli(*asked, "siemens", "--out", "a.mpf").out
     assert not Path(".a.mpf.lock").exists()
-    Path("m.toml").write_text(MACHINE.replace("travel_high_mm = 160", "travel_high_mm = 40"))
+    Path("m.toml").write_text(A_LATHE.replace("travel_high_mm = 160", "travel_high_mm = 40"))
     assert "retract position: axis x" in refused(*asked, "fanuc", "--out", "b.nc")
     assert not Path("b.nc").exists()
 
 
 def test_what_is_clamped_does_not_enter_the_database(cli: Cli) -> None:
-    Path("m.toml").write_text(MACHINE)
+    Path("m.toml").write_text(A_LATHE)
     cli("init")
     assert cli("machine", "add", "m", "--file", "m.toml").code == 0
     assert "already there" in cli("machine", "add", "m", "--file", "m.toml").out
