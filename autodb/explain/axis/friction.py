@@ -17,6 +17,7 @@ from autodb.explain.engine.candidates import (
     swings,
 )
 from autodb.terms.friction import backlash, presliding, stribeck
+from autodb.terms.vocabulary import friction_terms
 from autodb.terms.warming import warmth
 
 Array = NDArray[np.float64]
@@ -197,7 +198,7 @@ def warmup_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "warmup", "warmup", tuple(forms), ("t", s.channel("velocity")),
         detail=lambda: _warm_detail(s, times), excludes=frozenset({"gain"}),
-        needs=DRY | {"viscous"},
+        needs=DRY | {"viscous"}, holds=s.joined & friction_terms(),
     )  # fmt: skip
 
 

@@ -50,9 +50,17 @@ def candidates_from_term(term: Term, s: AxisSignals) -> list[Candidate]:
             static=isinstance(term, Contribution | Factor) and not term.remembers,
             needs=frozenset(term.modifies) - {EVERY},
             coarse=True,
+            holds=_held(term, s),
         )
         for part in parts_over(term, inputs, start, ())
     ]
+
+
+def _held(term: Term, s: AxisSignals) -> frozenset[str]:
+    """Return the terms that were found and that a factor's columns scale."""
+    if not isinstance(term, Factor):
+        return frozenset()
+    return s.joined if EVERY in term.modifies else s.joined & set(term.modifies)
 
 
 def _channel(name: str, part: ChannelPart, s: AxisSignals) -> str:

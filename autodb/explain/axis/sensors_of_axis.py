@@ -73,6 +73,7 @@ def gain_candidate(s: AxisSignals) -> Candidate:
     return Candidate(
         "gain", "gain", tuple(forms), ("t",),
         detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
+        holds=s.joined,
     )  # fmt: skip
 
 
@@ -96,6 +97,7 @@ def braking(s: AxisSignals) -> Candidate:
         (less, nothing),
         (s.channel("velocity"), s.channel("acceleration")),
         bar=BAR,
+        holds=s.joined,
     )
 
 

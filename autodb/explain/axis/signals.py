@@ -131,6 +131,11 @@ class AxisSignals:
         return simulated + self.found.get(term, 0.0)
 
     @property
+    def joined(self) -> frozenset[str]:
+        """The terms of what has been found and the simulation does not have."""
+        return frozenset(self.found) - self.had.keys()
+
+    @property
     def frame(self) -> "AxisSignals":
         """The signals that scales, middles and knots of shapes are taken from."""
         return self.like or self

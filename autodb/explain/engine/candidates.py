@@ -83,7 +83,9 @@ class Candidate:
     static law looks like. ``coarse``: its forms stand far apart, and are tuned before more is
     looked for. ``usual``: how many times as many
     machines have it as have another; it decides where nothing recorded does. ``phased``: its two
-    columns are one size and one phase, such as a weight's that turns, and count as one.
+    columns are one size and one phase, such as a weight's that turns, and count as one. ``holds``:
+    terms that were found and that its columns scale: beside the others it would explain these, too,
+    so that it stands with them or not at all.
     """
 
     key: str
@@ -107,6 +109,7 @@ class Candidate:
     coarse: bool = False
     usual: float = 1.0
     phased: bool = False
+    holds: frozenset[str] = frozenset()
 
     @property
     def known_as(self) -> str:

@@ -54,8 +54,10 @@ class FoundSet:
         return tuple(choice.candidate.key for choice in self.choices)
 
     def without(self, key: str) -> tuple[Choice, ...]:
-        """Return the choices but that of one candidate."""
-        return tuple(c for c in self.choices if c.candidate.key != key)
+        """Return the choices but that of one candidate, and those whose columns hold its term."""
+        others = tuple(c for c in self.choices if c.candidate.key != key)
+        gone = terms_of(self.choices) - terms_of(others)
+        return tuple(c for c in others if not gone & c.candidate.holds)
 
 
 @dataclass(frozen=True)
@@ -168,7 +170,9 @@ class CandidateSearch:
         taken = {c.candidate.key for c in choices}
         barred = frozenset().union(*(c.candidate.excludes for c in choices)) if choices else set()
         open_ones = [
-            s for s in candidates or self.candidates if s.key not in taken and s.term not in barred
+            s
+            for s in candidates or self.candidates
+            if s.key not in taken and s.term not in barred and s.holds <= terms_of(choices)
         ]
         anew = (s for s in open_ones if (given, s.key) not in self._best)
         given.work_out(key for candidate in anew for key in self._of_curves(candidate))
@@ -297,8 +301,12 @@ class CandidateSearch:
         return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
 
     def rivals(self, found: FoundSet, key: str) -> dict[str, float]:
-        """Return, by candidate, by how much the set's score falls when it stands in for ``key``."""
+        """Return, by candidate, by how much the set's score falls when it stands in for ``key``:
+        the score without what holds that one.
+        """
         others = found.without(key)
+        if len(others) < len(found.choices) - 1:
+            found = self.settled((*others, *(c for c in found.choices if c.candidate.key == key)))
         fall: dict[str, float] = {}
         for offer in self.offers(others):
             if offer.choice.candidate.key != key:
@@ -310,6 +318,11 @@ class CandidateSearch:
         """Return what looking through the choice's shapes and all candidates costs."""
         looked = choice.shape.tries * len(self.candidates)
         return 2.0 * float(np.log(looked)) + choice.candidate.bar
+
+
+def terms_of(choices: Iterable[Choice]) -> frozenset[str]:
+    """Return the terms of some choices."""
+    return frozenset(c.candidate.term for c in choices)
 
 
 def as_compared(evidence: float) -> float:

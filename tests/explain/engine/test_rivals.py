@@ -1,6 +1,7 @@
 """Laws, curves and rivals are compared for what they share."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -194,4 +195,17 @@ def test_one_law_that_soaks_up_misfit_takes_the_place_of_two_only_if_it_does_bet
     both = [Choice(half, 0) for half in halves]
     for static, kept in ((True, ["whole"]), (False, ["early", "late"])):
         rows = _rows(0.3 * whole + noise, [*halves, _candidate("whole", off, static=static)])
+        assert [c.candidate.key for c in merged_laws(rows, both)] == kept
+
+
+def test_what_scales_a_law_does_not_take_its_place() -> None:
+    """Its column is the law's and more: it does better than two alone, and holds one of them."""
+    noise = np.random.default_rng(3).normal(0.0, NOISE_A, len(T_S))
+    whole = np.asarray(np.sin(2 * np.pi * 0.6 * T_S), dtype=np.float64)
+    early, late = whole * (T_S < 20.0), whole * (T_S >= 20.0)
+    halves = [_candidate("early", early, static=True), _candidate("late", late, static=True)]
+    both = [Choice(half, 0) for half in halves]
+    for holds, kept in ((set(), ["whole"]), ({"early"}, ["early", "late"])):
+        scale = replace(_candidate("whole", whole, static=True), holds=frozenset(holds))
+        rows = _rows(0.3 * whole + noise, [*halves, scale])
         assert [c.candidate.key for c in merged_laws(rows, both)] == kept

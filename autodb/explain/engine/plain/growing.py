@@ -20,7 +20,7 @@ from autodb.explain.engine.plain.rows import (
     beside,
     rms_fall,
 )
-from autodb.explain.engine.search import MARGIN
+from autodb.explain.engine.search import MARGIN, terms_of
 
 Array = NDArray[np.float64]
 
@@ -177,7 +177,7 @@ def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
         for pair in combinations(found, 2):
             others = [c for c in found if c not in pair]
             for candidate in rows.candidates:
-                if candidate.key in taken or not _stands_in(candidate, others):
+                if candidate.key in taken or not _stands_in(candidate, others, pair):
                     continue
                 offer = rows.with_one_more(others, candidate, like=like)
                 if offer is None or _more_usual(rows, others, offer[1], pair):
@@ -193,8 +193,13 @@ def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     return found
 
 
-def _stands_in(candidate: Candidate, others: Sequence[Choice]) -> bool:
-    """Whether a candidate may take the place of laws beside others."""
+def _stands_in(candidate: Candidate, others: Sequence[Choice], pair: Sequence[Choice]) -> bool:
+    """Whether a candidate may take the place of two laws beside others: what scales what others add
+    holds these, and can do without none.
+    """
+    gone = terms_of(pair) - terms_of(others)
+    if any(gone & one.holds for one in (candidate, *(c.candidate for c in others))):
+        return False
     allowed = len(beside(others, candidate)) == len(others)
     return allowed and candidate.named and not candidate.first
 
