@@ -8,26 +8,21 @@ from dataclasses import replace
 
 import pytest
 from numpy.testing import assert_array_equal
+from scipy.stats import binom
 
 from autodb.proofs.cases.base.case import Case
 from autodb.proofs.cases.plan import FIXED, draw_concealed, fixed_cases, planned_case
 from autodb.proofs.runs.explain.explain_score import ScoredCase
 from autodb.proofs.runs.explain.left_out import scored_case
 
-TEN = 10
-MISSED = 2
-"""Of some five decidable cases in ten, those that may come out otherwise than exactly."""
+CASES = 60
+EXACT, WRONG, NAMED = 0.75, 0.06, 0.022
+"""Shares of decidable cases that are named exactly and wrongly, and of recordings without an effect
+that something is said of: as measured by `autodb prove explain`."""
+CHANCE = 1e-3
+"""A count that such shares give less often has lost something."""
 ONE = 7
 """One that hides an effect, and is named exactly."""
-
-
-def _scores_hold(scored: list[ScoredCase], *, missed: int) -> None:
-    """Nothing where nothing is hidden, and of decidable cases all but so many named exactly."""
-    assert {one.seed: one.found for one in scored if not one.terms and one.found} == {}
-    decidable = [one for one in scored if one.terms and one.decidable]
-    wanting = [(one.seed, one.kind, sorted(one.found)) for one in decidable if not one.exact]
-    assert len(wanting) <= missed, wanting
-    assert sum(bool(one.wrong) for one in decidable) <= 1, wanting
 
 
 def _drawn(seed: int) -> Case:
@@ -42,17 +37,21 @@ def _answered(seed: int) -> ScoredCase:
 def test_one_case() -> None:
     """It is explained, scored, and the measured channel corrected."""
     one = _answered(ONE)
-    _scores_hold([one], missed=0)
-    assert (one.refused, one.exact) == ("", True)
+    assert (one.refused, one.decidable, one.exact, bool(one.wrong)) == ("", True, True, False)
     assert one.recovery is not None
     assert one.recovery < 0.5
 
 
 @pytest.mark.campaign
-@pytest.mark.parametrize("first", range(0, 60, TEN))
-def test_ten_fixed_cases(first: int) -> None:
-    scored = [_answered(seed) for seed in range(first + 1, first + TEN + 1)]
-    _scores_hold(scored, missed=MISSED)
+def test_sixty_fixed_cases() -> None:
+    """As many are named exactly, wrongly, and where nothing is hidden as the proof has shares of:
+    20 cases hide nothing, 25 can be decided."""
+    scored = [_answered(seed) for seed in range(1, CASES + 1)]
+    nothing = [one for one in scored if not one.terms]
+    decidable = [one for one in scored if one.terms and one.decidable]
+    assert sum(bool(one.found) for one in nothing) <= binom.isf(CHANCE, len(nothing), NAMED)
+    assert sum(one.exact for one in decidable) >= binom.ppf(CHANCE, len(decidable), EXACT)
+    assert sum(bool(one.wrong) for one in decidable) <= binom.isf(CHANCE, len(decidable), WRONG)
 
 
 def test_the_fixed_cases_are_those_of_the_plan() -> None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.axis.friction import turning_columns
 from autodb.explain.axis.loads import RICHER
-from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.signals import BRAKING, AxisSignals
 from autodb.explain.axis.unknown import BAR
 from autodb.explain.engine.candidates import (
     UNKNOWN,
@@ -92,7 +92,7 @@ def braking(s: AxisSignals) -> Candidate:
         through=lambda columns: columns * ~brakes[:, None],
     )
     return Candidate(
-        "braking, with effort against the motion",
+        BRAKING,
         UNKNOWN,
         (less, nothing),
         (s.channel("velocity"), s.channel("acceleration")),

@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 OWN_PART = 0.005
 """A known part that is less than this share of the simulation is none."""
+BRAKING = "braking, with effort against the motion"
+"""Key of what is recorded otherwise while power flows back: it acts on all, and has no name."""
 READINGS = 3
 """Of a simulation's ripples: beside its terms in the recording's motion, then in its own."""
 PARTS, IN_PARTS, FEWEST_ROWS = 8, 6, 200
@@ -143,9 +145,10 @@ class AxisSignals:
     def beside(self, retuned: Array, parts: Sequence[tuple[str, Array]]) -> "AxisSignals":
         """Return the signals with effort and friction as they are with what has been found.
 
-        ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term and (n,) each.
+        ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term, or key where it
+        has no name, and (n,) each.
         """
-        acting, rubs = acting_terms(), friction_terms()
+        acting, rubs = acting_terms() | {BRAKING}, friction_terms()
         adding = [(term, part) for term, part in parts if term not in acting]
         others = [part for _, part in adding]
         friction = [part for term, part in parts if term in rubs]

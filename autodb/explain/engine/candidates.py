@@ -84,7 +84,7 @@ class Candidate:
     looked for. ``usual``: how many times as many
     machines have it as have another; it decides where nothing recorded does. ``phased``: its two
     columns are one size and one phase, such as a weight's that turns, and count as one. ``holds``:
-    terms that were found and that its columns scale: beside the others it would explain these, too,
+    what was found and its columns scale, by term, or key where it has no name: beside the others it would explain these, too,
     so that it stands with them or not at all.
     """
 

@@ -220,7 +220,7 @@ def _renewed(
     through it.
     """
     retuned, parts = bench.parts(found.choices, noise[0])
-    terms = [c.candidate.term for c in found.choices]
+    terms = [c.candidate.known_as for c in found.choices]
     held = [_held(bench, found, c, noise) for c in found.choices if c.shape.through is not None]
     _take(bench, candidates, field.beside(retuned, list(zip(terms, parts, strict=True))))
     if held or bench.through:

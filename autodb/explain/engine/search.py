@@ -321,8 +321,8 @@ class CandidateSearch:
 
 
 def terms_of(choices: Iterable[Choice]) -> frozenset[str]:
-    """Return the terms of some choices."""
-    return frozenset(c.candidate.term for c in choices)
+    """Return the terms of some choices, and the keys of those without a name."""
+    return frozenset(c.candidate.known_as for c in choices)
 
 
 def as_compared(evidence: float) -> float:

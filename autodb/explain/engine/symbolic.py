@@ -14,6 +14,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.engine.normal import HELD
+from autodb.fitting.linear import orthonormal_basis
+
 Array = NDArray[np.float64]
 
 POWERS: Mapping[float, str] = {1.0: "{}", 2.0: "{}²", 0.5: "√{}", 1.5: "{}^1.5", 3.0: "{}³"}
@@ -28,6 +31,8 @@ WAVES = (1.0, 1.5, 2.0, 3.0)
 """Waves over the range that are looked through where no period was found."""
 SPANNED = 1e-6
 """A candidate of which other columns leave less than this share says nothing of its own."""
+TOLD_DIGITS = 6
+"""Decimals of the best one's gain by which candidates are told apart, however numbers round."""
 NEAR_ZERO = 0.05
 """A range that ends this near to zero, a share of its span, ends at zero."""
 
@@ -236,12 +241,13 @@ def _wave(v: Variable, period: float, *, give: float) -> FormFactor:
 def nearest_candidates(
     curve: Array, base: Array, candidates: Sequence[Array], count: int
 ) -> list[int]:
-    """Return the places of the candidates (n, p) that come nearest to a curve (n,), best first.
+    """Return the places of the candidates (n, p) that come nearest to a curve (n,), best first; of
+    those that beside ``base`` are the same, the first.
 
     What ``base`` (n, k) gives is taken out of both; of a candidate that it gives wholly nothing is
     left to come near.
     """
-    basis = np.linalg.svd(base, full_matrices=False)[0]
+    basis = orthonormal_basis(base, least=HELD**0.5)
     matrix = np.column_stack(candidates)
     free = matrix - basis @ (basis.T @ matrix)
     right = free.T @ (curve - basis @ (basis.T @ curve))
@@ -252,4 +258,5 @@ def nearest_candidates(
         inner = free[:, at].T @ free[:, at]
         held = np.trace(inner) > SPANNED * float(np.sum(columns**2))
         gains.append(float(right[at] @ np.linalg.lstsq(inner, right[at])[0]) if held else 0.0)
-    return [int(i) for i in np.argsort(gains)[::-1][:count]]
+    told = np.round(np.array(gains) / max(*gains, 1e-300), TOLD_DIGITS)
+    return [int(i) for i in np.argsort(-told, kind="stable")[:count]]

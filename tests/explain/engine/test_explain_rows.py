@@ -100,7 +100,7 @@ def test_a_limit_one_way_is_saturation(side: float) -> None:
     assert_allclose(cause.parameters["limit"].value, limit, rtol=0.05)
 
 
-@pytest.mark.parametrize("share", first(1, [0.6, 0.0]))
+@pytest.mark.parametrize("share", first(1, [0.0, 0.6]))
 def test_what_is_recorded_while_the_drive_brakes(share: float) -> None:
     """A heavy slide gives power back: its drive shows 60 % of the effort then, or nothing."""
     channels, parts = air_moves(5, rate_hz=62.5)

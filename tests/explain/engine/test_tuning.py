@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import Noise, Whitener
+from autodb.explain.engine.symbolic import nearest_candidates
 from autodb.explain.engine.tuning import BesideShapes, tuned_together
 
 Array = NDArray[np.float64]
@@ -88,3 +89,33 @@ def test_what_a_shape_explains_is_what_least_squares_take_away(columns: Array) -
     )
     sizes = np.linalg.lstsq(columns, target, rcond=1e-9)[0]
     assert_allclose(gain, target @ target - np.sum((target - columns @ sizes) ** 2), rtol=1e-7)
+
+
+def test_a_column_that_others_give_takes_no_direction_of_its_own() -> None:
+    """A curve whose columns add up to an own one spans no more: what is left of it is rounding,
+    and a direction of rounding takes something at random from what a shape explains."""
+    target = 0.2 * _settling(0.1) + np.random.default_rng(4).normal(0.0, NOISE, len(T_S))
+    waves = _waves(T_S)
+    curve = CandidateForm(lambda: waves, names=())
+    twice = CandidateForm(lambda: np.column_stack([waves, waves @ np.arange(1.0, 7.0)]), names=())
+    gains = [
+        BesideShapes(
+            WhiteRows(target, {"level": np.ones_like(T_S)}, 1),
+            [Choice(Candidate("curve", "unknown", (form,)), 0)],
+            (Whitener(np.zeros(0)), NOISE**2),
+        ).gain(CandidateForm(lambda: _settling(0.1)))
+        for form in (curve, twice)
+    ]
+    assert_allclose(gains[1], gains[0], rtol=1e-9)
+
+
+def test_of_forms_that_are_the_same_beside_others_the_first_is_nearest() -> None:
+    """x v, (x − a) v and (b − x) v differ by a multiple of v, whatever the last digit says."""
+    rng = np.random.default_rng(6)
+    x, v = np.cumsum(rng.normal(size=400)), rng.normal(size=400)
+    same = [(x * v)[:, None], ((x - 3.0) * v)[:, None], ((7.0 - x) * v)[:, None]]
+    other = rng.normal(size=(400, 1))
+    for seed in range(20):
+        drawn = np.random.default_rng(seed).normal(size=400)
+        curve = (x * v) * (1.0 + 1e-12 * drawn)
+        assert nearest_candidates(curve, v[:, None], [other, *same], 3) == [1, 2, 3]

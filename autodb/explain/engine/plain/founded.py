@@ -165,7 +165,7 @@ def _anew(
     retuned, parts = bench.parts(found, PLAIN)
     if not found:
         retuned = np.zeros_like(retuned)
-    terms = [c.candidate.term for c in found]
+    terms = [c.candidate.known_as for c in found]
     acting = field.beside(retuned, list(zip(terms, parts, strict=True)))
     bench.forget(c.key for c in acting)
     looked = field.scanned(left, PLAIN, FIRST_SCAN + number)
