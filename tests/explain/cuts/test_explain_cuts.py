@@ -220,6 +220,18 @@ def test_an_edge_force_left_out_is_named_on_thin_chips() -> None:
     _assert_within(found, EDGE_N_MM["force.y"], rtol=0.1)
 
 
+def test_no_depth_is_wrong_by_more_than_the_deepest_cut() -> None:
+    """A force that is there at any depth is as one over the depth: of a depth it would be 9 mm."""
+    table = _table(7)
+    deepest = float(table["cutting.depth"].max())
+    off_by = 3.0 * deepest / table["cutting.depth"]
+    answers = _answers(_pair(table, _times(off_by, _simulated(table)), seed=7), BOTH)
+    assert "depth_error" not in _missing(answers)
+    near = 0.1 * deepest / table["cutting.depth"]
+    answers = _answers(_pair(table, _times(near, _simulated(table)), seed=7), BOTH)
+    assert "depth_error" in _missing(answers)
+
+
 def _says_something(seed: int, count: int) -> bool:
     table = _table(seed, count)
     answers = _answers(_pair(table, _nothing(table), seed=seed), BOTH)

@@ -30,6 +30,7 @@ from autodb.explain.cuts.candidates.laws import (
 from autodb.explain.cuts.stack import Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm
 from autodb.terms.chip import REFERENCE_SPEED_M_MIN, size_effect, speed_softening
+from autodb.terms.engagement import DEPTH_ERROR
 from autodb.terms.nose import nose_axial, nose_length
 
 Array = NDArray[np.float64]
@@ -166,18 +167,33 @@ def _log_depth(known: Conditions) -> Array:
 
 
 def depth_candidates(stack: Stack) -> list[Candidate]:
-    """Return a depth that is off by a constant; none where the depth does not vary."""
+    """Return a depth that is off by a constant, within the term's limits and by no more than the
+    deepest cut; none where the depth does not vary.
+    """
     depth = stack.known.depth_mm
     if np.ptp(stack.frame.known.depth_mm) == 0:
         return []
-    laws = [(values_of(depth**-p), {"power": p}) for p in (1.0, 0.8, 1.25)]
-    forms = [CandidateForm(alike(stack, relative(stack, shape)), at) for shape, at in laws]
+    forms = [
+        CandidateForm(
+            alike(stack, relative(stack, values_of(depth**-p))),
+            {"power": p},
+            allowed=_off_by(stack.frame.known.depth_mm, p),
+        )
+        for p in (1.0, 0.8, 1.25)
+    ]
     curve = curve_of(stack, _log_depth, CURVE)
     detail = each(stack, relative(stack, curve, curve.width))
     variables = ("cutting.depth",)
     return [
         Candidate("depth_error", "depth_error", tuple(forms), variables, detail=detail, static=True)
     ]
+
+
+def _off_by(depth: Array, power: float) -> Allowed:
+    """Return whether a coefficient of 1/depth^power is of a depth that may be wrong by so much."""
+    (error,) = DEPTH_ERROR.shape
+    low, high = max(error.lower, -depth.max()), min(error.upper, depth.max())
+    return lambda c: bool(low <= c[0] * depth.min() ** (1.0 - power) <= high)
 
 
 def nose_candidates(stack: Stack) -> list[Candidate]:
