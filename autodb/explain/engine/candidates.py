@@ -84,8 +84,8 @@ class Candidate:
     looked for. ``usual``: how many times as many
     machines have it as have another; it decides where nothing recorded does. ``phased``: its two
     columns are one size and one phase, such as a weight's that turns, and count as one. ``holds``:
-    what was found and its columns scale, by term, or key where it has no name: beside the others it would explain these, too,
-    so that it stands with them or not at all.
+    what was found and its columns scale, by term, or key where it has no name: it would explain
+    these, too, so that it stands with them or not at all.
     """
 
     key: str
