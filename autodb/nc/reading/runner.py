@@ -105,16 +105,24 @@ class Runner:
         """Yield the blocks of the main program and of what it calls."""
         yield from self._unit_blocks(self.instructions.main)
 
-    def contour(self, first: str, last: str, at: ProgramBlock) -> Iterator[ProgramBlock]:
-        """Yield the blocks from one label to another, both included, of the unit that runs."""
-        here, (begin, end) = self._here, self._contour_places(first, last, at)
+    def contour(
+        self, first: str, last: str, at: ProgramBlock, *, unit: str | None = None
+    ) -> Iterator[ProgramBlock]:
+        """Yield the blocks from one label to another, both included, of a unit, or that which
+        runs."""
+        before, here = self._unit, self._here
+        if unit is not None:
+            self._find(unit, at)
+            self._unit = self.instructions.units[unit]
+        begin, end = self._contour_places(first, last, at)
         yield from self._run((begin, end + 1))
-        self._here = here
+        self._unit, self._here = before, here
 
-    def skip_contour(self, last: str) -> None:
-        """Go on behind a label, where it still lies ahead."""
+    def skip_contour(self, last: str, *, first: str | None = None) -> None:
+        """Go on behind a label, where it lies ahead, and ``first``, if one is given, comes next."""
+        begin = self._here + 1 if first is None else self.instructions.place_of(first, self._unit)
         place = self.instructions.place_of(last, self._unit)
-        if place is not None and place > self._here:
+        if place is not None and place > self._here and begin == self._here + 1:
             self._skip_to = place + 1
 
     def called(self, unit: str, at: ProgramBlock) -> Iterator[ProgramBlock]:
@@ -155,7 +163,8 @@ class Runner:
             if place is None:
                 raise at.refusal(
                     name,
-                    "there is no block of this number; give the contour's first and last block",
+                    "there is no block of this number or label; give the contour's first and last "
+                    "block",
                 )
         begin, end = places
         assert begin is not None and end is not None

@@ -92,6 +92,8 @@ def _line(flow: _Flow, line: WrittenLine, text: str) -> None:
     if label is not None:
         flow.out.label(label[1])
         text = label[2].strip()
+        if not text:  # a place of its own: what comes next is behind it
+            flow.out.steps.append(RunLine(line))
     if not text or text.startswith(("%", "EXTERN")):
         return
     word = re.match(r"[A-Z]+", text)

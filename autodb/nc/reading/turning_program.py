@@ -10,7 +10,7 @@ from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
-from autodb.nc.reading.cycles.cycle_moves import BladeOf
+from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
 from autodb.nc.reading.expressions import Key, Number
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
@@ -99,10 +99,6 @@ def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, s
     }
 
 
-def _no_blade(_tool: str | None) -> None:
-    """Return that nothing is known of a tool's blade."""
-
-
 def turning_program(
     text: str,
     *,
@@ -112,7 +108,7 @@ def turning_program(
     block_skip: bool = False,
     control: str | None = None,
     highest_rpm: float | None = None,
-    blade_of: BladeOf = _no_blade,
+    stated: StatedOfProgram = NOTHING_STATED,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
@@ -120,14 +116,14 @@ def turning_program(
     (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the program says
     otherwise, with a note where ``inch`` is None; ``block_skip`` leaves out the blocks that begin
     with /; ``control``: for which it is written, else told by its words; ``highest_rpm``: of the
-    machine's spindle; ``blade_of``: what the blades of grooving tools are. A move is given once
-    both ends are known: not the first ones towards a place, nor those in machine coordinates. A
-    rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and line
-    and word of all not read.
+    machine's spindle; ``stated``: what a job states of tools, cycles and stock. A move is given
+    once both ends are known: not the first ones towards a place, nor those in machine coordinates.
+    A rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and
+    line and word of all not read.
     """
     done = carried_out(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
-        control=control, highest_rpm=highest_rpm, blade_of=blade_of,
+        control=control, highest_rpm=highest_rpm, stated=stated,
     )  # fmt: skip
     moves = tuple(_turned_moves(done.travels))
     beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
@@ -145,7 +141,7 @@ def carried_out(
     control: str | None = None,
     radius_of: RadiusOf | None = None,
     highest_rpm: float | None = None,
-    blade_of: BladeOf = _no_blade,
+    stated: StatedOfProgram = NOTHING_STATED,
 ) -> ReadProgram:
     """Return a program carried out, on a lathe or a mill; see `turning_program`.
 
@@ -161,7 +157,7 @@ def carried_out(
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner, blade_of, radius_of)
+    interpreter = Interpreter(state, runner, stated, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
     if radius_of is not None and not (instructions.problems or problems):
