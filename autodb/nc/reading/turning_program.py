@@ -11,11 +11,11 @@ from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
 from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
-from autodb.nc.reading.expressions import Key, Number
+from autodb.nc.reading.expressions import Key, Number, Values
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import Runner, Values
+from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -154,6 +154,8 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     state.highest_rpm = highest_rpm
     values = Values(of_control=_of_control(written, state))
+    if written is SINUMERIK:
+        values.of_all = _of_channel
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
@@ -173,6 +175,11 @@ def carried_out(
         source, written.name, moves, tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
+
+
+def _of_channel(name: str) -> bool:
+    """Return whether a variable of Sinumerik is of all programs of a channel, as R1 is."""
+    return bool(re.fullmatch(r"R\d+|_.*", name))
 
 
 def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> ProgramState:
