@@ -51,6 +51,23 @@ def test_a_subprogram_beside_the_program_has_its_parameters(tmp_path: Path) -> N
     assert_allclose(_removed(text, source=str(tmp_path / "p.mpf")), STEPS, rtol=1e-6)
 
 
+def test_a_subprogram_is_the_file_of_its_name_and_never_its_caller(tmp_path: Path) -> None:
+    """MAIN_DOWN ends like DOWN, and A_DOWN comes before it."""
+    body = "PROC DOWN\nG0 X{}\nG1 Z-20\nG0 X62\nZ2\nM17\n"
+    (tmp_path / "A_DOWN.SPF").write_text(body.format(40), encoding="utf-8")
+    (tmp_path / "DOWN.SPF").write_text(body.format(56), encoding="utf-8")
+    text = HEAD + "DOWN\nM30\n"
+    source = tmp_path / "MAIN_DOWN.MPF"
+    source.write_text(text, encoding="utf-8")
+    found = _removed(text, source=str(source))
+    assert_allclose(found, pi * (30**2 - 28**2) * 20, rtol=1e-6)
+    (tmp_path / "DOWN.SPF").unlink()
+    assert_allclose(_removed(text, source=str(source)), pi * (30**2 - 20**2) * 20, rtol=1e-6)
+    (tmp_path / "A_DOWN.SPF").unlink()
+    with pytest.raises(UnusableInput, match="there is no subprogram of this name"):
+        _removed(text, source=str(source))
+
+
 REFUSED = {
     "too many": ("DOWN(1,2)\nM30\nPROC DOWN(REAL A)\nG1 X=A\nM17\n", "'DOWN': this takes 1 arg"),
     "none declared": ("L10(5)\nM30\n%_N_L10_SPF\nG1 X1\nM17\n", "'L10': this takes 0 arguments"),

@@ -240,10 +240,12 @@ def _beside(source: str, control: Control) -> Callable[[str], Instructions | Non
         if not unit.replace("_", "").replace("-", "").isalnum():
             return None
         ends = (unit.lower(), f"o{unit.zfill(4)}", f"o{unit.zfill(5)}")
-        for path in sorted(folder.iterdir())[:MOST_BESIDE] if folder.is_dir() else ():
-            if path.stem.lower().endswith(ends) and path.suffix.lower() in _SUFFIXES:
-                return control.instructions(program_text(path), source=str(path))
-        return None
+        there = sorted(folder.iterdir())[:MOST_BESIDE] if folder.is_dir() else []
+        files = [path for path in there if path.suffix.lower() in _SUFFIXES]
+        named = [path for path in files if path.stem.lower() in ends]
+        alike = (p for p in files if p.stem.lower().endswith(ends) and p != Path(source))
+        path = next(iter(named), next(alike, None))
+        return None if path is None else control.instructions(program_text(path), source=str(path))
 
     return find
 
