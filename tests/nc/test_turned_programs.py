@@ -143,3 +143,15 @@ def test_loops_within_loops_and_loops_that_ask_for_places_run_to_their_ends(
     assert len(ends(milled(f"#1=0\n{within}"))) >= 15 * 14
     by_place = "WHILE[#5043GT-6]DO1\nG91 G1 Z-1\nG90 X10\nX0\nEND1\n"
     assert min(one.end.z_mm for one in milled(by_place).travels) == -6.0
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("G21", 1.0), ("G20", 25.4)])
+@pytest.mark.parametrize("name", ["#<_x>", "#5420"])
+def test_linuxcnc_tells_x_as_a_radius_in_g7_too(unit: str, mm: float, name: str) -> None:
+    """Its macros double it: from Ø2 the next place is Ø3, by whichever name it is asked for."""
+    text = f"G7 G18 {unit} G95\nG97 S900 M3\nF.01\nG0 X2 Z1\nG1 X[{name} * 2 + 1]\nM2\n"
+    (move,) = turning_program(text, source="p.ngc").moves
+    assert_allclose([move.start.x_mm, move.end.x_mm], [mm, 1.5 * mm])
+    radii = text.replace("G7", "G8").replace("* 2 + 1", "+ 1")
+    (move,) = turning_program(radii, source="p.ngc").moves
+    assert_allclose([move.start.x_mm, move.end.x_mm], [2 * mm, 3 * mm])

@@ -198,12 +198,17 @@ def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> Prog
 
 
 def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number]:
-    """Return what the control itself knows: places of the axes, and what is in force."""
+    """Return what the control itself knows: places of the axes, and what is in force.
+
+    LinuxCNC's X is a radius in G7 too: it halves the words and keeps that (``Interp::lookup_
+    named_param`` and parameter 5420 of its interpreter).
+    """
 
     def value(key: Key) -> Number:
         axis = _PLACES.get(key)
         if axis is not None and state.place[axis] is not None:
-            return (state.known(axis) - state.shift[axis]) / state.factor(axis)
+            counts = state.unit_mm if control is LINUXCNC else state.factor(axis)
+            return (state.known(axis) - state.shift[axis]) / counts
         if key == "_feed":
             return state.feed
         if key == "_rpm":
