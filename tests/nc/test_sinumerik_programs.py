@@ -33,6 +33,11 @@ WAYS = {
     "REPEAT from a label": f"R1=60\nAGAIN: R1=R1-4\n{PASS}REPEAT AGAIN\nM30\n",
     "REPEAT between labels": f"R1=60\nONE: R1=R1-4\n{PASS}TWO:\nG0 X80\nREPEAT ONE TWO P=1\nM30\n",
     "REPEATB": f"R1=60\nDOWN: R1=R1-2\nREPEATB DOWN\n{PASS}REPEATB DOWN P=2\n{PASS}M30\n",
+    "two jumps in a block": "R1=56\nFIRST:\nIF R1>56 GOTOF THIRD IF R1<50 GOTOF THIRD\n"
+    f"{PASS}R1=R1-4\nIF R1==52 GOTOB FIRST IF R1==48 GOTOF LAST\nTHIRD: R1=20\n{PASS}"
+    "LAST: M30\n",
+    "labels of one name": "R1=40\nDOWN:\nGOTOF OVER\nR1=60\nOVER:\nR1=56\nDOWN:\n"
+    f"{PASS}R1=R1-4\nIF R1>50 GOTOB DOWN\nM30\n",
     "CASE": "FOR R2=1 TO 2\nCASE (R2*2) OF 2 GOTOF AA 4 GOTOF BB DEFAULT GOTOF CC\n"
     "AA: R1=56\nGOTOF DD\nBB: R1=52\nGOTOF DD\nCC: R1=40\nDD: MSG(\"Ø \"<<R1<<\" (mm)\")\n"
     f"{PASS}ENDFOR\nM30\n",

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading import runner
+from autodb.nc.reading import Rapid, runner
 from autodb.nc.reading.turning_program import ReadProgram, carried_out, turning_program
 
 HEAD = "G21 G90 G17\nT1 M6\nS1000 M3\nF100\nG0 X0 Y0 Z5\n"
@@ -155,3 +155,11 @@ def test_linuxcnc_tells_x_as_a_radius_in_g7_too(unit: str, mm: float, name: str)
     radii = text.replace("G7", "G8").replace("* 2 + 1", "+ 1")
     (move,) = turning_program(radii, source="p.ngc").moves
     assert_allclose([move.start.x_mm, move.end.x_mm], [2 * mm, 3 * mm])
+
+
+@pytest.mark.parametrize("cycle", ["G73 X0 Z-20 R1 Q5 F.1", "G71 Q10 X62 Z2 I2 F.1"])
+def test_the_feed_in_a_block_of_a_linuxcnc_cycle_holds_for_it(cycle: str) -> None:
+    contour = "o10 sub\nG0 X50\nG1 Z-20\nX62\no10 endsub\n"
+    text = f"G7 G18 G21 G95\nG97 S900 M3\nF.2\n{contour}G0 X62 Z2\n{cycle}\nM2\n"
+    fed = [m for m in turning_program(text, source="p.ngc").moves if not isinstance(m, Rapid)]
+    assert {move.feed.mm for move in fed} == {0.1}

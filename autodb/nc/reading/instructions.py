@@ -32,11 +32,13 @@ class Jump:
 
 @dataclass
 class JumpToLabel:
-    """Go on at a label, where a condition holds; ``label`` may have to be worked out."""
+    """Go on at a label, where a condition holds; ``label`` may have to be worked out; ``back``: at
+    the last one before, where there is one."""
 
     line: WrittenLine
     label: str | Expression
     when: Expression | None = None
+    back: bool = False
 
 
 @dataclass
@@ -138,7 +140,12 @@ class Instructions:
         """Let a label stand before what comes next."""
         self.labels.setdefault(name, []).append(len(self.steps))
 
-    def place_of(self, name: str, unit: tuple[int, int], *, after: int = -1) -> int | None:
-        """Return where a label stands in a unit: the next one after a place, else the first."""
+    def place_of(
+        self, name: str, unit: tuple[int, int], *, after: int = -1, back: bool = False
+    ) -> int | None:
+        """Return where a label stands in a unit: the next one after a place, else the first;
+        ``back``: the last one up to it, where there is one."""
         inside = [at for at in self.labels.get(name, ()) if unit[0] <= at < unit[1]]
+        if back and inside and inside[0] <= after:
+            return [at for at in inside if at <= after][-1]
         return next((at for at in inside if at > after), inside[0] if inside else None)

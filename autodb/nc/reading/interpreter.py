@@ -150,7 +150,8 @@ class Interpreter:
             self._compensated(codes, values, block)
         self._spindle(codes, values, block)
         self._tool(codes, values)
-        if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
+        later = state.lathe and cycle in ROUGHING and state.control is not LINUXCNC
+        if "F" in values and "G10" not in codes and not later:
             state.feed = positive_value(values["F"], block) * state.unit_mm
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")

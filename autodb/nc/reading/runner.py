@@ -218,7 +218,7 @@ class Runner:
         label = step.label
         if callable(label):
             label = f"N{self._of(step.line, label) or 0:.0f}"
-        place = self.instructions.place_of(label, self._unit, after=at)
+        place = self.instructions.place_of(label, self._unit, after=at, back=step.back)
         if place is None:
             raise step.line.refusal(label, "there is no block of this label; use one that is there")
         return place

@@ -22,6 +22,8 @@ _SECTION = re.compile(r"%_N_(\w+?)_(?:MPF|SPF)|%_N_(\w+)|%(?:MPF|SPF)(\w*)")
 _NUMBERED = re.compile(r"[N:](\d+)\s*(.*)$", re.DOTALL)
 _LABEL = re.compile(r"([A-Z_]\w+)\s*:(?!=)\s*(.*)$", re.DOTALL)
 _GOTO = re.compile(r"GOTO[FBCS]?\s+(\w+)$")
+_JUMPS = re.compile(r"(GOTO[FBCS]?\s+\w+)(?:\s+IF\b\s*(.+GOTO.+))?$")
+"""A jump behind its condition, and the next condition of the same block with its own."""
 _CALLED = re.compile(r"(?:CALL\s+\"?)?(L\d+|[A-Z_]{2}\w*)\"?\s*(?:\((.*)\))?\s*(?:P=?\s*(\d+))?$")
 _DECLARED = re.compile(r"DEF\s+(?:REAL|INT|BOOL|CHAR|STRING(?:\[\d+\])?|AXIS|FRAME)\s+(.*)$")
 _UNREAD = re.compile(r"(CASE|REPEATB?\s+\w+|SWITCH|SYNACT|WHEN|EVERY|ID=|DO\s)")
@@ -165,7 +167,7 @@ def _procedure(flow: _Flow, line: WrittenLine, rest: str) -> None:
 def _goto(text: str, line: WrittenLine) -> JumpToLabel:
     found = _GOTO.match(text)
     assert found is not None  # asked before
-    return JumpToLabel(line, _label(found[1]))
+    return JumpToLabel(line, _label(found[1]), back=text.startswith("GOTOB"))
 
 
 def _label(name: str) -> str:
@@ -204,11 +206,14 @@ def _if(flow: _Flow, line: WrittenLine, rest: str) -> None:
         raise line.refusal(rest[:40], str(error)) from None
     goto = rest[at:].strip()
     if goto:
-        if not _GOTO.match(goto):
+        jumps = _JUMPS.match(goto)
+        if jumps is None:
             raise line.refusal(goto[:40], "this does not jump; write IF condition GOTOF label")
-        jump = _goto(goto, line)
+        jump = _goto(jumps[1], line)
         jump.when = condition
         flow.out.steps.append(jump)
+        if jumps[2]:
+            _if(flow, line, jumps[2])
         return
     over = Jump(line, when=condition, holds=False)
     flow.out.steps.append(over)
