@@ -59,6 +59,19 @@ class ProgramTool(Section):
         return self
 
 
+class ContourCycle(Section):
+    """What a call of Sinumerik's CYCLE952 does, as its mask shows it: in the program it is digits.
+
+    ``cut``: its passes go along the axis, towards the chuck, or across, towards the axis;
+    ``passes``: it roughs, finishes or both; ``allowance``: those of X and Z count (UX, UZ), or that
+    of the contour (U). Outside or inside is as its tool is.
+    """
+
+    cut: Literal["along", "across"]
+    passes: Literal["roughing", "finishing", "both"]
+    allowance: Literal["axes", "contour"] | None = Field(default=None, exclude_if=is_none)
+
+
 class JobProgram(Section):
     """A program in place of cuts, and the stock that it meets: a lathe's, or a mill's block.
 
@@ -69,7 +82,8 @@ class JobProgram(Section):
     program is read where it does not say; left out: as the machine file says. ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
-    what the program calls them (``0303``, or ``3``), ``other`` of all others.
+    what the program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what
+    calls of that cycle do, by their lines.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock", "block_mm"))
@@ -91,6 +105,9 @@ class JobProgram(Section):
     )
     bore_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
     tools: dict[str, ProgramTool] = Field(default_factory=dict, exclude_if=lambda tools: not tools)
+    cycle952: dict[Annotated[str, Field(pattern="^[1-9][0-9]*$")], ContourCycle] = Field(
+        default_factory=dict, exclude_if=lambda calls: not calls
+    )
 
     @model_validator(mode="after")
     def _one_stock(self) -> "JobProgram":
@@ -102,6 +119,8 @@ class JobProgram(Section):
                     "other"
                 )
             )
+        if self.block_mm is not None and self.cycle952:
+            raise ValueError(phrase("cycle952 goes with a lathe's stock, and block_mm is a mill's"))
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:

@@ -31,7 +31,8 @@ from autodb.forward.line_parts import (
     step_conditions,
 )
 from autodb.forward.mill_programs import follow_mill
-from autodb.forward.sides import above_axis, blade_of_tool, cut_sideways, inward_deg
+from autodb.forward.sides import above_axis, cut_sideways, inward_deg
+from autodb.forward.stated import JobStates
 from autodb.nc.reading import (
     Arc,
     CuttingSpeed,
@@ -85,10 +86,12 @@ def follow(
     stated = asked.units or units
     inches = None if stated is None else stated == "inch"
     by_diameter = next((one for one in (asked.diameter, diameter) if one is not None), None)
+    states = JobStates(asked, stock_of(asked))
     program = turning_program(
         text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control,
-        highest_rpm=highest_rpm, blade_of=lambda tool: blade_of_tool(tool, asked),
+        highest_rpm=highest_rpm, stated=states.stated(),
     )  # fmt: skip
+    states.refuse_unused()
     for move in program.moves:
         _refuse_beyond(move, str(path))
     moves, mirrored = above_axis(program.moves)

@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.contour import SQUARE_SHARE, TOUCH_MM
-from autodb.cutting.working import Worked, tool_number
-from autodb.files.job import OTHERS, JobProgram
+from autodb.cutting.working import Worked
 from autodb.nc.reading import Arc, Move, Point, Rapid
-from autodb.nc.reading.cycles.cycle_moves import Blade
 from autodb.wording import phrase
 
 
@@ -43,15 +41,6 @@ def _reflected(move: Move) -> Move:
 
 def _above(place: Point) -> Point:
     return Point(-place.x_mm, place.z_mm)
-
-
-def blade_of_tool(name: str | None, asked: JobProgram) -> Blade | None:
-    """Return the blade of a tool that a program calls, where the job states one."""
-    tool = asked.tools.get(name or OTHERS, asked.tools.get(tool_number(name) or OTHERS))
-    tool = asked.tools.get(OTHERS) if tool is None else tool
-    if tool is None or tool.width_mm is None:
-        return None
-    return Blade(tool.width_mm, tool.width_mm if tool.corner == "away" else 0.0)
 
 
 def cut_sideways(found: Worked) -> tuple[str, ...]:

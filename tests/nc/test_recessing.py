@@ -9,14 +9,15 @@ from autodb.cutting.stock import bar
 from autodb.cutting.working import WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, Linear, TurningProgram, turning_program
-from autodb.nc.reading.cycles.cycle_moves import Blade
+from autodb.nc.reading.cycles.stated import Blade, StatedOfProgram
 
 HEAD = "G18 G710 G90 G95 DIAMON\nT1 D1\nG97 S900 M4\nF0.1\nG0 X70 Z5\n"
 WIDTH = 3.0
 
 
 def _read(call: str, blade: Blade | None = Blade(WIDTH, 0.0)) -> TurningProgram:  # noqa: B008
-    return turning_program(HEAD + call + "\nM30\n", source="p.mpf", blade_of=lambda _tool: blade)
+    stated = StatedOfProgram(blade_of=lambda _tool: blade)
+    return turning_program(HEAD + call + "\nM30\n", source="p.mpf", stated=stated)
 
 
 def _removed(call: str, *, away: bool = False) -> float:

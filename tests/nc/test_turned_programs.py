@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading import runner
+from autodb.nc.reading import Rapid, runner
 from autodb.nc.reading.turning_program import ReadProgram, carried_out, turning_program
 
 HEAD = "G21 G90 G17\nT1 M6\nS1000 M3\nF100\nG0 X0 Y0 Z5\n"
@@ -143,3 +143,23 @@ def test_loops_within_loops_and_loops_that_ask_for_places_run_to_their_ends(
     assert len(ends(milled(f"#1=0\n{within}"))) >= 15 * 14
     by_place = "WHILE[#5043GT-6]DO1\nG91 G1 Z-1\nG90 X10\nX0\nEND1\n"
     assert min(one.end.z_mm for one in milled(by_place).travels) == -6.0
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("G21", 1.0), ("G20", 25.4)])
+@pytest.mark.parametrize("name", ["#<_x>", "#5420"])
+def test_linuxcnc_tells_x_as_a_radius_in_g7_too(unit: str, mm: float, name: str) -> None:
+    """Its macros double it: from Ø2 the next place is Ø3, by whichever name it is asked for."""
+    text = f"G7 G18 {unit} G95\nG97 S900 M3\nF.01\nG0 X2 Z1\nG1 X[{name} * 2 + 1]\nM2\n"
+    (move,) = turning_program(text, source="p.ngc").moves
+    assert_allclose([move.start.x_mm, move.end.x_mm], [mm, 1.5 * mm])
+    radii = text.replace("G7", "G8").replace("* 2 + 1", "+ 1")
+    (move,) = turning_program(radii, source="p.ngc").moves
+    assert_allclose([move.start.x_mm, move.end.x_mm], [2 * mm, 3 * mm])
+
+
+@pytest.mark.parametrize("cycle", ["G73 X0 Z-20 R1 Q5 F.1", "G71 Q10 X62 Z2 I2 F.1"])
+def test_the_feed_in_a_block_of_a_linuxcnc_cycle_holds_for_it(cycle: str) -> None:
+    contour = "o10 sub\nG0 X50\nG1 Z-20\nX62\no10 endsub\n"
+    text = f"G7 G18 G21 G95\nG97 S900 M3\nF.2\n{contour}G0 X62 Z2\n{cycle}\nM2\n"
+    fed = [m for m in turning_program(text, source="p.ngc").moves if not isinstance(m, Rapid)]
+    assert {move.feed.mm for move in fed} == {0.1}

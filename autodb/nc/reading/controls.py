@@ -35,9 +35,9 @@ all but LinuxCNC count feeds a revolution when they are switched on."""
 CONTROLS = {one.name: one for one in (FANUC_A, FANUC_B, FANUC_C, LINUXCNC, SINUMERIK)}
 
 _SINUMERIK = re.compile(
-    r"^%_N_|^;\$PATH|\bMSG\s*\(|\bDIAM(ON|OF|90)\b|\bCYCLE\d+\s*\(|\bG500\b|\bG7[01]0\b|\bSUPA\b"
+    r"^%_N_|^;\$PATH|\bMSG\b|\bDIAM(ON|OF|90)\b|\bCYCLE\d+\b|\bMCALL\b|\bG500\b|\bG7[01]0\b|\bSUPA\b"
     r"|\bLIMS\s*=|\bR\d+\s*=|\bT\s*=\s*\"|\bCR\s*=|\bM17\b|\bTRAFOOF\b|\bA?TRANS\b|\bDEF (REAL|INT)"
-    r"|\bGOTO[FB]\b|\bX\s*=\s*I?A?C\(|\bWORKPIECE\s*\(|\bFFWON\b|\bCYCLE800\b",
+    r"|\bGOTO[FB]\b|\b[XYZ]\s*=\s*I?A?C\b|\bWORKPIECE\b|\bFFWON\b|^\s*(N\d+\s*)?PROC\b",
     re.MULTILINE | re.IGNORECASE,
 )
 _LINUXCNC = re.compile(

@@ -8,6 +8,7 @@ vacant (None): it counts as 0 in sums, and ``EQ #0`` tells it from 0.
 import math
 import re
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from autodb.errors import UnusableInput
@@ -25,6 +26,54 @@ class Variables(Protocol):
 
 
 Expression = Callable[[Variables], Number]
+
+LOCAL = range(1, 34)
+"""Numbers of variables that each call of a macro has of its own."""
+
+
+def nothing_known(_key: Key) -> Number:
+    """Return that a control knows no variable of its own."""
+    return None
+
+
+def begins_with_line(name: str) -> bool:
+    """Return whether a named variable is of all programs: its name begins with _."""
+    return name[:1] == "_"
+
+
+@dataclass
+class Values:
+    """Variables: those of a call of its own, those of all, and those that the control has."""
+
+    own: dict[Key, float] = field(default_factory=dict)
+    shared: dict[Key, float] = field(default_factory=dict)
+    of_control: Callable[[Key], Number] = nothing_known
+    of_all: Callable[[str], bool] = begins_with_line
+    heard: dict[Key, Number] = field(default_factory=dict)
+    """What the control has answered last, of all that it was asked for."""
+
+    def value(self, key: Key) -> Number:
+        """Return a variable's value, None where nobody has set it."""
+        if key in self.own:
+            return self.own[key]
+        found = self.shared.get(key)
+        if found is not None:
+            return found
+        self.heard[key] = answer = self.of_control(key)
+        return answer
+
+    def put(self, key: Key, value: float) -> None:
+        """Set a variable: numbers above the locals are of all programs, and names that are."""
+        if isinstance(key, int):
+            shared = key not in LOCAL
+        else:
+            shared = key not in self.own and (self.of_all(key) or key in self.shared)
+        (self.shared if shared else self.own)[key] = value
+
+    def inner(self, own: dict[Key, float]) -> "Values":
+        """Return the variables as a unit that is called has them."""
+        return Values(own, self.shared, self.of_control, self.of_all, self.heard)
+
 
 _NUMBER = r"\d+\.?\d*(?:EX[+-]?\d+)?|\.\d+"
 _SIGNS = r"\*\*|==|<>|<=|>=|[-+*/<>,\[\]()]"

@@ -32,11 +32,13 @@ class Jump:
 
 @dataclass
 class JumpToLabel:
-    """Go on at a label, where a condition holds; ``label`` may have to be worked out."""
+    """Go on at a label, where a condition holds; ``label`` may have to be worked out; ``back``: at
+    the last one before, where there is one."""
 
     line: WrittenLine
     label: str | Expression
     when: Expression | None = None
+    back: bool = False
 
 
 @dataclass
@@ -50,11 +52,24 @@ class Count:
 
 @dataclass
 class Call:
-    """RunLine a unit with arguments, by number (#1 is the first) or by name, some times."""
+    """RunLine a unit with arguments, by number (#1 is the first) or by the names that the unit
+    gives its parameters, some times; an argument that is left out is None."""
 
     line: WrittenLine
     unit: str
-    arguments: tuple[Expression, ...] = ()
+    arguments: tuple[Expression | None, ...] = ()
+    times: Expression | None = None
+    by_name: bool = False
+
+
+@dataclass
+class Repeat:
+    """RunLine blocks once more, some times: from a label to another, to here, or its one block."""
+
+    line: WrittenLine
+    first: str
+    last: str | None = None
+    block: bool = False
     times: Expression | None = None
 
 
@@ -66,7 +81,7 @@ class Return:
     value: Expression | None = None
 
 
-Instruction = RunLine | Jump | JumpToLabel | Count | Call | Return
+Instruction = RunLine | Jump | JumpToLabel | Count | Call | Repeat | Return
 
 
 class Steps:
@@ -109,13 +124,15 @@ class Instructions:
     """All instructions of a program and its subprograms.
 
     ``units``: first and last + 1 of each by name; ``labels``: places by name, of N numbers ``N10``,
-    with the unit that they stand in; ``main``: the unit that begins the program.
+    with the unit that they stand in; ``parameters`` of units: names, and what each is where a call
+    leaves it out; ``main``: the unit that begins the program.
     """
 
     source: str
     steps: Steps = field(default_factory=Steps)
     units: dict[str, tuple[int, int]] = field(default_factory=dict)
     labels: dict[str, list[int]] = field(default_factory=dict)
+    parameters: dict[str, tuple[tuple[str, Expression | None], ...]] = field(default_factory=dict)
     problems: list[UnusableInput] = field(default_factory=list)
     main: str = ""
 
@@ -123,7 +140,12 @@ class Instructions:
         """Let a label stand before what comes next."""
         self.labels.setdefault(name, []).append(len(self.steps))
 
-    def place_of(self, name: str, unit: tuple[int, int], *, after: int = -1) -> int | None:
-        """Return where a label stands in a unit: the next one after a place, else the first."""
+    def place_of(
+        self, name: str, unit: tuple[int, int], *, after: int = -1, back: bool = False
+    ) -> int | None:
+        """Return where a label stands in a unit: the next one after a place, else the first;
+        ``back``: the last one up to it, where there is one."""
         inside = [at for at in self.labels.get(name, ()) if unit[0] <= at < unit[1]]
+        if back and inside and inside[0] <= after:
+            return [at for at in inside if at <= after][-1]
         return next((at for at in inside if at > after), inside[0] if inside else None)

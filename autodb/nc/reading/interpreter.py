@@ -34,8 +34,8 @@ from autodb.nc.reading.controls import (
 )
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles import box_cycles, calls, drilling, grooving, roughing, threading
-from autodb.nc.reading.cycles.cycle_moves import BladeOf
 from autodb.nc.reading.cycles.pockets import POCKETS, mill_pocket
+from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
 from autodb.nc.reading.frames import (
     FRAMES,
     move_in_machine,
@@ -92,12 +92,12 @@ class Interpreter:
         self,
         state: ProgramState,
         runner: Runner,
-        blade_of: BladeOf = lambda _tool: None,
+        stated: StatedOfProgram = NOTHING_STATED,
         radius_of: RadiusOf | None = None,
     ) -> None:
         self.state = state
         self.runner = runner
-        self.blade_of = blade_of
+        self.stated = stated
         self.radius_of = radius_of
         self.moves = PackedMoves()
         self.stops: list[int] = []
@@ -150,7 +150,8 @@ class Interpreter:
             self._compensated(codes, values, block)
         self._spindle(codes, values, block)
         self._tool(codes, values)
-        if "F" in values and "G10" not in codes and not (state.lathe and cycle in ROUGHING):
+        later = state.lathe and cycle in ROUGHING and state.control is not LINUXCNC
+        if "F" in values and "G10" not in codes and not later:
             state.feed = positive_value(values["F"], block) * state.unit_mm
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")

@@ -5,10 +5,10 @@ other lines (a contour between two N numbers, or a subprogram) is run apart.
 """
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from autodb.nc.reading.blocks import ProgramBlock, Word, WrittenLine
-from autodb.nc.reading.expressions import Expression, Key, Number
+from autodb.nc.reading.expressions import Expression, Key, Number, Values
 from autodb.nc.reading.instructions import (
     Call,
     Count,
@@ -16,6 +16,7 @@ from autodb.nc.reading.instructions import (
     Instructions,
     Jump,
     JumpToLabel,
+    Repeat,
     Return,
     RunLine,
 )
@@ -27,47 +28,10 @@ MOST_AGAIN = 50_000
 """How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
-LOCAL = range(1, 34)
-"""Numbers of variables that each call of a macro has of its own."""
 _MACRO = dict(zip("ABCIJKDEFHMQRSTUVWXYZ", (
     1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ), strict=True))  # fmt: skip
 """Local variables that the letters of a G65 set (Fanuc's first way)."""
-
-
-def nothing_known(_key: Key) -> Number:
-    """Return that a control knows no variable of its own."""
-    return None
-
-
-@dataclass
-class Values:
-    """Variables: those of a call of its own, those of all, and those that the control has."""
-
-    own: dict[Key, float] = field(default_factory=dict)
-    shared: dict[Key, float] = field(default_factory=dict)
-    of_control: Callable[[Key], Number] = nothing_known
-    heard: dict[Key, Number] = field(default_factory=dict)
-    """What the control has answered last, of all that it was asked for."""
-
-    def value(self, key: Key) -> Number:
-        """Return a variable's value, None where nobody has set it."""
-        if key in self.own:
-            return self.own[key]
-        found = self.shared.get(key)
-        if found is not None:
-            return found
-        self.heard[key] = answer = self.of_control(key)
-        return answer
-
-    def put(self, key: Key, value: float) -> None:
-        """Set a variable: named ones that begin with _ and numbers above the locals are of all."""
-        shared = key not in LOCAL if isinstance(key, int) else key[:1] == "_" or key in self.shared
-        (self.shared if shared else self.own)[key] = value
-
-    def inner(self, own: dict[Key, float]) -> "Values":
-        """Return the variables as a unit that is called has them."""
-        return Values(own, self.shared, self.of_control, self.heard)
 
 
 @dataclass
@@ -105,16 +69,24 @@ class Runner:
         """Yield the blocks of the main program and of what it calls."""
         yield from self._unit_blocks(self.instructions.main)
 
-    def contour(self, first: str, last: str, at: ProgramBlock) -> Iterator[ProgramBlock]:
-        """Yield the blocks from one label to another, both included, of the unit that runs."""
-        here, (begin, end) = self._here, self._contour_places(first, last, at)
+    def contour(
+        self, first: str, last: str, at: ProgramBlock, *, unit: str | None = None
+    ) -> Iterator[ProgramBlock]:
+        """Yield the blocks from one label to another, both included, of a unit, or that which
+        runs."""
+        before, here = self._unit, self._here
+        if unit is not None:
+            self._find(unit, at)
+            self._unit = self.instructions.units[unit]
+        begin, end = self._contour_places(first, last, at)
         yield from self._run((begin, end + 1))
-        self._here = here
+        self._unit, self._here = before, here
 
-    def skip_contour(self, last: str) -> None:
-        """Go on behind a label, where it still lies ahead."""
+    def skip_contour(self, last: str, *, first: str | None = None) -> None:
+        """Go on behind a label, where it lies ahead, and ``first``, if one is given, comes next."""
+        begin = self._here + 1 if first is None else self.instructions.place_of(first, self._unit)
         place = self.instructions.place_of(last, self._unit)
-        if place is not None and place > self._here:
+        if place is not None and place > self._here and begin == self._here + 1:
             self._skip_to = place + 1
 
     def called(self, unit: str, at: ProgramBlock) -> Iterator[ProgramBlock]:
@@ -145,6 +117,9 @@ class Runner:
         self.instructions.steps += found.steps
         for name, (first, end) in found.units.items():
             self.instructions.units.setdefault(name or unit, (first + by, end + by))
+        self.instructions.parameters |= {
+            name or unit: named for name, named in found.parameters.items()
+        }
         for name, places in found.labels.items():
             self.instructions.labels.setdefault(name, []).extend(at + by for at in places)
         self.instructions.problems += found.problems
@@ -155,7 +130,8 @@ class Runner:
             if place is None:
                 raise at.refusal(
                     name,
-                    "there is no block of this number; give the contour's first and last block",
+                    "there is no block of this number or label; give the contour's first and last "
+                    "block",
                 )
         begin, end = places
         assert begin is not None and end is not None
@@ -189,8 +165,8 @@ class Runner:
                 if returned:
                     return
                 at = at + 1 if where is None else where
-            elif isinstance(step, Call):
-                yield from self._call(step)
+            elif isinstance(step, Call | Repeat):
+                yield from self._call(step) if isinstance(step, Call) else self._repeat(step, at)
                 at += 1
             else:
                 to = self._next(step, at)
@@ -242,7 +218,7 @@ class Runner:
         label = step.label
         if callable(label):
             label = f"N{self._of(step.line, label) or 0:.0f}"
-        place = self.instructions.place_of(label, self._unit, after=at)
+        place = self.instructions.place_of(label, self._unit, after=at, back=step.back)
         if place is None:
             raise step.line.refusal(label, "there is no block of this label; use one that is there")
         return place
@@ -352,12 +328,46 @@ class Runner:
             )
 
     def _call(self, step: Call) -> Iterator[ProgramBlock]:
-        numbers = [self._of(step.line, one) or 0.0 for one in step.arguments]
-        own: dict[Key, float] = dict.fromkeys(range(1, 31), 0.0)
-        own |= dict(enumerate(numbers, start=1))
+        own = self._parameters(step)
         times = 1.0 if step.times is None else self._of(step.line, step.times) or 0.0
         for _ in range(round(times)):
             yield from self._deeper(step.unit, dict(own), step.line)
+
+    def _parameters(self, step: Call) -> dict[Key, float]:
+        """Return the variables that a call gives: by number, or by the names that the unit has."""
+        given = [None if one is None else self._of(step.line, one) for one in step.arguments]
+        own: dict[Key, float] = dict.fromkeys(range(1, 31), 0.0)
+        if not step.by_name:
+            return own | {k: one or 0.0 for k, one in enumerate(given, start=1)}
+        self._find(step.unit, step.line)
+        named = self.instructions.parameters.get(step.unit, ())
+        if len(given) > len(named):
+            raise step.line.refusal(
+                step.unit, f"this takes {len(named)} arguments, and {len(given)} are given"
+            )
+        for k, (name, else_it_is) in enumerate(named):
+            value = given[k] if k < len(given) else None
+            if value is None and else_it_is is not None:
+                value = self._of(step.line, else_it_is)
+            own[name] = value or 0.0
+        return own
+
+    def _repeat(self, step: Repeat, here: int) -> Iterator[ProgramBlock]:
+        """RunLine the blocks from a label on once more, some times: up to another, or to here."""
+        names = [step.first] if step.last is None else [step.first, step.last]
+        places = [self.instructions.place_of(name, self._unit) for name in names]
+        for name, place in zip(names, places, strict=True):
+            if place is None:
+                raise step.line.refusal(name, "there is no block of this label; use one that is")
+        begin, end = places[0], places[-1]
+        assert begin is not None and end is not None
+        span = (begin, here if step.last is None and not step.block else end + 1)
+        times = 1.0 if step.times is None else self._of(step.line, step.times) or 0.0
+        for _ in range(round(times)):
+            self._go_deeper(step.line)
+            self._forget_loops(*span)
+            yield from self._run(span)
+            self.depth -= 1
 
     def _return(self, step: Return) -> None:
         if step.value is not None:

@@ -11,19 +11,28 @@ from autodb.nc.reading.instructions import (
     Instructions,
     Jump,
     JumpToLabel,
+    Repeat,
     Return,
     RunLine,
 )
 from autodb.nc.reading.names import NAMES
-from autodb.nc.reading.sinumerik_lines import sinumerik_worded
+from autodb.nc.reading.sinumerik_lines import arguments_at, sinumerik_worded
 
 _SECTION = re.compile(r"%_N_(\w+?)_(?:MPF|SPF)|%_N_(\w+)|%(?:MPF|SPF)(\w*)")
 _NUMBERED = re.compile(r"[N:](\d+)\s*(.*)$", re.DOTALL)
 _LABEL = re.compile(r"([A-Z_]\w+)\s*:(?!=)\s*(.*)$", re.DOTALL)
 _GOTO = re.compile(r"GOTO[FBCS]?\s+(\w+)$")
+_JUMPS = re.compile(r"(GOTO[FBCS]?\s+\w+)(?:\s+IF\b\s*(.+GOTO.+))?$")
+"""A jump behind its condition, and the next condition of the same block with its own."""
 _CALLED = re.compile(r"(?:CALL\s+\"?)?(L\d+|[A-Z_]{2}\w*)\"?\s*(?:\((.*)\))?\s*(?:P=?\s*(\d+))?$")
 _DECLARED = re.compile(r"DEF\s+(?:REAL|INT|BOOL|CHAR|STRING(?:\[\d+\])?|AXIS|FRAME)\s+(.*)$")
 _UNREAD = re.compile(r"(CASE|REPEATB?\s+\w+|SWITCH|SYNACT|WHEN|EVERY|ID=|DO\s)")
+_REPEAT = re.compile(r"REPEAT(B?)\s+(\w+)(?:\s+(?!P\s*=)(\w+))?(?:\s+P\s*=\s*(.+))?$")
+_CASE = re.compile(r"CASE\b\s*(.+?)\s*\bOF\b\s*(.+)$")
+_OF = re.compile(r"([+-]?\d+|DEFAULT)\s+(GOTO[FBCS]?\s+\w+)\s*")
+_OF_CONTROL = re.compile(r"(?:CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE)$")
+"""Cycles of the control, beside those that are read."""
+_PARAMETER = re.compile(r"(?:REAL|INT|BOOL)\s+([A-Z_]\w*)\s*(?:=\s*(.+))?$")
 
 
 class _Flow:
@@ -92,6 +101,8 @@ def _line(flow: _Flow, line: WrittenLine, text: str) -> None:
     if label is not None:
         flow.out.label(label[1])
         text = label[2].strip()
+        if not text:  # a place of its own: what comes next is behind it
+            flow.out.steps.append(RunLine(line))
     if not text or text.startswith(("%", "EXTERN")):
         return
     word = re.match(r"[A-Z]+", text)
@@ -100,10 +111,14 @@ def _line(flow: _Flow, line: WrittenLine, text: str) -> None:
         _FLOW[word[0]](flow, line, rest)
     elif _GOTO.match(text):
         flow.out.steps.append(_goto(text, line))
+    elif _REPEAT.match(text):
+        _repeat(flow, line, text)
+    elif _CASE.match(text):
+        _case(flow, line, text)
     elif _UNREAD.match(text):
         raise line.refusal(text.split()[0][:40], "this is not read; write out the blocks")
     elif text.startswith("PROC"):
-        _procedure(flow, rest)
+        _procedure(flow, line, rest)
     else:
         _plain(flow, line, text)
 
@@ -116,19 +131,33 @@ def _plain(flow: _Flow, line: WrittenLine, text: str) -> None:
         return
     called = _CALLED.match(text)
     if called is not None and called[1] not in NAMES and "=" not in text:
-        if called[2] and called[2].strip():
-            raise line.refusal(called[1], "a call with arguments is not read; write out its blocks")
+        if _OF_CONTROL.match(called[1]):
+            raise line.refusal(
+                called[1], "this cycle is not read; write out its moves as G0, G1, G2 and G3"
+            )
         times = called[3]
         number = expression(times, packed=False) if times else None
-        flow.out.steps.append(Call(line, called[1], times=number))
+        arguments = arguments_at(f"{called[2]})", 0)[0] if (called[2] or "").strip() else ()
+        if any(isinstance(one, str) for one in arguments):
+            raise line.refusal(called[1], "a text as an argument is not read; write out its blocks")
+        numbers = tuple(one for one in arguments if not isinstance(one, str))
+        flow.out.steps.append(Call(line, called[1], numbers, times=number, by_name=True))
         return
     flow.out.steps.append(RunLine(sinumerik_worded(line, text)))
 
 
-def _procedure(flow: _Flow, rest: str) -> None:
+def _procedure(flow: _Flow, line: WrittenLine, rest: str) -> None:
     name = re.match(r"\w+", rest)
     if name is None:
         return
+    given = re.match(r"\s*\((.*)\)", rest[name.end() :])
+    named = []
+    for one in given[1].split(",") if given is not None and given[1].strip() else ():
+        found = _PARAMETER.match(one.strip())
+        if found is None:
+            raise line.refusal(one.strip()[:40], "use parameters that are numbers, without VAR")
+        named.append((found[1], expression(found[2], packed=False) if found[2] else None))
+    flow.out.parameters[name[0]] = tuple(named)
     if flow.unit[1] == flow.place():
         flow.out.units.setdefault(name[0], (flow.place(), flow.place()))
         flow.out.units.pop(name[0])
@@ -138,8 +167,36 @@ def _procedure(flow: _Flow, rest: str) -> None:
 def _goto(text: str, line: WrittenLine) -> JumpToLabel:
     found = _GOTO.match(text)
     assert found is not None  # asked before
-    label = found[1]
-    return JumpToLabel(line, f"N{int(label[1:])}" if re.fullmatch(r"N\d+", label) else label)
+    return JumpToLabel(line, _label(found[1]), back=text.startswith("GOTOB"))
+
+
+def _label(name: str) -> str:
+    """Return a label as it is kept, a number of a block without zeros that say nothing."""
+    return f"N{int(name[1:])}" if re.fullmatch(r"N\d+", name) else name
+
+
+def _repeat(flow: _Flow, line: WrittenLine, text: str) -> None:
+    found = _REPEAT.match(text)
+    assert found is not None  # asked before
+    block, first, last, times = found.groups()
+    number = expression(times, packed=False) if times else None
+    flow.out.steps.append(
+        Repeat(line, _label(first), _label(last) if last else None, bool(block), number)
+    )
+
+
+def _case(flow: _Flow, line: WrittenLine, text: str) -> None:
+    """Write CASE (…) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C as one jump after the other."""
+    found = _CASE.match(text)
+    assert found is not None  # asked before
+    branches = _OF.findall(found[2])
+    if not branches or _OF.sub("", found[2]).strip():
+        raise line.refusal(text[:40], "use CASE (…) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C")
+    for number, goto in branches:
+        jump = _goto(goto, line)
+        if number != "DEFAULT":
+            jump.when = flow.condition(line, f"({found[1]}) == {number}")
+        flow.out.steps.append(jump)
 
 
 def _if(flow: _Flow, line: WrittenLine, rest: str) -> None:
@@ -149,11 +206,14 @@ def _if(flow: _Flow, line: WrittenLine, rest: str) -> None:
         raise line.refusal(rest[:40], str(error)) from None
     goto = rest[at:].strip()
     if goto:
-        if not _GOTO.match(goto):
+        jumps = _JUMPS.match(goto)
+        if jumps is None:
             raise line.refusal(goto[:40], "this does not jump; write IF condition GOTOF label")
-        jump = _goto(goto, line)
+        jump = _goto(jumps[1], line)
         jump.when = condition
         flow.out.steps.append(jump)
+        if jumps[2]:
+            _if(flow, line, jumps[2])
         return
     over = Jump(line, when=condition, holds=False)
     flow.out.steps.append(over)

@@ -41,6 +41,8 @@ _SET = re.compile(r"(\$?[A-Z_][A-Z0-9_]*(?:\[[^\]=]*\])?)\s*=(?!=)\s*")
 _COUNTED = re.compile(r"(IC|AC|DC|ACP|ACN)\s*\(")
 _PLAIN = re.compile(rf"([A-Z])({NUMBER})(?![.\dA-Z_])")
 _GLUED = re.compile(rf"([A-Z])({NUMBER})")
+_SAID = frozenset({"MSG"})
+"""Calls of which the arguments are only shown: texts, and variables joined to them."""
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _TEXT = re.compile(r'"([^"]*)"')
 
@@ -80,6 +82,9 @@ def _one(
     if found is not None:
         return _assigned(line, text, found, words, settings)
     found = _CALL.match(text, at)
+    if found is not None and found[1] in _SAID:
+        words.append(Word(found[1], "", None))
+        return _closed(text, found.end())
     if found is not None:
         arguments, end = arguments_at(text, found.end())
         words.append(WrittenWord(found[1], "", None, arguments=arguments))
@@ -98,6 +103,21 @@ def _one(
         raise line.refusal(word, "not a letter and a number; write one such as X20.5")
     words.append(Word(found[0], "", None))
     return found.end()
+
+
+def _closed(text: str, at: int) -> int:
+    """Return where a bracket that is open before a place has closed; those in texts are none.
+
+    Raises UnusableInput, without file and line, where it does not close.
+    """
+    depth, quoted = 1, False
+    for k in range(at, len(text)):
+        quoted ^= text[k] == '"'
+        if not quoted:
+            depth += (text[k] == "(") - (text[k] == ")")
+        if depth == 0:
+            return k + 1
+    raise UnusableInput("a bracket does not close; close it")
 
 
 def _assigned(

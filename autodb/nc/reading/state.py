@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import cos, sin
+from typing import NamedTuple
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
@@ -42,6 +43,15 @@ class PolarPlace:
     angle_deg: float | None = None
 
 
+class CalledContour(NamedTuple):
+    """A contour that a block names: the unit that has it, none for that which runs, and its first
+    and last label, none for the whole unit."""
+
+    unit: str | None
+    first: str | None = None
+    last: str | None = None
+
+
 @dataclass
 class ProgramState:
     """What is in force.
@@ -54,7 +64,8 @@ class ProgramState:
     the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
     None as places do; ``cycle``: that in force, with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
-    coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said.
+    coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
+    ``contours``: what CYCLE62 has called since a cycle took some.
     """
 
     lathe: bool
@@ -91,6 +102,7 @@ class ProgramState:
     shift: dict[str, float] = field(default_factory=lambda: dict.fromkeys(AXES, 0.0))
     cycle: str | None = None
     taken: dict[str, float] = field(default_factory=dict)
+    contours: tuple[CalledContour, ...] = ()
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:

@@ -119,7 +119,10 @@ def _target(
     if place is None and step is None:
         return before
     if axis == "y" and state.lathe:
-        raise block.refusal((place or step).text, ONLY_X_AND_Z)  # type: ignore[union-attr]
+        said = place or step
+        if said is not None and word_value(said) == 0.0:  # there it stands
+            return before
+        raise block.refusal(said.text if said else "Y", ONLY_X_AND_Z)
     if step is not None and not (state.lathe and state.control in (FANUC_A,)):
         if state.control is not FANUC_A and not state.lathe:
             raise block.refusal(step.text, "this moves another axis; only X, Y and Z are read")

@@ -10,12 +10,12 @@ from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
-from autodb.nc.reading.cycles.cycle_moves import BladeOf
-from autodb.nc.reading.expressions import Key, Number
+from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
+from autodb.nc.reading.expressions import Key, Number, Values
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import Runner, Values
+from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -99,10 +99,6 @@ def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, s
     }
 
 
-def _no_blade(_tool: str | None) -> None:
-    """Return that nothing is known of a tool's blade."""
-
-
 def turning_program(
     text: str,
     *,
@@ -112,7 +108,7 @@ def turning_program(
     block_skip: bool = False,
     control: str | None = None,
     highest_rpm: float | None = None,
-    blade_of: BladeOf = _no_blade,
+    stated: StatedOfProgram = NOTHING_STATED,
 ) -> TurningProgram:
     """Return the moves of a program's text.
 
@@ -120,14 +116,14 @@ def turning_program(
     (.ngc), whose control counts radii; lengths are mm unless ``inch``, until the program says
     otherwise, with a note where ``inch`` is None; ``block_skip`` leaves out the blocks that begin
     with /; ``control``: for which it is written, else told by its words; ``highest_rpm``: of the
-    machine's spindle; ``blade_of``: what the blades of grooving tools are. A move is given once
-    both ends are known: not the first ones towards a place, nor those in machine coordinates. A
-    rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and line
-    and word of all not read.
+    machine's spindle; ``stated``: what a job states of tools, cycles and stock. A move is given
+    once both ends are known: not the first ones towards a place, nor those in machine coordinates.
+    A rest or a move to where the tool is gives none. Raises UnusableInput naming ``source``, and
+    line and word of all not read.
     """
     done = carried_out(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
-        control=control, highest_rpm=highest_rpm, blade_of=blade_of,
+        control=control, highest_rpm=highest_rpm, stated=stated,
     )  # fmt: skip
     moves = tuple(_turned_moves(done.travels))
     beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
@@ -145,7 +141,7 @@ def carried_out(
     control: str | None = None,
     radius_of: RadiusOf | None = None,
     highest_rpm: float | None = None,
-    blade_of: BladeOf = _no_blade,
+    stated: StatedOfProgram = NOTHING_STATED,
 ) -> ReadProgram:
     """Return a program carried out, on a lathe or a mill; see `turning_program`.
 
@@ -158,10 +154,12 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     state.highest_rpm = highest_rpm
     values = Values(of_control=_of_control(written, state))
+    if written is SINUMERIK:
+        values.of_all = _of_channel
     runner = Runner(
         instructions, values=values, block_skip=block_skip, library=_beside(source, written)
     )
-    interpreter = Interpreter(state, runner, blade_of, radius_of)
+    interpreter = Interpreter(state, runner, stated, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
     if radius_of is not None and not (instructions.problems or problems):
@@ -177,6 +175,11 @@ def carried_out(
         source, written.name, moves, tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
+
+
+def _of_channel(name: str) -> bool:
+    """Return whether a variable of Sinumerik is of all programs of a channel, as R1 is."""
+    return bool(re.fullmatch(r"R\d+|_.*", name))
 
 
 def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> ProgramState:
@@ -195,12 +198,17 @@ def _begun(control: Control, *, lathe: bool, diameter: bool, inch: bool) -> Prog
 
 
 def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number]:
-    """Return what the control itself knows: places of the axes, and what is in force."""
+    """Return what the control itself knows: places of the axes, and what is in force.
+
+    LinuxCNC's X is a radius in G7 too: it halves the words and keeps that (``Interp::lookup_
+    named_param`` and parameter 5420 of its interpreter).
+    """
 
     def value(key: Key) -> Number:
         axis = _PLACES.get(key)
         if axis is not None and state.place[axis] is not None:
-            return (state.known(axis) - state.shift[axis]) / state.factor(axis)
+            counts = state.unit_mm if control is LINUXCNC else state.factor(axis)
+            return (state.known(axis) - state.shift[axis]) / counts
         if key == "_feed":
             return state.feed
         if key == "_rpm":
@@ -237,10 +245,12 @@ def _beside(source: str, control: Control) -> Callable[[str], Instructions | Non
         if not unit.replace("_", "").replace("-", "").isalnum():
             return None
         ends = (unit.lower(), f"o{unit.zfill(4)}", f"o{unit.zfill(5)}")
-        for path in sorted(folder.iterdir())[:MOST_BESIDE] if folder.is_dir() else ():
-            if path.stem.lower().endswith(ends) and path.suffix.lower() in _SUFFIXES:
-                return control.instructions(program_text(path), source=str(path))
-        return None
+        there = sorted(folder.iterdir())[:MOST_BESIDE] if folder.is_dir() else []
+        files = [path for path in there if path.suffix.lower() in _SUFFIXES]
+        named = [path for path in files if path.stem.lower() in ends]
+        alike = (p for p in files if p.stem.lower().endswith(ends) and p != Path(source))
+        path = next(iter(named), next(alike, None))
+        return None if path is None else control.instructions(program_text(path), source=str(path))
 
     return find
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from math import cos, radians, sin
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
-from autodb.nc.reading.cycles import drilling, recessing, roughing, threading
+from autodb.nc.reading.cycles import drilling, recessing, roughing, stock_removal, threading
 from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
 from autodb.nc.reading.names import CALLS
 
@@ -45,6 +45,10 @@ def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
         threading.cycle97(m, block, numbers)
     elif name == "CYCLE95" and texts:
         roughing.cycle95(m, block, texts[0], numbers[1:])
+    elif name == "CYCLE62":
+        stock_removal.call_contour(m, word, block)
+    elif name == "CYCLE952":
+        stock_removal.cycle952(m, word, block)
     elif name in _PATTERNS:
         for x, y in _PATTERNS[name](numbers, name, block):
             rapid_to(m, block, x=x + m.state.shift["x"], y=y + m.state.shift["y"])

@@ -1,28 +1,17 @@
 """What cycles have in common: moves to places in mm, and numbers that count thousandths."""
 
-from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Protocol
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf
 from autodb.nc.reading.corners import CornerRecord
+from autodb.nc.reading.cycles.stated import StatedOfProgram
 from autodb.nc.reading.motions import feed_straight, go_rapid
 from autodb.nc.reading.paths import Feed
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, word_value
-
-
-class Blade(NamedTuple):
-    """A blade that cuts grooves: its width, and where its programmed corner is from that towards
-    the chuck, mm."""
-
-    width_mm: float
-    corner_mm: float
-
-
-BladeOf = Callable[[str | None], Blade | None]
-"""What tells the blade of a tool, as the program calls it; None where nobody has stated it."""
 
 
 class Carrying(Protocol):
@@ -33,7 +22,7 @@ class Carrying(Protocol):
     runner: Runner
     modal_call: tuple[str, Word] | None
     in_contour: bool
-    blade_of: BladeOf
+    stated: StatedOfProgram
     radius_of: RadiusOf | None
 
     def step(self, block: ProgramBlock) -> None:

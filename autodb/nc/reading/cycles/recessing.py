@@ -14,12 +14,12 @@ from math import ceil, radians, sqrt, tan
 from autodb.nc.reading.blocks import ProgramBlock
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
-    Blade,
     Carrying,
     feed_to,
     known_start,
     rapid_to,
 )
+from autodb.nc.reading.cycles.stated import Blade
 from autodb.nc.reading.motions import feed_straight
 
 OVERLAP = 0.95
@@ -65,7 +65,7 @@ def cycle93(m: Carrying, block: ProgramBlock, numbers: Sequence[float | None]) -
         raise block.refusal(
             "CYCLE93", "grooves on faces, on cones and in bores are not read; write out its moves"
         )
-    blade = m.blade_of(m.state.tool)
+    blade = m.stated.blade_of(m.state.tool)
     if blade is None:
         raise block.refusal(
             "CYCLE93",

@@ -28,7 +28,8 @@ from autodb.nc.reading.travels import ProgramMove
 
 MOST_PASSES = 5000
 AXES_OF = {"G71": ("z", "x"), "G72": ("x", "z")}
-_INDEX = {"x": 0, "z": 2}
+INDEX_OF = {"x": 0, "z": 2}
+"""Where an axis stands in a place."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def _allowed(
     how = Passes(
         along, across, depth, taken.get("R", CLEAR_MM), by, 0.0, (start[along], start[across])
     )
-    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
+    places = chain(moves, along=INDEX_OF[along], across=INDEX_OF[across])
     rough(m, block, places, how)
     rapid_to(m, block, **{across: start[across]})
     rapid_to(m, block, **{along: start[along]})
@@ -240,7 +241,7 @@ def linuxcnc_roughing(
     moves = contour_of(m, m.runner.called(unit, block), block)
     length = {n: word_value(values[n]) * state.unit_mm for n in "DIRE" if n in values}
     along, across = AXES_OF["G72" if code.startswith("G72") else "G71"]
-    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
+    places = chain(moves, along=INDEX_OF[along], across=INDEX_OF[across])
     at = (start[along], start[across])
     if code.startswith("G70"):
         times = max(int(word_value(values["P"])), 1) if "P" in values else 1
@@ -262,46 +263,61 @@ def linuxcnc_roughing(
 
 def cycle95(m: Carrying, block: ProgramBlock, name: str, numbers: Sequence[float | None]) -> None:
     """Cut a contour by CYCLE95(NPP, MID, FALZ, FALX, FAL, FF1, FF2, FF3, VARI, …, VRT)."""
-    mid, falz, falx, fal, ff1, _, ff3, vari, _, _, vrt = (
-        one or 0.0 for one in [*numbers, *([None] * 11)][:11]
-    )
-    state, kind = m.state, int(vari) or 1
+    given = [one or 0.0 for one in [*numbers, *([None] * 11)][:11]]
+    kind = int(given[7]) or 1
+    mid, falz, falx, fal, ff1, _, ff3, _, _, _, vrt = (m.state.unit_mm * one for one in given)
     code = "G72" if kind in (2, 4, 6, 8, 10, 12) else "G71"
     inside = kind in (3, 4, 7, 8, 11, 12)
     along, across = AXES_OF[code]
     moves = contour_of(m, _contour_blocks(m, name, block), block)
-    places = chain(moves, along=_INDEX[along], across=_INDEX[across])
-    places = places if _cuts_on(places) else places[::-1]
+    places = contour_as_cut(chain(moves, along=INDEX_OF[along], across=INDEX_OF[across]))
     edge = places[:, 1].min() if inside and code == "G71" else places[:, 1].max()
     over = (falz, falx * (-1.0 if inside else 1.0))
     by = over if code == "G71" else (over[1], over[0])
     first = float(places[0, 0]) + CLEAR_MM * (1.0 if places[0, 0] >= places[-1, 0] else -1.0)
     at = (first, float(edge) + (-CLEAR_MM if inside and code == "G71" else CLEAR_MM))
+    roughs, finishes = kind < 5 or kind > 8, kind > 4
+    if roughs and mid <= 0:
+        raise block.refusal("CYCLE95", "the depth of a pass is missing; state MID")
+    how = Passes(along, across, mid, vrt or 1.0, by, fal, (at[0], float(edge)))
+    feeds = (ff1 if roughs else None, ff3 if finishes else None)
+    rough_and_finish(m, block, places, how, at=at, feeds=feeds)
+    begins, _, ends = name.partition(":")
+    m.runner.skip_contour(ends, first=begins)
+
+
+def rough_and_finish(
+    m: Carrying,
+    block: ProgramBlock,
+    places: Array,
+    how: Passes,
+    *,
+    at: tuple[float, float],
+    feeds: tuple[float | None, float | None],
+) -> None:
+    """Rough a contour (n, 2), finish it, or both, from a place (along, across), and go back to it.
+
+    ``feeds`` of roughing and of finishing: None leaves that out, 0 keeps the feed in force.
+    """
+    state, (along, across) = m.state, (how.along, how.across)
     rapid_to(m, block, **{across: at[1]})
     rapid_to(m, block, **{along: at[0]})
-    if kind < 5 or kind > 8:
-        if mid <= 0:
-            raise block.refusal("CYCLE95", "the depth of a pass is missing; state MID")
-        state.feed = ff1 or state.feed
-        start = (at[0], float(edge))
-        rough(m, block, places, Passes(along, across, mid, vrt or 1.0, by, fal, start))
+    once = Passes(along, across, 1e9, how.back_mm, (0.0, 0.0), 0.0, at)
+    for passes, feed in zip((how, once), feeds, strict=True):
+        if feed is None:
+            continue
+        state.feed = feed or state.feed
+        rough(m, block, places, passes)
         rapid_to(m, block, **{across: at[1]})
-    if kind > 4:
-        state.feed = ff3 or state.feed
-        how = Passes(along, across, 1e9, vrt or 1.0, (0.0, 0.0), 0.0, at)
-        rough(m, block, places, how)
     rapid_to(m, block, **{across: at[1]})
     rapid_to(m, block, **{along: at[0]})
 
 
-def _cuts_on(places: Array) -> bool:
-    """Return whether a contour is written the way it is cut: towards the chuck, or the axis."""
-    return bool(places[0, 0] >= places[-1, 0])
+def contour_as_cut(places: Array) -> Array:
+    """Return a contour the way it is cut, towards the chuck or the axis, however it is written."""
+    return places if places[0, 0] >= places[-1, 0] else places[::-1]
 
 
 def _contour_blocks(m: Carrying, name: str, block: ProgramBlock) -> Iterable[ProgramBlock]:
     first, _, last = name.partition(":")
-    if last:
-        m.runner.skip_contour(last)
-        return m.runner.contour(first, last, block)
-    return m.runner.called(name, block)
+    return m.runner.contour(first, last, block) if last else m.runner.called(name, block)

@@ -1,0 +1,114 @@
+"""What Sinumerik's programs say beside moves: variables, calls, repeats; and who is told by it."""
+
+from math import pi
+from pathlib import Path
+
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.cutting.stock import bar
+from autodb.cutting.working import WorkTool, solid, worked
+from autodb.errors import UnusableInput
+from autodb.nc.reading import Rapid, turning_program
+from autodb.nc.reading.turning_program import carried_out
+
+HEAD = "%_N_PART_MPF\nG18 G710 G90 G95 DIAMON\nG97 S900 M4\nF0.2\nG0 X62 Z2\n"
+PASS = "G0 X=R1\nG1 Z-20\nG0 X62\nZ2\n"
+STEPS = pi * ((30**2 - 28**2) + (28**2 - 26**2)) * 20
+"""Ø56 and then Ø52 over 20 mm of a bar of Ø60."""
+
+
+def _removed(text: str, *, source: str = "p.mpf") -> float:
+    moves = turning_program(text, source=source).moves
+    return worked(moves, solid(bar(30.0)), {None: WorkTool()}, source="p").removed_mm3
+
+
+WAYS = {
+    "R of all programs": f"R1=56\nL10\nR1=R1-4\nL10\nM30\n%_N_L10_SPF\n{PASS}M17\n",
+    "R set in a subprogram": f"R1=60\nL10\nL10\nM30\n%_N_L10_SPF\nR1=R1-4\n{PASS}M17\n",
+    "parameters": "DOWN(56)\nDOWN(60-8,-20)\nM30\nPROC DOWN(REAL _TO, REAL FAR=-20) SAVE\n"
+    "G0 X=_TO\nG1 Z=FAR\nG0 X62\nZ2\nRET\n",
+    "a parameter left out": "DOWN(,56)\nDOWN(,52)\nM30\nPROC DOWN(INT NO, REAL TO)\n"
+    "G0 X=TO-NO\nG1 Z-20\nG0 X62\nZ2\nM17\n",
+    "REPEAT from a label": f"R1=60\nAGAIN: R1=R1-4\n{PASS}REPEAT AGAIN\nM30\n",
+    "REPEAT between labels": f"R1=60\nONE: R1=R1-4\n{PASS}TWO:\nG0 X80\nREPEAT ONE TWO P=1\nM30\n",
+    "REPEATB": f"R1=60\nDOWN: R1=R1-2\nREPEATB DOWN\n{PASS}REPEATB DOWN P=2\n{PASS}M30\n",
+    "two jumps in a block": "R1=56\nFIRST:\nIF R1>56 GOTOF THIRD IF R1<50 GOTOF THIRD\n"
+    f"{PASS}R1=R1-4\nIF R1==52 GOTOB FIRST IF R1==48 GOTOF LAST\nTHIRD: R1=20\n{PASS}"
+    "LAST: M30\n",
+    "labels of one name": "R1=40\nDOWN:\nGOTOF OVER\nR1=60\nOVER:\nR1=56\nDOWN:\n"
+    f"{PASS}R1=R1-4\nIF R1>50 GOTOB DOWN\nM30\n",
+    "CASE": "FOR R2=1 TO 2\nCASE (R2*2) OF 2 GOTOF AA 4 GOTOF BB DEFAULT GOTOF CC\n"
+    "AA: R1=56\nGOTOF DD\nBB: R1=52\nGOTOF DD\nCC: R1=40\nDD: MSG(\"Ø \"<<R1<<\" (mm)\")\n"
+    f"{PASS}ENDFOR\nM30\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_same_steps_are_left_however_they_are_counted(way: str) -> None:
+    assert_allclose(_removed(HEAD + WAYS[way]), STEPS, rtol=1e-6)
+
+
+def test_a_subprogram_beside_the_program_has_its_parameters(tmp_path: Path) -> None:
+    body = "PROC DOWN(REAL TO)\nG0 X=TO\nG1 Z-20\nG0 X62\nZ2\nM17\n"
+    (tmp_path / "DOWN.SPF").write_text(body, encoding="utf-8")
+    text = HEAD + "DOWN(56)\nDOWN(52)\nM30\n"
+    assert_allclose(_removed(text, source=str(tmp_path / "p.mpf")), STEPS, rtol=1e-6)
+
+
+def test_a_subprogram_is_the_file_of_its_name_and_never_its_caller(tmp_path: Path) -> None:
+    """MAIN_DOWN ends like DOWN, and A_DOWN comes before it."""
+    body = "PROC DOWN\nG0 X{}\nG1 Z-20\nG0 X62\nZ2\nM17\n"
+    (tmp_path / "A_DOWN.SPF").write_text(body.format(40), encoding="utf-8")
+    (tmp_path / "DOWN.SPF").write_text(body.format(56), encoding="utf-8")
+    text = HEAD + "DOWN\nM30\n"
+    source = tmp_path / "MAIN_DOWN.MPF"
+    source.write_text(text, encoding="utf-8")
+    found = _removed(text, source=str(source))
+    assert_allclose(found, pi * (30**2 - 28**2) * 20, rtol=1e-6)
+    (tmp_path / "DOWN.SPF").unlink()
+    assert_allclose(_removed(text, source=str(source)), pi * (30**2 - 20**2) * 20, rtol=1e-6)
+    (tmp_path / "A_DOWN.SPF").unlink()
+    with pytest.raises(UnusableInput, match="there is no subprogram of this name"):
+        _removed(text, source=str(source))
+
+
+REFUSED = {
+    "too many": ("DOWN(1,2)\nM30\nPROC DOWN(REAL A)\nG1 X=A\nM17\n", "'DOWN': this takes 1 arg"),
+    "none declared": ("L10(5)\nM30\n%_N_L10_SPF\nG1 X1\nM17\n", "'L10': this takes 0 arguments"),
+    "VAR": ("DOWN(1)\nM30\nPROC DOWN(VAR REAL A)\nM17\n", "'VAR REAL A': use parameters that are"),
+    "text": ('DOWN("A")\nM30\nPROC DOWN(REAL A)\nM17\n', "'DOWN': a text as an argument is not"),
+    "cycle": ("POCKET4(1,2,3)\nM30\n", "'POCKET4': this cycle is not read; write out its moves"),
+    "label": ("REPEAT NOWHERE P=2\nM30\n", "'NOWHERE': there is no block of this label"),
+    "case": ("CASE R1 OF 1 GO A\nM30\n", r"use CASE \(…\) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C"),
+    "MSG": ('MSG("a"\nM30\n', "a bracket does not close"),
+}
+
+
+@pytest.mark.parametrize(("body", "says"), REFUSED.values(), ids=REFUSED)
+def test_what_is_not_read_of_them_is_refused(body: str, says: str) -> None:
+    with pytest.raises(UnusableInput, match=f"p.mpf: line [0-9]+: .*{says}"):
+        turning_program(HEAD + "G1 Z0\n" + body, source="p.mpf")
+
+
+@pytest.mark.parametrize(
+    "word", ["MCALL CYCLE82(10,0,1,-22,,0)", 'MSG("A")', "G1 X=IC(2)", "CYCLE85(9,0,1,-5,,0,9,9)"]
+)
+def test_words_with_brackets_tell_the_control(word: str) -> None:
+    """What stands in brackets is a comment elsewhere, and was left out before it was asked."""
+    text = f"G90 G17 F900 S4000 M3\nG0 X50 Y30 Z50\nG1 Z40\n{word}\nX10\nMCALL\nM30\n"
+    text = text if "MCALL" in word else text.replace("MCALL\n", "")
+    assert carried_out(text, source="p.nc", lathe=False).control == "sinumerik"
+    comment = "O0001\nG90 G17 F900 S4000 M3\nG0 X50 Y30 Z50\n(MSG CYCLE82)\nG1 Z40\nM30\n"
+    assert carried_out(comment, source="p.nc", lathe=False).control != "sinumerik"
+
+
+@pytest.mark.parametrize("word", ["Y0", "Y0.", "Y=IC(0)"])
+def test_a_lathes_y_may_be_told_to_stand(word: str) -> None:
+    found = turning_program(f"{HEAD}G0 X56 {word}\nG1 Z-20\nG0 X62\n", source="p.mpf").moves
+    plain = turning_program(f"{HEAD}G0 X56\nG1 Z-20\nG0 X62\n", source="p.mpf").moves
+    assert [(m.start, m.end, isinstance(m, Rapid)) for m in found] == [
+        (m.start, m.end, isinstance(m, Rapid)) for m in plain
+    ]
+    with pytest.raises(UnusableInput, match=r"'Y1': only moves of X and Z are read"):
+        turning_program(f"{HEAD}G0 X56 Y1\nG1 Z-20\n", source="p.mpf")
