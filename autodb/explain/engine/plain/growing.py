@@ -33,7 +33,9 @@ nothing a search takes out the strongest. Chosen on synthetic recordings of nois
 CLEAR = 2.0 * GAIN
 """Share that is clear, for a law with nothing to search for. Chosen."""
 IN_BLOCKS = 6
-"""Blocks of which each must be predicted better with it. Chosen."""
+"""Blocks, of BLOCKS, of which each must be predicted better with it. Chosen."""
+FEWEST = 5
+"""Blocks in which a law must act for the others not to count. Chosen."""
 MOST = 5
 """Laws at most."""
 
@@ -126,17 +128,23 @@ def best_offer(
     told = float(before.sum() - after.sum()) > chance * slow
     fall = rms_fall(before, after)
     plain = candidate.static and fall >= CLEAR
-    if not (told or plain) or not in_most_blocks(before, after):
+    acting = rows.acts_in([*others, offer[1]], len(others), like=candidate)
+    if not (told or plain) or not in_most_blocks(before, after, acting):
         return 0.0, None
     return fall, offer[1]
 
 
-def in_most_blocks(before: Array, after: Array) -> bool:
+def in_most_blocks(before: Array, after: Array, acting: NDArray[np.bool_]) -> bool:
     """Whether squares (BLOCKS,) fall in most blocks, or clearly beside those in which they fall
     most: while an axis goes one way, own terms give what is missing, and the law can add nothing.
+
+    ``acting``: blocks in which the law adds something; others count where these are too few.
     """
-    others = np.argsort(after - before)[BLOCKS - IN_BLOCKS :]
-    falls = int(np.sum(after < before)) >= IN_BLOCKS
+    if acting.sum() >= FEWEST:
+        before, after = before[acting], after[acting]
+    most = -(-IN_BLOCKS * len(before) // BLOCKS)
+    others = np.argsort(after - before)[len(before) - most :]
+    falls = int(np.sum(after < before)) >= most
     return falls or rms_fall(before[others], after[others]) >= CLEAR
 
 

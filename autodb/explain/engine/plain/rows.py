@@ -32,6 +32,8 @@ DISCREPANCY = 0.03
 OWN = 0.5
 """Share of the squares that a law takes away, which it must take away beside a rival, too, for them
 to be effects of two kinds. Chosen."""
+QUIET = 0.05
+"""Share of the rms that an effect has in all blocks, below which it is silent in one. Chosen."""
 HALF = 0.5
 """Share of the peak of an effect from which on rows are within its stretch. Chosen."""
 BEYOND = 1.5
@@ -196,6 +198,17 @@ class PlainRows:
         if parts not in self._dealt:
             self._dealt[parts] = Folds(self._rows, 0, blocks=parts * BLOCKS, folds=BLOCKS)
         return self._dealt[parts]
+
+    def acts_in(
+        self, choices: Sequence[Choice], number: int, *, like: Candidate | None = None
+    ) -> NDArray[np.bool_]:
+        """Return in which folds one of the choices adds something, (BLOCKS,): what acts where the
+        axis moves says nothing of a block in which it stands.
+        """
+        at, values = self._places[choices[number].key], self.coefficients(choices)[number]
+        inner = self._folds_like(like).test[:, at[:, None], at]
+        squares = np.einsum("i,fij,j->f", values, inner, values)
+        return np.asarray(squares > QUIET**2 * squares.mean())
 
     def without_and_with(
         self, others: Sequence[Choice], choice: Choice, *, like: Candidate | None = None
