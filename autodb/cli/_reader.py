@@ -5,6 +5,7 @@ What is stored, and what programs read, stays in English and in SI units.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,7 +51,7 @@ Units = Annotated[
 def for_its_reader(command: Any) -> None:
     """Give a command the options of its reader, and have it answer in what they say."""
     own, answer = {one.name for one in command.params}, command.callback
-    command.params += [one for one in _options() if one.name not in own]
+    command.params += [copy(one) for one in _options() if one.name not in own]
 
     def answered(*, language: str | None, units: str | None, **given: object) -> Any:
         _answer_in(language, units)
@@ -61,7 +62,7 @@ def for_its_reader(command: Any) -> None:
 
 @cache
 def _options() -> list[Any]:
-    """Return the options of a reader, which all commands share."""
+    """Return the options of a reader, built once; each command has copies."""
     from typer.main import get_command
 
     alone = typer.Typer(add_completion=False)
