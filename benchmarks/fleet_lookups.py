@@ -26,6 +26,7 @@ from sqlalchemy import select
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.operate.refreshing import refresh
+from autodb.agent.operate.scheduling import NICE
 from autodb.agent.rows.machines import add_machine
 from autodb.agent.rows.posteriors import posterior_columns
 from autodb.files.job_cut import JobCut
@@ -130,7 +131,10 @@ def _fill_file(file: Path, versions: int) -> None:
 
 @contextmanager
 def writing(url: str) -> Iterator[None]:
-    """Have another process add cuts to other machines and refresh them, meanwhile."""
+    """Have another process add cuts to other machines and refresh them, meanwhile.
+
+    It gives way as much as a scheduled pass does.
+    """
     child = os.fork()
     if child == 0:
         try:
@@ -145,6 +149,7 @@ def writing(url: str) -> Iterator[None]:
 
 
 def _write(url: str) -> None:
+    os.nice(NICE)
     rng = np.random.default_rng(3)
     fleet = fleets.draw_fleet(rng, materials=3, tools=1)
     store = open_store(url)

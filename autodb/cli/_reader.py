@@ -5,6 +5,8 @@ What is stored, and what programs read, stays in English and in SI units.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
+from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -48,19 +50,25 @@ Units = Annotated[
 
 def for_its_reader(command: Any) -> None:
     """Give a command the options of its reader, and have it answer in what they say."""
-    from typer.main import get_command
-
-    alone = typer.Typer(add_completion=False)
-    alone.command()(_answer_in)
     own, answer = {one.name for one in command.params}, command.callback
-    options: Any = get_command(alone)
-    command.params += [one for one in options.params if one.name not in own]
+    command.params += [copy(one) for one in _options() if one.name not in own]
 
     def answered(*, language: str | None, units: str | None, **given: object) -> Any:
         _answer_in(language, units)
         return answer(**given)
 
     command.callback = answered
+
+
+@cache
+def _options() -> list[Any]:
+    """Return the options of a reader, built once; each command has copies."""
+    from typer.main import get_command
+
+    alone = typer.Typer(add_completion=False)
+    alone.command()(_answer_in)
+    made: Any = get_command(alone)
+    return list(made.params)
 
 
 def _answer_in(language: Language = None, units: Units = None) -> None:

@@ -8,7 +8,7 @@ import html
 import json
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -187,37 +187,61 @@ def figure(
 
     ``gap``: what is left between two, a share of the whole.
     """
-    made = make_subplots(
-        rows=len(titles),
+    rows = len(titles)
+    return make_subplots(
+        rows=rows,
         cols=1,
         shared_xaxes=True,
         vertical_spacing=gap,
         row_heights=list(shares),
+        figure=go.Figure(layout=_layout(titles, x_title, [{}] * rows, [{}] * rows)),
     )
-    made.update_layout(
-        template="none",
-        paper_bgcolor="rgba(0,0,0,0)",
-        plot_bgcolor="rgba(0,0,0,0)",
-        font={"family": FONT, "size": 13, "color": colour("muted")},
-        margin={"l": 58, "r": 14, "t": 30, "b": 46},
-        showlegend=False,
-        hovermode="closest",
-        hoverlabel={
+
+
+def lone_figure(title: str, *, x_title: str, y_axis: Mapping[str, Any]) -> go.Figure:
+    """Return one empty plot, like a ``figure`` of one title in a fifth of its time: without rows.
+
+    ``y_axis``: how its y axis differs.
+    """
+    whole = {"domain": [0.0, 1.0]}
+    x, y = {**whole, "anchor": "y"}, {**whole, "anchor": "x", **y_axis}
+    return go.Figure(layout=_layout([title], x_title, [x], [y]))
+
+
+def _layout(
+    titles: Sequence[str],
+    x_title: str,
+    x_axes: Sequence[Mapping[str, Any]],
+    y_axes: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """Return the layout of plots, all at once: an update takes as long as making it.
+
+    ``x_axes``, ``y_axes``: how the axes of each differ.
+    """
+    rule = {"gridcolor": colour("rule"), "linecolor": colour("rule")}
+    ticks = {"ticks": "outside", "tickcolor": "#8e999f", "automargin": True}
+    along = {**rule, **ticks, "showgrid": False, "zeroline": False}
+    up = {**rule, "zeroline": True, "zerolinecolor": colour("muted"), "zerolinewidth": 1}
+    axes = {f"xaxis{row}": {**along, **own} for row, own in enumerate(x_axes, start=1)}
+    axes[f"xaxis{len(titles)}"]["title"] = {"text": _lines(x_title), "font": {"size": 13}}
+    axes |= {f"yaxis{row}": {**up, **own} for row, own in enumerate(y_axes, start=1)}
+    return {
+        "template": "none",
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": FONT, "size": 13, "color": colour("muted")},
+        "margin": {"l": 58, "r": 14, "t": 30, "b": 46},
+        "showlegend": False,
+        "hovermode": "closest",
+        "hoverlabel": {
             "bgcolor": colour("ink"),
             "bordercolor": colour("ink"),
             "font": {"family": FONT, "color": colour("card")},
         },
-        modebar={"bgcolor": "rgba(0,0,0,0)", "color": "#8e999f", "activecolor": "#c0701d"},
-    )
-    rule = {"gridcolor": colour("rule"), "linecolor": colour("rule")}
-    made.update_xaxes(**rule, showgrid=False, zeroline=False, ticks="outside", tickcolor="#8e999f")
-    made.update_yaxes(**rule, zeroline=True, zerolinecolor=colour("muted"), zerolinewidth=1)
-    made.update_xaxes(automargin=True)
-    below = {"text": _lines(x_title), "font": {"size": 13}}
-    made.update_xaxes(title=below, row=len(titles), col=1)
-    for row, title in enumerate(titles, start=1):
-        _title_above(made, row, title)
-    return made
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "#8e999f", "activecolor": "#c0701d"},
+        "annotations": [_title_above(row, title) for row, title in enumerate(titles, start=1)],
+        **axes,
+    }
 
 
 def _lines(text: str) -> str:
@@ -225,20 +249,20 @@ def _lines(text: str) -> str:
     return "<br>".join(plain_text(part) for part in textwrap.wrap(text, 40))
 
 
-def _title_above(made: go.Figure, row: int, title: str) -> None:
+def _title_above(row: int, title: str) -> dict[str, Any]:
     axis = "" if row == 1 else str(row)
-    made.add_annotation(
-        text=plain_text(title),
-        x=0,
-        xref="paper",
-        xanchor="left",
-        y=1,
-        yref=f"y{axis} domain",
-        yanchor="bottom",
-        yshift=6,
-        showarrow=False,
-        font={"color": colour("ink"), "size": 13},
-    )
+    return {
+        "text": plain_text(title),
+        "x": 0,
+        "xref": "paper",
+        "xanchor": "left",
+        "y": 1,
+        "yref": f"y{axis} domain",
+        "yanchor": "bottom",
+        "yshift": 6,
+        "showarrow": False,
+        "font": {"color": colour("ink"), "size": 13},
+    }
 
 
 def shade(made: go.Figure, ranges: Iterable[tuple[float, float]]) -> None:

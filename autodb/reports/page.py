@@ -170,7 +170,11 @@ def learning_plot(n: int, curve: LearningCurve) -> Markup:
     """Return the plot of a curve, the n-th of a page."""
     scale = figures.plot_scale("N")
     mean, sd = scale * curve.mean, scale * curve.sd
-    made = figures.figure([figures.bracketed("", "N").strip()], x_title=phrase("Cuts in the fit"))
+    made = figures.lone_figure(
+        figures.bracketed("", "N").strip(),
+        x_title=phrase("Cuts in the fit"),
+        y_axis={"range": tightening_range(mean, sd), "zeroline": False},
+    )
     low, high = mean - 2.0 * sd, mean + 2.0 * sd
     for edge, fill in ((low, None), (high, "tonexty")):
         band = {"fill": fill, "fillcolor": translucent("corrected"), "line": {"width": 0}}
@@ -179,7 +183,6 @@ def learning_plot(n: int, curve: LearningCurve) -> Markup:
         )
     mark = {"mode": "lines+markers", "marker": {"size": 5}, "line": {"width": 2}}
     made.add_trace(figures.line_trace(curve.n, mean, tone="corrected", name=phrase("mean"), **mark))
-    made.update_yaxes(range=tightening_range(mean, sd), zeroline=False)
     force = figures.force_title(curve.component, [curve.operation])
     label = phrase(
         "{force} of {cut}: {value}", force=force, cut=curve.cut, value=learnt_words(curve)

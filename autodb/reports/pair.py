@@ -56,7 +56,14 @@ def force_map_plots(found: ForceMap) -> list[tuple[str, Markup]]:
 
 
 def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
-    made = figures.figure([title(layer, found.cut.operation)], x_title=_axis(found.feed_key))
+    made = figures.lone_figure(
+        title(layer, found.cut.operation),
+        x_title=_axis(found.feed_key),
+        y_axis={
+            "title": {"text": _axis(found.across_key), "font": {"size": 13}},
+            "zeroline": False,
+        },
+    )
     x_scale, y_scale = (
         figures.plot_scale(AXES[key][1]) for key in (found.feed_key, found.across_key)
     )
@@ -91,7 +98,6 @@ def _map(found: ForceMap, layer: Layer, name: str) -> Markup:
             marker={"size": 11, "symbol": "cross", "color": figures.colour("simulation")},
         )
     )  # fmt: skip
-    made.update_yaxes(title={"text": _axis(found.across_key), "font": {"size": 13}}, zeroline=False)
     return figures.as_html(made, name, height_px=MAP_PX, label=_label(found, layer))
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic_core import from_json
-from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, cast, func, select
+from sqlalchemy import ColumnElement, Executable, Row, Select, Text, bindparam, cast, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.answer.in_state import others_of
@@ -175,17 +175,28 @@ def _newest(*columns: Any) -> Select[Any]:
 
 
 def _listed() -> Executable:
-    """Return the query of the newest posterior of every pair, by material and tool."""
+    """Return the query of the newest posterior of every pair, by material and tool.
+
+    Of each pair the newest version is looked for, from the last one backwards: whether a version
+    counts stands behind its covariance, so that to look at all of them reads nearly all of them.
+    """
     own, other = _PARAMETERS.c, _PARAMETERS.alias().c
+    learnt = select(own.pair_id).where(own.machine_id == bindparam("machine")).distinct().subquery()
     newest = (
-        select(func.max(other.version))
-        .where(other.pair_id == own.pair_id, *_usual(other))
-        .correlate(_PARAMETERS)
+        select(other.id)
+        .where(other.pair_id == learnt.c.pair_id, *_usual(other))
+        .order_by(other.version.desc())
+        .limit(1)
+        .correlate(learnt)
         .scalar_subquery()
     )
     return (
-        _of_pairs(_MATERIAL.c.name, _TOOL.c.name, own.n_cuts, own.version, own.created_at)
-        .where(*_usual(own), own.version == newest)
+        select(_MATERIAL.c.name, _TOOL.c.name, own.n_cuts, own.version, own.created_at)
+        .select_from(learnt)
+        .join(_PARAMETERS, own.id == newest)
+        .join(_PAIR, _PAIR.c.id == learnt.c.pair_id)
+        .join(_MATERIAL, _MATERIAL.c.id == _PAIR.c.material_id)
+        .join(_TOOL, _TOOL.c.id == _PAIR.c.tool_id)
         .order_by(_MATERIAL.c.name, _TOOL.c.name)
     )
 

@@ -21,7 +21,7 @@ from autodb.agent.answer.traced_forces import (
     stored_day,
 )
 from autodb.agent.learn.shared_priors import RECORDINGS
-from autodb.agent.matching.past_predictions import HISTORY, past_cuts
+from autodb.agent.matching.past_predictions import past_cuts
 from autodb.agent.rows.mismatches import decision_words
 from autodb.agent.rows.posteriors import LAW, as_posterior, pair_name, version_chain
 from autodb.cutting import shear
@@ -208,7 +208,7 @@ def _predicted_forces(cut: dict[str, Any]) -> Iterator[str]:
 def _width(session: Session, row: models.Prediction) -> Node:
     """The factor on a prediction's intervals comes from cuts that were predicted before it."""
     width = Width(**(row.width or {}))
-    past = past_cuts(session, row.machine_id, most=HISTORY, upto=width.upto)
+    past = past_cuts(session, row.machine_id, newest=True, upto=width.upto)
     alike = [one for one in past if one.learnt == (row.started_from is None) and one.scored]
     by_recording: dict[int, list[str]] = {}
     for one in alike:

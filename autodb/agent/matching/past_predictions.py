@@ -36,18 +36,16 @@ class PastCut:
 
 
 def past_cuts(
-    session: Session, machine_id: int, *, most: int | None = None, upto: int | None = None
+    session: Session, machine_id: int, *, newest: bool = False, upto: int | None = None
 ) -> list[PastCut]:
     """Return a machine's cuts that count and were predicted before, oldest first.
 
-    ``most``: at most so many, the newest; ``upto``: none whose link has a larger number.
+    ``newest``: at most HISTORY, the newest; ``upto``: none whose link has a larger number.
     """
-    query = (
-        _PAST
-        if upto is None
-        else _PAST.where(models.table_of(models.PredictedCutMade).c.id <= upto)
-    )
-    found = session.connection().execute(query.limit(most), {"machine": machine_id})
+    query = _NEWEST if newest else _PAST
+    if upto is not None:
+        query = query.where(models.table_of(models.PredictedCutMade).c.id <= upto)
+    found = session.connection().execute(query, {"machine": machine_id})
     return [_past_cut(dict(row)) for row in reversed(found.mappings().all())]
 
 
@@ -60,7 +58,7 @@ def width_of_next(
     do outlying cuts whose cause is open, which widen by what they showed, and cuts predicted before
     their cause was confirmed.
     """
-    past = past_cuts(session, machine_id, most=HISTORY)
+    past = past_cuts(session, machine_id, newest=True)
     known = _known_why(session, machine_id, past)
     alike = [one for one in past if one.learnt == learnt and one.number not in known]
     own = [each for one in alike if one.pair == pair for each in one.scored]
@@ -204,6 +202,7 @@ def _past() -> Select[Any]:
 
 
 _PAST = _past()
+_NEWEST = _PAST.limit(HISTORY)
 """Made once: a look-up asks it each time."""
 
 

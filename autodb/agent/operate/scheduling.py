@@ -17,6 +17,9 @@ from autodb.wording import phrase
 EVERY_MIN = (1, 2, 3, 4, 5, 6, 10, 12, 15, 20, 30)
 EVERY_H = (1, 2, 3, 4, 6, 8, 12, 24)
 """What cron can say: intervals that divide an hour, or a day."""
+NICE = 10
+"""By how much a pass gives way to who waits for an answer (nice). Chosen: beside a look-up that
+wants a core it gets a tenth of it, and all of one that nobody wants."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ Description=autodb refresh of {_unit_text(machine)}
 [Service]
 Type=oneshot
 ExecStart={" ".join(systemd_word(word) for word in command)}
-Nice=10
+Nice={NICE}
 """
     timer = f"""[Unit]
 Description=autodb refresh of {_unit_text(machine)} every {every_min} min
@@ -79,7 +82,7 @@ def cron_line(command: Sequence[str], *, every_min: int) -> str:
             )
         )
     words = " ".join(shlex.quote(word) for word in command).replace("%", r"\%")
-    return f"{when} {words}"
+    return f"{when} nice -n {NICE} {words}"
 
 
 def slug(machine: str) -> str:

@@ -146,19 +146,28 @@ def latest(
 
 
 def learnt_pairs(session: Session, machine_id: int) -> list[str]:
-    """Return the names of the pairs that a machine has learnt."""
-    rows = session.execute(
-        select(models.Material.name, models.Tool.name)
-        .select_from(models.CuttingParameters)
-        .join(models.Pair, models.Pair.id == models.CuttingParameters.pair_id)
-        .join(models.Material, models.Material.id == models.Pair.material_id)
-        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+    """Return the names of the pairs that a machine has learnt.
+
+    Of each pair one version that counts is looked for: to look at all reads their covariances.
+    """
+    of_machine = models.CuttingParameters.machine_id == machine_id
+    versions = select(models.CuttingParameters.pair_id).where(of_machine).distinct()
+    counts = (
+        select(models.CuttingParameters.id)
         .where(
-            models.CuttingParameters.machine_id == machine_id,
+            of_machine,
+            models.CuttingParameters.pair_id == models.Pair.id,
             models.CuttingParameters.law == LAW,
             models.CuttingParameters.undone_at.is_(None),
         )
-        .distinct()
+        .exists()
+    )
+    rows = session.execute(
+        select(models.Material.name, models.Tool.name)
+        .select_from(models.Pair)
+        .join(models.Material, models.Material.id == models.Pair.material_id)
+        .join(models.Tool, models.Tool.id == models.Pair.tool_id)
+        .where(models.Pair.id.in_(versions), counts)
     )
     return [f"{material} / {tool}" for material, tool in rows]
 

@@ -56,16 +56,15 @@ class Span:
 
 def last_mark(session: Session, machine_id: int) -> Mark | None:
     """Return the mark of a machine's last pass; None where none left one."""
-    row = session.scalar(
-        select(models.RefreshPass)
-        .where(
-            models.RefreshPass.machine_id == machine_id,
-            models.RefreshPass.last_cut_id.is_not(None),
-        )
-        .order_by(models.RefreshPass.id.desc())
+    one = models.table_of(models.RefreshPass).c
+    query = (
+        select(one.last_cut_id, one.last_force_id, one.basis)
+        .where(one.machine_id == machine_id, one.last_cut_id.is_not(None))
+        .order_by(one.id.desc())
         .limit(1)
     )
-    if row is None or row.last_cut_id is None:
+    row = session.connection().execute(query).first()
+    if row is None:
         return None
     basis = dict(row.basis or {})
     asked = basis.pop(ASKED, ())

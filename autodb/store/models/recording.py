@@ -2,11 +2,23 @@
 
 from typing import Any
 
-from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint, text
+from sqlalchemy import (
+    CheckConstraint,
+    Connection,
+    ForeignKey,
+    Index,
+    Table,
+    UniqueConstraint,
+    event,
+    text,
+)
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from autodb.store.models._base import Base, now
+from autodb.store.models._base import Base, now, table_of
 from autodb.store.models.work import Pair, Tool
+
+COUNTING = "uq_recording_counting"
+"""The index that has a file count once, of the recordings that are not withdrawn."""
 
 
 class StoredRecording(Base):
@@ -27,14 +39,7 @@ class StoredRecording(Base):
 
     __tablename__ = "recording"
     __table_args__ = (
-        Index(
-            "uq_recording_counting",
-            "machine_id",
-            "sha256",
-            unique=True,
-            sqlite_where=text("withdrawn_at IS NULL"),
-            postgresql_where=text("withdrawn_at IS NULL"),
-        ),
+        Index(COUNTING, "machine_id", "sha256", unique=True),
         CheckConstraint("kind IN ('cuts', 'series')"),
         CheckConstraint(
             "(stored_path IS NULL) = (stored_sha256 IS NULL)", name="ck_recording_stored_copy"
@@ -73,6 +78,16 @@ class StoredRecording(Base):
     def first_id(self) -> int:
         """The recording that the file came in as first, which may be this."""
         return self.continues_id or self.id
+
+
+@event.listens_for(table_of(StoredRecording), "before_create")
+def _count_once(recordings: Table, connection: Connection, **_given: object) -> None:
+    """Have the index hold what counts alone. Its condition has an option for each kind of database.
+
+    Stated with the index, it would load the library of each, PostgreSQL's too, with the models.
+    """
+    (counting,) = (index for index in recordings.indexes if index.name == COUNTING)
+    counting.dialect_kwargs[f"{connection.dialect.name}_where"] = text("withdrawn_at IS NULL")
 
 
 class RecordingChannel(Base):

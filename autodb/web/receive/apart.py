@@ -153,10 +153,12 @@ class MachineToLearn:
         return Path(self.machine.replace("/", "-"))
 
     def do(self, store: Store, tell: Tell) -> bytes:
-        """Return what was learnt, as JSON."""
+        """Return what was learnt, as JSON; the service's own answers go before."""
         from autodb.agent.learn.passes import RefreshReport
         from autodb.agent.operate.refreshing import refresh  # heavy, and seldom asked for
+        from autodb.agent.operate.scheduling import NICE
 
+        os.nice(NICE)
         with presented(ENGLISH):  # the database is
             return TypeAdapter(RefreshReport).dump_json(refresh(store, self.machine, progress=tell))
 

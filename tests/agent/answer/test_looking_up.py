@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from sqlalchemy import event
+from sqlalchemy.orm import Session
 
 from autodb.agent.answer.looking_up import PairReader
 from autodb.agent.answer.predicting import predict_job
 from autodb.agent.learn.starting import start_of
 from autodb.agent.rows.imported_cards import imported_card, keep_cards
 from autodb.agent.rows.machines import add_machine
-from autodb.agent.rows.posteriors import posterior_columns
+from autodb.agent.rows.posteriors import learnt_pairs, posterior_columns
 from autodb.cutting import shear, tools
 from autodb.cutting.elements import (
     Elements,
@@ -166,6 +168,32 @@ def test_without_a_cut_the_pairs_are_listed(store: Store, cli: Cli) -> None:
     only = cli(*ASKED[:3], "--tool", "mill", "--json").out
     assert [(row["tool"], row["cuts"]) for row in json.loads(only)] == [("mill", 3)]
     assert "has no fitted pair yet" in cli("lookup", "--machine", "other").out
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda session: PairReader(session, "m").pairs(),
+        lambda session: learnt_pairs(session, 1),
+    ],
+    ids=["listed", "learnt"],
+)
+def test_the_list_of_pairs_does_not_read_every_version(
+    store: Store, ask: Callable[[Session], list[Any]]
+) -> None:
+    """A version's covariance stands before what says whether it counts: to look reads it."""
+    asked: list[tuple[str, Any]] = []
+    event.listen(store.engine, "before_cursor_execute", lambda *a: asked.append((a[2], a[3])))
+    with store.reading() as session:
+        assert len(ask(session)) == 2
+        statement, given = asked[-1]
+        plan = session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", given).all()
+    correlated = {row[0] for row in plan if "CORRELATED" in row[3]}
+    steps = [row[3] for row in plan if row[1] not in correlated]
+    of_all = [step for step in steps if re.search(r"(SEARCH|SCAN) cutting_parameters", step)]
+    assert of_all
+    for step in of_all:
+        assert re.search("COVERING INDEX|INTEGER PRIMARY KEY", step)
 
 
 MILLED = ("--operation", "slot", "--depth", 2, "--rpm", 3000)

@@ -9,7 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from autodb.agent.operate.scheduling import EVERY_H, EVERY_MIN, cron_line, slug, systemd_units
+from autodb.agent.operate.scheduling import (
+    EVERY_H,
+    EVERY_MIN,
+    NICE,
+    cron_line,
+    slug,
+    systemd_units,
+)
 from autodb.errors import UnusableInput
 from tests.conftest import Cli
 
@@ -39,7 +46,7 @@ def _matches(field: str, value: int) -> bool:
 def test_a_shell_reads_the_words_of_a_cron_line_back() -> None:
     line = cron_line(AWKWARD, every_min=15).split(maxsplit=5)[5]
     assert re.search(r"(?<!\\)%", line) is None  # cron ends the command there
-    assert shlex.split(line.replace(r"\%", "%")) == AWKWARD
+    assert shlex.split(line.replace(r"\%", "%")) == ["nice", "-n", f"{NICE}", *AWKWARD]
 
 
 @pytest.mark.parametrize("every_min", [7, 25, 90, 300])

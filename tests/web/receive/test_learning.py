@@ -139,6 +139,7 @@ def test_killed_in_the_middle_nothing_half_is_there_and_it_learns_again(
         while not service.learnings.said("lathe-0").step:
             time.sleep(0.002)
         (pid,) = service.children._running
+        assert os.getpriority(os.PRIO_PROCESS, pid) > os.getpriority(os.PRIO_PROCESS, 0)
         os.kill(pid, signal.SIGKILL)
         assert "lathe-0: learning broke off (SIGKILL)" in _ended(client)
         assert _kept(store) == before
