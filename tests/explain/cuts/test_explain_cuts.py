@@ -222,7 +222,7 @@ def test_an_edge_force_left_out_is_named_on_thin_chips() -> None:
 
 def test_no_depth_is_wrong_by_more_than_the_deepest_cut() -> None:
     """A force that is there at any depth is as one over the depth: of a depth it would be 9 mm."""
-    table = _table(7)
+    table = _table(7, 40)
     deepest = float(table["cutting.depth"].max())
     off_by = 3.0 * deepest / table["cutting.depth"]
     answers = _answers(_pair(table, _times(off_by, _simulated(table)), seed=7), BOTH)
