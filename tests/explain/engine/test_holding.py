@@ -9,7 +9,7 @@ from autodb.explain.axis.effects import acting_candidates
 from autodb.explain.axis.signals import AxisSignals, axis_signals
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.evidence import Products
-from autodb.explain.engine.search import CandidateSearch, FoundSet
+from autodb.explain.engine.search import CandidateSearch
 from autodb.records.tables import Recording
 
 Array = NDArray[np.float64]
@@ -70,7 +70,6 @@ def test_a_rival_of_what_a_scale_holds_is_compared_without_the_scale() -> None:
     falls = search.rivals(both, "gravity")
     assert falls.keys() == {"spring"}
     assert falls["spring"] == alone.score - other.score
-    assert isinstance(both, FoundSet)
 
 
 def test_a_candidate_holds_what_it_scales_and_was_found() -> None:
