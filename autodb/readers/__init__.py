@@ -28,6 +28,7 @@ READERS = {
     ".mf4": "mf4",
     ".mdf": "mf4",
     ".xml": "sinumerik",
+    ".json": "edge",
 }
 """The module that reads a kind of file; it is imported when a file needs it."""
 UNKNOWN_KIND = stored_msgid("{file}: unknown kind of file; use {kinds}")

@@ -1,6 +1,7 @@
 """Writes small recordings in every format that is read, for the tests and the page of refusals."""
 
 import gzip
+import json
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -36,6 +37,8 @@ def write(path: Path, columns: Mapping[str, Any]) -> Path:
         parquet.write_table(pa.table(dict(columns)), path)
     elif path.suffix == ".xml":
         write_trace(path, columns)
+    elif path.suffix == ".json":
+        write_edge(path, columns)
     elif path.suffix == ".mat":
         savemat(path, {k: np.asarray(v)[:, None] for k, v in columns.items()} | {"gain": 3.0})
     else:
@@ -61,6 +64,19 @@ def write_trace(path: Path, columns: Mapping[str, Any], interval_s: float = 0.01
         said = new
     frame = f"<dataFrame>\n{signals}{''.join(records)}</dataFrame>"
     path.write_text(f"<traceSession><traceData>{frame}</traceData></traceSession>")
+    return path
+
+
+def write_edge(path: Path, columns: Mapping[str, Any], cycle_ms: float = 10.0) -> Path:
+    """Write signals, time left out, as a recording of a SINUMERIK Edge; return the path."""
+    names = [name for name in columns if name != "t"]
+    signals = [{"Name": "Cycle", "Axis": "CYCLE", "Address": "CYCLE"}]
+    signals += [{"Name": name, "Axis": "", "Address": f"{name}|1"} for name in names]
+    values = np.column_stack([np.asarray(columns[name], dtype=float) for name in names]).tolist()
+    rows = [[700 + number, *row] for number, row in enumerate(values)]
+    parts = [{"HFData": rows[at : at + 16]} for at in range(0, len(rows), 16)]
+    header = {"SignalListHFData": signals, "CycleTimeMs": cycle_ms}
+    path.write_text(json.dumps({"Header": header, "Payload": parts}))
     return path
 
 

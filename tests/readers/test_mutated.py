@@ -36,6 +36,7 @@ EXAMPLES = {
     ".h5": 5,
     ".mf4": 4,
     ".xml": 120,
+    ".json": 120,
 }
 SIDE = """\
 [recording]

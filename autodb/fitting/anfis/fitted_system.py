@@ -25,12 +25,13 @@ from autodb.fitting.anfis.system import (
 Array = NDArray[np.float64]
 
 
-ROUNDS = 2
-"""Courses of learning from each start, each to its optimum: the noise is known after the first."""
-
-
 class Learner(Protocol):
     """What finds premises: ``Projection`` or ``Hybrid``."""
+
+    @property
+    def courses(self) -> int:
+        """Courses of learning from each start: where priors weigh, the noise is known after one."""
+        ...
 
     def learn(self, rows: LearnerRows, start: Premises, held: NDArray[np.bool_]) -> LearningCourse:
         """Return the course of learning from a start; rows ``held`` (n,) are only judged by."""
@@ -83,12 +84,12 @@ def fit_consequents(
 def _course(
     learner: Learner, given: LearnerRows, start: Premises, held: NDArray[np.bool_]
 ) -> LearningCourse:
-    """Return the last of ROUNDS courses: priors weigh what the noise before says, less each time.
+    """Return the learner's last course: priors weigh what the noise before says, less each time.
 
     A bad first fit counts as noise and keeps the first course smooth.
     """
     course = None
-    for _ in range(ROUNDS):
+    for _ in range(learner.courses):
         weights = rows_weighed(given.pick(~held), start)
         course = learner.learn(
             replace(given, ridge=weights.ridge, leash=weights.leash), start, held

@@ -13,6 +13,7 @@ Premises learned by variable projection: near their optimum by steps, then to it
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,6 +178,9 @@ class Projection:
     smallest_gain: float = 1e-5
     idle: int = 5
     patience: int = 20
+
+    courses: ClassVar[int] = 2
+    """Each to its optimum."""
 
     def learn(self, rows: LearnerRows, start: Premises, held: NDArray[np.bool_]) -> LearningCourse:
         """Return the premises that fit the rows, or the held-out ones among them, best.

@@ -268,9 +268,11 @@ def _add_named(
     said: Mapping[str, NameSays],
     units: Mapping[str, str],
 ) -> None:
-    """Propose what names alone say."""
-    for name in columns:
+    """Propose what names alone say, of columns that hold a number."""
+    for name, values in columns.items():
         if name in _columns(made) or said[name].commanded or said[name].foreign:
+            continue
+        if not np.isfinite(values).any():
             continue
         channel = name if is_channel(name) else _channel(said[name]) or _force_of_cutting(name)
         if channel:

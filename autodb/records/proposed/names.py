@@ -9,7 +9,10 @@ from autodb.readers.text.cells import name_and_unit, unit_within
 _TOKENS = re.compile(r"[A-ZÄÖÜ]?[a-zäöüßáéíóúàèìòùâêçñ]+|[A-ZÄÖÜ]+(?![a-zäöü])|\d+")
 AXES = ("x", "y", "z", "a", "b", "c", "u", "v", "w")
 SPINDLE = ("spindle", "spindel", "spdl", "sp", "broche", "mandrino", "husillo", "cabezal")
-COMMANDED = ("command", "cmd", "soll", "set", "setpoint", "target", "reference", "ref", "nominal")
+COMMANDED = (
+    *("command", "commanded", "cmd", "soll", "set", "setpoint", "target", "reference", "ref"),
+    *("nominal", "forward", "feedforward", "ffw"),
+)
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "position": ("position", "positions", "pos", "lage", "weg", "posizione", "posición", "encoder"),
     "velocity": (

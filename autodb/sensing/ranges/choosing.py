@@ -3,7 +3,7 @@
 Which cuts are independent of each other: groups that are left out, or differ, as a whole.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,7 +99,10 @@ def best(trials: Sequence[TriedForm], groups: Groups, *, stricter: float = 0.0) 
     for trial in trials:
         if trial.errors is None:
             continue
-        if lowest is None or _less(trial.errors, lowest, groups) > trial.form.margin + stricter:
+        if (
+            lowest is None
+            or squares_less(trial.errors, lowest, groups) > trial.form.margin + stricter
+        ):
             found, lowest = trial, trial.errors
     if found is None:
         raise Undetermined([])
@@ -123,18 +126,22 @@ def groups_left_out(
 
     Raises Undetermined where a fold's other cuts do not hold the form.
     """
+
+    def of_held(held: NDArray[np.bool_]) -> Array:
+        law = form.fit(sensed.at(~held), target[~held])
+        return target[held] - law.form.value(law.coefficients, sensed.at(held))
+
+    return fold_errors(of_held, target, groups, folds=folds)
+
+
+def fold_errors(
+    of_held: Callable[[NDArray[np.bool_]], Array], target: Array, groups: Groups, *, folds: int
+) -> Array:
+    """Return the errors (n,) that ``of_held`` gives of each fold's rows, learnt from the others."""
     errors = np.empty_like(target)
     for held in _folds(groups, folds):
-        errors[held] = _errors(form, sensed, target, held)
+        errors[held] = of_held(held)
     return errors
-
-
-def _errors(
-    form: CurrentForm, sensed: MeasuredCuts, target: Array, held: NDArray[np.bool_]
-) -> Array:
-    """Return target − estimate of the rows held out, estimated from the others."""
-    law = form.fit(sensed.at(~held), target[~held])
-    return target[held] - law.form.value(law.coefficients, sensed.at(held))
 
 
 def assessed(trials: Sequence[TriedForm], groups: Groups) -> Array:
@@ -161,7 +168,7 @@ def _folds(groups: Groups, folds: int) -> list[NDArray[np.bool_]]:
     return [dealt == fold for fold in range(int(dealt.max()) + 1)]
 
 
-def _less(errors: Array, others: Array, groups: Groups) -> float:
+def squares_less(errors: Array, others: Array, groups: Groups) -> float:
     """Return by how many standard errors over groups the squared errors are less on average."""
     of = np.unique(groups, return_inverse=True)[1].ravel()
     gain = np.bincount(of, weights=others**2 - errors**2)

@@ -32,8 +32,7 @@ class SensedTestForces:
 
 def sensed(made: Campaign, axis: str) -> SensedTestForces:
     """Return what an axis senses on its test cuts."""
-    known, tested = rows_in_tables(made, axis)
-    calibration, test = _table(made.calibration, known), _table(made.test, tested)
+    calibration, test = calibration_table(made, axis), tested_table(made, axis)
     found = ranges.calibrate(calibration, axis)
     sensed = sense(test, found)
     shared = np.einsum("ij,jk,ik->i", sensed.common, found.shared_covariance, sensed.common)
@@ -45,6 +44,16 @@ def sensed(made: Campaign, axis: str) -> SensedTestForces:
     law = rules.fit(points.sensed, points.target)
     by_rules = sense(test, replace(found, **vars(law)))
     return SensedTestForces(sensed.force_N, sd_N, by_rules.force_N)
+
+
+def calibration_table(made: Campaign, axis: str) -> CutTable:
+    """Return the cuts that an axis is calibrated with."""
+    return _table(made.calibration, rows_in_tables(made, axis)[0])
+
+
+def tested_table(made: Campaign, axis: str) -> CutTable:
+    """Return the cuts that an axis is tested on."""
+    return _table(made.test, rows_in_tables(made, axis)[1])
 
 
 def _table(table: Table, rows: NDArray[np.bool_]) -> CutTable:
