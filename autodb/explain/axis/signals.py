@@ -41,6 +41,8 @@ predicted better with less of a motion, and rows that show it. Chosen."""
 TELLING = 0.05
 """Share by which the error of parts left out falls where a halved cutoff takes off nothing but
 noise. Chosen on recordings of real axes."""
+WAVES = 4.0
+"""Waves of the lowest cutoff tried that a part of the recording has. Chosen."""
 AS_SIMULATED = stored_msgid("as in the simulation")
 NO_EFFORT_ABOVE = stored_msgid("no effort follows what is faster")
 """Why motion is derived with a lower cutoff than its own noise asks for."""
@@ -248,11 +250,13 @@ def _telling_motion(
     """Return the cutoff to derive motion with, and what the terms take, (n,) each.
 
     What a filter lets through above the machine's own motion is noise of its encoder, and no force
-    follows it: the cutoff is halved for as long as friction, mass and load of the motion below
-    predict the difference clearly better in blocks left out of their fit. A simulation that was
-    computed with a filtered motion has its cutoff from that.
+    follows it: of cutoffs each half the one before, that one is taken with which friction, mass and
+    load of the motion below predict the difference clearly better in blocks left out of their fit
+    than with each that is higher; an acceleration that drowns in noise gains nothing from the first
+    of them. A simulation that was computed with a filtered motion has its cutoff from that.
     """
     difference, axis = recording[channel] - simulation, axis_of(channel)
+    given = all(f"{axis}.{name}" in recording for name in ("velocity", "acceleration"))
 
     def squares(motion: Mapping[str, Array]) -> Array:
         laws = own_terms(motion["direction"], motion, rotary=axis in ROTARY_AXES) | {
@@ -262,14 +266,15 @@ def _telling_motion(
         every = np.arange(1, columns.shape[1])
         return Folds(columns, 0, blocks=PARTS, folds=PARTS).by_fold(every, np.zeros(len(every)))
 
-    told = squares(inputs)
-    while len(difference) >= FEWEST_ROWS:
-        lower = term_inputs(recording, axis, cutoff_hz=cutoff_hz / 2.0, own_speeds=True)
+    told, lower_hz = squares(inputs), cutoff_hz / 2.0
+    least_hz = WAVES * PARTS / float(np.ptp(recording.t_s))
+    while len(difference) >= FEWEST_ROWS and lower_hz > least_hz and not given:
+        lower = term_inputs(recording, axis, cutoff_hz=lower_hz, own_speeds=True)
         then = squares(lower)
         in_parts = int(np.sum(then < told))
-        if then.sum() > (1.0 - TELLING) ** 2 * told.sum() or in_parts < IN_PARTS:
-            break
-        cutoff_hz, inputs, told = cutoff_hz / 2.0, lower, then
+        if then.sum() <= (1.0 - TELLING) ** 2 * told.sum() and in_parts >= IN_PARTS:
+            cutoff_hz, inputs, told = lower_hz, lower, then
+        lower_hz /= 2.0
     return cutoff_hz, inputs
 
 

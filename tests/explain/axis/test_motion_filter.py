@@ -62,3 +62,26 @@ def test_mass_that_noise_hides_is_named_with_its_size() -> None:
     assert [one.term for one in named if one.confidence >= 0.5] == ["inertia"]
     assert named[0].parameters["coefficient"].value == pytest.approx(MASS_A_S2_MM, rel=0.02)
     assert any(NO_EFFORT_ABOVE in note for note in answer.notes)
+
+
+def test_an_acceleration_that_drowns_far_above_the_motion_is_found_far_below() -> None:
+    """Places that an arm's controller says at 50 Hz, logged at 200 Hz: the noise is not white, and
+    with half of the highest cutoff the acceleration drowns as before."""
+    rng = np.random.default_rng(20261129)
+    t = np.arange(0.0, 30.0, 0.005)
+    waves = [(15.0, 0.1, 0.3), (4.0, 0.35, 1.0), (2.0, 0.6, 2.0)]
+    place = sum(size * np.sin(2.0 * np.pi * hz * t + phase) for size, hz, phase in waves)
+    speed = np.gradient(place, t)
+    mass = 0.0025 * np.gradient(speed, t)
+    friction = 0.1 * np.tanh(speed / 0.3)
+    said = np.round(np.arange(0.0, 30.0, 0.02), 3)
+    measured = np.interp(t, said, np.interp(said, t, place) + rng.normal(0.0, 0.3, len(said)))
+    effort = friction + mass + rng.normal(0.0, 0.02, len(t))
+    arm = Recording(Path("a.csv"), {"t": t, "x.position": measured, "x.current": effort})
+    known = Recording(Path("b.csv"), {"t": t, "x.current": friction})
+    signals = axis_signals(arm, friction, "x.current", includes=("coulomb",))
+    assert 0.6 < signals.cutoff_hz < 10.0
+    (answer,) = explain(arm, known, includes=["coulomb"]).explanation.channels.values()
+    assert answer.missing[0].term == "inertia"
+    assert answer.missing[0].confidence >= 0.9
+    assert answer.missing[0].parameters["coefficient"].value == pytest.approx(0.0025, rel=0.1)
