@@ -261,7 +261,6 @@ def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
             np.empty((len(before), 0)), *(law.columns for law in laws), fitted.design
         ),
         values=np.concatenate([*(law.coefficients for law in laws), sizes]),
-        free=sum(law.columns.shape[1] for law in laws),
         gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
     )
 

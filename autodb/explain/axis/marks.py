@@ -36,16 +36,32 @@ and this last share of rows is as near to none as that of what was recorded, but
 Chosen."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
+SWITCHED, SWITCHED_END = 0.02, 0.01
+"""A recording is switched where a smaller share of its rows is between its ends, these taken this
+share of its range wide. Chosen."""
 LOWEST_CLIP = 0.6
 """A limit is looked for from this quantile of the simulated effort on."""
 
 
 def clipping(s: AxisSignals) -> Candidate:
     """The effort is clipped at a limit that the simulation exceeds, both ways or one way only, or
-    that it would exceed had it not been fitted to what was clipped.
+    that it would exceed had it not been fitted to what was clipped. An effort that is switched
+    between two levels, as a drive is tried with a square wave, ends flat without a limit.
     """
+    if _is_switched(s.recorded):
+        return Candidate("saturation", "saturation", (), ())
     forms = [form for sides in SIDES for form in _limits(s, sides)]
     return Candidate("saturation", "saturation", (*forms, *_refitted(s)), (), first=True)
+
+
+def _is_switched(recorded: Array | None) -> bool:
+    """Whether hardly a row of a recording (n,) is between its two ends."""
+    if recorded is None:
+        return False
+    low, high = float(recorded.min()), float(recorded.max())
+    end = SWITCHED_END * (high - low)
+    between = (recorded > low + end) & (recorded < high - end)
+    return float(np.mean(between)) < SWITCHED
 
 
 def _refitted(s: AxisSignals) -> list[CandidateForm]:

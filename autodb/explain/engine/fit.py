@@ -13,16 +13,30 @@ from autodb.explain.answer import ChannelAnswer, FitQuality, Where
 from autodb.explain.engine.normal import HELD, solved
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 SAME = 1e-9
 """Share of a channel's rms below which a difference from it is none."""
 FOLDS = 5
 BLOCKS = 40
+TURN = (3.0 - np.sqrt(5.0)) / 2.0
+"""Share of the folds by which a round of deals begins later: the golden section repeats latest."""
 
 
 def rms(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
+
+
+def fold_of_block(blocks: int, folds: int) -> Index:
+    """Return the fold that each block (blocks,) is dealt to.
+
+    Each round of deals begins further on, by about 0.382 of the folds: dealt in turn, the blocks of
+    a fold would come back at the same phase of a move that repeats, as sines and strokes do, and
+    what acts there alone, at reversals, would be left out of its fit altogether.
+    """
+    block = np.arange(blocks)
+    return np.asarray((block + round(TURN * folds) * (block // folds)) % folds, dtype=np.intp)
 
 
 def no_difference(unit: str) -> ChannelAnswer:
@@ -33,43 +47,34 @@ def no_difference(unit: str) -> ChannelAnswer:
     return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
 
-def held_out_residual(
-    columns: Array, difference: Array, values: Array, *, gap: int, free: int
-) -> Array:
+def held_out_residual(columns: Array, difference: Array, values: Array, *, gap: int) -> Array:
     """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
-    left out of the fit; blocks of contiguous rows are dealt to the folds in turn. A gap is no
-    longer than a block, so that two fifths of a short recording remain.
+    left out of the fit; blocks of contiguous rows are dealt to the folds. A gap is no longer than a
+    block, so that two fifths of a short recording remain.
 
-    The first ``free`` columns are fitted freely; of the others, a coefficient that the rows left
-    do not hold is drawn to none as far as its size in all rows, of ``values`` (p,), allows.
+    A coefficient that the rows left do not hold is drawn to none as far as its size in all rows, of
+    ``values`` (p,), allows.
     """
     n = len(difference)
     block = np.minimum(np.arange(n) * BLOCKS // n, BLOCKS - 1)
     weight = float(np.var(difference - columns @ values)) / np.maximum(values**2, 1e-300)
-    weight[:free] = 0.0
-    left, gap = np.empty(n), min(gap, n // BLOCKS)
+    left, gap, dealt = np.empty(n), min(gap, n // BLOCKS), fold_of_block(BLOCKS, FOLDS)[block]
     for fold in range(FOLDS):
-        test = block % FOLDS == fold
+        test = dealt == fold
         near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test
         fitted = solved(columns[~near], difference[~near], weight=weight)
         left[test] = difference[test] - columns[test] @ fitted
     return left
 
 
-def quality(
-    *, before: Array, after: Array, columns: Array, values: Array, free: int, gap: int
-) -> FitQuality:
+def quality(*, before: Array, after: Array, columns: Array, values: Array, gap: int) -> FitQuality:
     """Return the errors before and after, on all rows and on rows left out of the fit.
 
     ``before`` and ``after`` (n,) at every row, ``columns`` (n, p) the accepted ones (p may be 0)
-    with their coefficients, the first ``free`` of them own. The noise floor is what they leave of
+    with their coefficients. The noise floor is what they leave of
     plain rows.
     """
-    kept_out = (
-        held_out_residual(columns, before, values, gap=gap, free=free)
-        if columns.shape[1]
-        else before
-    )
+    kept_out = held_out_residual(columns, before, values, gap=gap) if columns.shape[1] else before
     return FitQuality(
         rms_before=rms(before),
         rms_after=rms(after),
@@ -79,13 +84,10 @@ def quality(
     )
 
 
-Index = NDArray[np.intp]
-
-
 class Folds:
     """Rows (n, q), the first column what is to be predicted, in contiguous blocks.
 
-    Blocks are dealt to folds in turn; the fit that predicts a fold is without its blocks and the
+    Blocks are dealt to folds; the fit that predicts a fold is without its blocks and the
     ``gap`` rows on both sides of each.
     """
 
@@ -93,8 +95,9 @@ class Folds:
         edges = np.linspace(0, len(rows), blocks + 1).astype(np.intp)
         shape = (folds, rows.shape[1], rows.shape[1])
         self.test, self.train = np.empty(shape), np.empty(shape)
+        dealt = fold_of_block(blocks, folds)
         for fold, (test, train) in enumerate(zip(self.test, self.train, strict=True)):
-            own = list(pairwise(edges))[fold::folds]
+            own = [span for span, of in zip(pairwise(edges), dealt, strict=True) if of == fold]
             _products([rows[start:end] for start, end in own], out=test)
             near = [rows[max(0, start - gap) : end + gap] for start, end in own]
             _products(near, out=train)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.fit import BLOCKS, FOLDS, fold_of_block
 from autodb.explain.engine.noise import Noise, Whitener
 from autodb.explain.engine.normal import normal
 from autodb.explain.engine.plain.founded import FoundedLaw, fitted_laws, founded
@@ -28,8 +29,6 @@ from autodb.explain.engine.weighing import unweighed
 Array = NDArray[np.float64]
 
 ROUNDS = 5
-FOLDS = 5
-BLOCKS = 40
 HARM = 1.02
 PLAINLY = 0.7
 """Share of the squares on plain rows left out, below which an effect is no noise. Chosen."""
@@ -346,7 +345,7 @@ def held_out_sums(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> 
     whitener = noise[0]
     columns, difference = bench.chosen(choices), bench.reduced_difference
     white, target = whitener(columns), whitener(difference)
-    block = np.arange(len(target)) * BLOCKS // len(target) % FOLDS
+    block = fold_of_block(BLOCKS, FOLDS)[np.arange(len(target)) * BLOCKS // len(target)]
     folds = [normal(white[block == fold], target[block == fold]) for fold in range(FOLDS)]
     size = reduce(add, folds).solved()
     weight = float(np.var(target - white @ size)) / np.maximum(size**2, 1e-300)

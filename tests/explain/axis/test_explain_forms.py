@@ -107,22 +107,6 @@ def test_a_pump_is_a_sine_in_the_answer_and_its_statement() -> None:
     assert f"{cause.parameters['amplitude'].value:.3g} A" in cause.statement
 
 
-def _rough(recording: Recording) -> Array:
-    """Return friction of two places of the other axis, which no form describes."""
-    y = recording["y.position"]
-    rough = np.exp(-(((y - 0.55 * y.max()) / (0.07 * y.max())) ** 2))
-    rough -= 0.7 * np.exp(-(((y - 0.3 * y.max()) / (0.06 * y.max())) ** 2))
-    return np.asarray(0.3 * np.tanh(recording["x.velocity"] / 0.2) * rough)
-
-
-def test_no_form_is_said_of_a_place_that_is_only_rough() -> None:
-    recording, simulation = _recording(9, 250.0)
-    cause = _unknown(recording, simulation, _rough(recording))
-    assert cause.variables == ("x.direction", "y.position")
-    assert SAID not in cause.statement
-    assert set(cause.parameters) == {"size"}
-
-
 def _answer(recording: Recording, simulation: Array, effect: Array) -> ChannelAnswer:
     """Explain a recording to which an effect was added."""
     disturbed = {**recording.channels, "x.current": recording["x.current"] + effect}
@@ -154,7 +138,7 @@ def test_squares_of_folds_are_those_of_fits_without_them() -> None:
     for chosen in ([1, 2, 3, 4], [2, 4], [3]):
         part = columns[:, np.subtract(chosen, 1)]
         values = np.asarray(np.linalg.lstsq(part, target, rcond=None)[0], dtype=np.float64)
-        left = held_out_residual(part, target, values, gap=7, free=part.shape[1])
+        left = held_out_residual(part, target, values, gap=7)
         found = folds.squares(chosen, np.zeros(len(chosen)))
         assert_allclose(found, np.sum(left**2), rtol=2e-3)
     assert_allclose(folds.squares([], np.zeros(0)), np.sum(target**2))
@@ -166,7 +150,7 @@ def test_a_short_recording_keeps_rows_to_fit() -> None:
     rng = np.random.default_rng(5)
     columns = np.column_stack([np.ones(780), np.exp(-np.arange(780) / 40.0)])
     target = columns @ [3.0, 2.0] + rng.normal(scale=0.1, size=780)
-    left = held_out_residual(columns, target, np.array([3.0, 2.0]), gap=50, free=2)
+    left = held_out_residual(columns, target, np.array([3.0, 2.0]), gap=50)
     assert_allclose(np.sqrt(np.mean(left**2)), 0.1, rtol=0.1)
 
 

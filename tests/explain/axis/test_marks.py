@@ -118,6 +118,15 @@ def test_a_wave_that_turns_back_below_its_top_is_not_clipped() -> None:
     assert clipping(axis_signals(clipped, wave, "x.current")).forms
 
 
+def test_an_effort_that_is_switched_has_no_limit() -> None:
+    switched = np.where(np.sin(3.0 * T_S) >= 0.0, 0.8, -0.8)
+    signals = axis_signals(_recording(switched), EFFORT, "x.current", includes=INCLUDES)
+    assert not clipping(signals).forms
+    beside = np.where(np.arange(len(T_S)) % 25 == 0, 0.1, switched)  # a twenty-fifth between them
+    signals = axis_signals(_recording(beside), EFFORT, "x.current", includes=INCLUDES)
+    assert clipping(signals).forms
+
+
 def test_a_shift_of_a_part_of_a_row_turns_no_phase() -> None:
     """Of a ripple of four rows a wave, known at every moment; lines between rows turn it by 45°."""
     a_row = 1.0 / 200.0
