@@ -361,8 +361,11 @@ def _cause(
     if name != "shear":
         turned = sign
         had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
+    if name == "tool_wear" and stack.wear is not None:
+        had = turned = sign * float(stack.wear.rate(stack.known)[component])
     unit = term.parameters[0].unit.replace("U", "N")
-    now = IntervalValue.around(had + turned * change.value, half, unit)
+    scale = abs(turned)
+    now = IntervalValue.around(had + turned * change.value, scale * half, unit)
     if name == "shear" and now.value < 0:
         text = "Recording and simulation have opposite signs; check the sensor's sign first."
     else:
