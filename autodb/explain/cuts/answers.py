@@ -26,7 +26,7 @@ from autodb.explain.cuts.candidates.effect_parameters import (
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
-from autodb.explain.cuts.fit import CutsFit, fit_cuts, held_out_rows
+from autodb.explain.cuts.fit import CutsFit, all_columns, beside_own, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
 from autodb.explain.cuts.stack import Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
@@ -85,7 +85,8 @@ class _Answers:
     def __init__(self, result: FoundInCuts, includes: frozenset[str]) -> None:
         self.result, self.includes, self.stack = result, includes, result.stack
         self.choices, self.own = result.found.choices, result.own
-        self.fit: CutsFit = fit_cuts(self.stack, self.own, self.choices)
+        joint = fit_cuts(self.stack, self.own, self.choices)
+        self.fit: CutsFit = beside_own(self.stack, self.own, self.choices, joint)
         self.rows = plain_rows(self.stack, self.own, result.search.candidates, held=self.choices)
         self.standing = {
             c.candidate.key: _limited(
@@ -178,11 +179,11 @@ class _Answers:
     def _size(self, number: int, component: int) -> IntervalValue:
         """Return the largest contribution with its interval."""
         at = self.fit.places[len(self.own) + number]
-        columns = self.choices[number].shape.law
-        assert isinstance(columns, LawColumns)
         part = self.part(number)[component]
         peak = int(np.argmax(np.abs(part)))
-        row = columns.raw(slice(peak, peak + 1))[component, 0]
+        columns = all_columns(self.own, self.choices)
+        whole = [c.raw(slice(peak, peak + 1))[component, 0] for c in columns]
+        row = np.concatenate(whole) @ self.fit.mix[:, at]
         variance = float(row @ self.fit.covariance[at, at] @ row)
         return IntervalValue.around(
             abs(float(part[peak])), NORMAL_95 * float(np.sqrt(max(variance, 0.0))), "N"
@@ -360,8 +361,11 @@ def _cause(
     if name != "shear":
         turned = sign
         had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
+    if name == "tool_wear" and stack.wear is not None:
+        had = turned = sign * float(stack.wear.rate(stack.known)[component])
     unit = term.parameters[0].unit.replace("U", "N")
-    now = IntervalValue.around(had + turned * change.value, half, unit)
+    scale = abs(turned)
+    now = IntervalValue.around(had + turned * change.value, scale * half, unit)
     if name == "shear" and now.value < 0:
         text = "Recording and simulation have opposite signs; check the sensor's sign first."
     else:

@@ -118,7 +118,8 @@ def _built(result: FoundInCuts, stack: Stack) -> Elsewhere:
 def _stack(table: Stack, known: Conditions, row: int) -> Stack:
     chip = _scaled(table.chip, table.known, known, row, area=True)
     length = _scaled(table.edge_mm, table.known, known, row, area=False)
-    return _with(table, known, chip + table.edge_N_mm[:, None] * length, length)
+    worn = np.zeros_like(chip) if table.wear is None else table.wear.force(known)
+    return _with(table, known, chip + table.edge_N_mm[:, None] * length + worn, length)
 
 
 def _with(table: Stack, known: Conditions, simulation: Array, length: Array) -> Stack:

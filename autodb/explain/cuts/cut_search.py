@@ -15,6 +15,7 @@ from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_rows, held_out_square
 from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
+from autodb.explain.cuts.simulated_wear import wear_read_off
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.plain.growing import GAIN
@@ -68,12 +69,14 @@ def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] 
     """Return the components stacked, scatter not yet estimated."""
     known = table_conditions(table)
     recording, simulated = recorded_and_simulated(table, simulation)
-    edge, length = edge_read_off(simulated, known)
+    named = includes is not None and "tool_wear" in includes
+    wear = wear_read_off(simulated, known) if named else None
+    edge, length = edge_read_off(simulated - (wear.force(known) if wear else 0.0), known)
     if includes is not None and "edge_force" not in includes:
         edge = np.zeros_like(edge)
     return Stack(
         tuple(simulation), known, recording, simulated, edge, length,
-        np.ones_like(simulated), np.eye(len(simulated)),
+        np.ones_like(simulated), np.eye(len(simulated)), wear=wear,
     )  # fmt: skip
 
 

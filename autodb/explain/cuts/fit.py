@@ -33,7 +33,8 @@ GRID = 25
 class CutsFit:
     """Coefficients (p,), their covariance (p, p), and what is left (C, n) [N].
 
-    ``parts``: contribution (C, n) of each own term and each effect, in their order.
+    ``parts``: contribution (C, n) of each own term and each effect, in their order, of all columns
+    (p) times ``mix`` (p, p): of each its own, less what `beside_own` takes off.
     """
 
     coefficients: Array
@@ -41,6 +42,7 @@ class CutsFit:
     left: Array
     parts: tuple[Array, ...]
     places: tuple[slice, ...]
+    mix: Array
 
 
 def fit_cuts(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> CutsFit:
@@ -52,7 +54,43 @@ def fit_cuts(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ..
     places = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
     parts = tuple(c.part(coefficients[at]) for c, at in zip(columns, places, strict=True))
     left = stack.recording - stack.simulation - np.sum(parts, axis=0)
-    return CutsFit(coefficients, covariance, left, parts, places)
+    return CutsFit(coefficients, covariance, left, parts, places, np.eye(len(coefficients)))
+
+
+def beside_own(
+    stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...], fitted: CutsFit
+) -> CutsFit:
+    """Return the same fit in which what has no name is only what the own terms leave of it.
+
+    Of a curve over the cutting time and an own wear, say, the cuts hold the sum alone: each may
+    grow as long as the other takes it back. What own terms can do they do.
+    """
+    if all(choice.candidate.named for choice in choices):
+        return fitted
+    columns = all_columns(own, choices)
+    inner = inner_products(stack, columns)
+    norm, inner = norms(inner), inner[1:, 1:]
+    inner, count = inner / np.outer(norm, norm), sum(_widths(list(own.values())))
+    inverse = np.linalg.pinv(inner[:count, :count], rcond=WEAKEST, hermitian=True)
+    mix = np.eye(len(norm))
+    for choice, at in zip(choices, fitted.places[len(own) :], strict=True):
+        if not choice.candidate.named:
+            held = inverse @ inner[:count, at]
+            mix[:count, at] = -held * norm[at] / norm[:count, None]
+    back = 2.0 * np.eye(len(norm)) - mix
+    coefficients = back @ fitted.coefficients
+    covariance = back @ fitted.covariance @ back.T
+    parts = tuple(
+        _added(columns, fitted.places, mix[:, at] @ coefficients[at]) for at in fitted.places
+    )
+    return CutsFit(coefficients, covariance, fitted.left, parts, fitted.places, mix)
+
+
+def _added(columns: list[LawColumns], places: tuple[slice, ...], weights: Array) -> Array:
+    """Return what all columns add up to by their weights (p,), (C, n) [N]."""
+    pairs = zip(columns, places, strict=True)
+    parts = [c.part(weights[at]) for c, at in pairs if weights[at].any()]
+    return np.sum(parts, axis=0) if parts else np.zeros(columns[0].stack.simulation.shape)
 
 
 def all_columns(own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> list[LawColumns]:

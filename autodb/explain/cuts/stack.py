@@ -5,6 +5,7 @@ component, and white rows (C·n,) are what least squares sees.
 """
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,9 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.records.tables import EDGE, CutTable
 from autodb.wording import localized, phrase, significant
+
+if TYPE_CHECKING:
+    from autodb.explain.cuts.simulated_wear import SimulatedWear
 
 Array = NDArray[np.float64]
 
@@ -72,6 +76,8 @@ class Conditions:
 class Stack:
     """Recording and simulation (C, n); ``chip`` the part of the simulation that a chip gives.
 
+    ``wear``: that of the simulation, None where it has none or it was not read off.
+
     ``edge_N_mm`` (C,): the edge force that the simulation has, ``edge_mm`` (C, n) the length that
     it acts on; ``sd`` (C, n); ``mixing`` (C, C) makes the components of one cut, each over its sd,
     independent. ``like``: the table that these cuts follow, where they are others: scales, knots
@@ -87,6 +93,7 @@ class Stack:
     sd: Array
     mixing: Array
     like: "Stack | None" = None
+    wear: "SimulatedWear | None" = None
 
     @property
     def frame(self) -> "Stack":
@@ -101,8 +108,14 @@ class Stack:
 
     @property
     def chip(self) -> Array:
-        """Simulated force without that of the edge, (C, n)."""
-        return self.simulation - self.edge_N_mm[:, None] * self.edge_mm
+        """Simulated force without that of the edge and of its wear, (C, n)."""
+        return self.simulation - self.edge_N_mm[:, None] * self.edge_mm - self.worn
+
+    @property
+    def worn(self) -> Array:
+        """Simulated force that wear has added, (C, n)."""
+        none = np.zeros_like(self.simulation)
+        return none if self.wear is None else self.wear.force(self.known)
 
     @property
     def sign(self) -> Array:

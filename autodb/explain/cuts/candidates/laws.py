@@ -115,6 +115,11 @@ def added(stack: Stack, shape: Callable[[Rows], Array], width: int = 1) -> Sprea
     return _scaled(np.ones_like(stack.simulation), shape, width)
 
 
+def as_simulated(part: Array) -> SpreadLaw:
+    """Return a part (C, n) of the simulated force, by a share of it."""
+    return _scaled(part, values_of(np.ones(part.shape[1])), 1)
+
+
 def _scaled(scale: Array, shape: Callable[[Rows], Array], width: int) -> SpreadLaw:
     def build(rows: Rows) -> Array:
         columns = shape(rows)

@@ -32,6 +32,7 @@ from autodb.explain.cuts.candidates.laws import (
     added,
     alike,
     along_edge,
+    as_simulated,
     chip_factor,
     each,
     only,
@@ -91,7 +92,7 @@ class Library:
 
 
 def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
-    """Return the simulation's own columns: chip and edge, free in each component."""
+    """Return the simulation's own columns: chip, edge and wear, free in each component."""
     known = stack.known
     one = values_of(np.ones(len(known)))
     own = {"shear": each(stack, chip_factor(stack, one))}
@@ -99,7 +100,8 @@ def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, L
     if has_edge:
         own["edge_force"] = each(stack, along_edge(stack))
     if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
-        own["tool_wear"] = each(stack, per_depth(stack, values_of(known.cutting_time_s)))
+        even = per_depth(stack, values_of(known.cutting_time_s))
+        own["tool_wear"] = each(stack, even if stack.wear is None else as_simulated(stack.worn))
     return own
 
 
