@@ -18,7 +18,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces
-from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
+from autodb.sensing.table.identify import BareMoves, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
 from autodb.store import Store, models
@@ -45,23 +45,28 @@ def level_dynamometer(
     files: Sequence[Path],
     *,
     columns: Path | None = None,
+    bare: Sequence[Path] = (),
+    work_kg: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Levelled:
     """Identify a machine's table dynamometer from recordings of moves without a cut.
 
-    The recordings are imported; the same ones again are said to be there already.
+    ``bare``: moves without the work, which weighs ``work_kg``. The recordings are imported; the
+    same ones again are said to be there already.
 
     Raises UnusableInput where the machine's file states no rotary axes that carry the work, and as
     ``identify_table`` does.
     """
     recordings = [_read(path, columns) for path in files]
+    without = BareMoves([_read(path, columns) for path in bare], work_kg or 0.0) if bare else None
     with store.reading() as session:
         kinematics = _kinematics(find_machine(session, machine))
     progress("mass, lever arm and matrix of the sensor")
-    model = identify_table(recordings, kinematics)
+    model = identify_table(recordings, kinematics, bare=without)
     left_N = tuple(float(one) for one in air_left_N(model, recordings))
     ids = [
-        import_file(store, path, machine=machine, columns=columns).recording_id for path in files
+        import_file(store, path, machine=machine, columns=columns).recording_id
+        for path in (*files, *bare)
     ]
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
@@ -147,7 +152,7 @@ def forces_on_table(
     heat, rows = _heat_words(told), _rows_of_a_turn(recording)
     return [
         ReconstructedLoad(
-            load, said, None, said=heat, share=GAIN_SD,
+            load, said, None, said=heat, share=model.gain_sd,
             envelope_N=None
             if rows is None
             else envelopes(-load.value, recording.pieces, rows=rows),

@@ -21,6 +21,14 @@ class AskedRecordings:
     db: str | None
 
 
+@dataclass(frozen=True)
+class AskedBare:
+    """Recordings of a table without its work, and what that weighs, kg."""
+
+    files: list[Path]
+    work_kg: float | None
+
+
 def train_command(asked: AskedRecordings) -> None:
     """Train a network of a machine, and say its error on held-out data."""
     from autodb.agent.sense.networks import train_network
@@ -49,15 +57,16 @@ def train_command(asked: AskedRecordings) -> None:
         say("already there: the same recordings")
 
 
-def level_command(asked: AskedRecordings) -> None:
+def level_command(asked: AskedRecordings, bare: AskedBare) -> None:
     """Identify a table dynamometer of a machine, and say what the moves determine of it."""
     from autodb.agent.sense.dynamometers import level_dynamometer
     from autodb.fitting.gaussian import NORMAL_95
 
     with working("identifying the table dynamometer") as progress, opened_store(asked.db) as store:
         done = level_dynamometer(
-            store, str(asked.machine), asked.files, columns=asked.columns, progress=progress
-        )
+            store, str(asked.machine), asked.files, columns=asked.columns, bare=bare.files,
+            work_kg=bare.work_kg, progress=progress,
+        )  # fmt: skip
     model = done.model
     rows = table(
         f"Table dynamometer {done.version} of {asked.machine}",
@@ -95,3 +104,6 @@ def _say_mass(model: "TableModel") -> None:
         f"mass on the sensor: {model.mass_kg:.2f} ± {half_kg:.2f} kg (95 %); rotary axes from bed "
         f"to table: {', '.join(axes)}"
     )
+    if model.work_kg is not None:
+        half = 100.0 * NORMAL_95 * model.gain_sd
+        say(f"gain of the sensor: by work of {model.work_kg:g} kg, ± {half:.2f} % (95 %)")

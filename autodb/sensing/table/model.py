@@ -19,6 +19,7 @@ from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
+from autodb.sensing.table.weighing import GAIN_SD
 from autodb.terms.table import table_inertia
 from autodb.timing import Timing
 from autodb.wording import localized, phrase
@@ -45,7 +46,8 @@ class TableModel:
     matrix, row by row; ``moment_kg_m`` (3,): mass times the place of its centre from the centre of
     rotation, in the dynamometer's frame, and their covariance ``swung`` (3, 3); ``noise_N`` (3,):
     what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move determined,
-    and the move that would, by sentence: its moment is then 0.
+    and the move that would, by sentence: its moment is then 0; ``work_kg``: what the work weighs,
+    where moves without it told the sensor's gain from mass; None: the gain is as calibrated.
     """
 
     kinematics: Kinematics
@@ -58,6 +60,14 @@ class TableModel:
     noise_N: Array
     cutoff_hz: float
     not_excited: tuple[str, ...] = ()
+    work_kg: float | None = None
+
+    @property
+    def gain_sd(self) -> float:
+        """Standard deviation of the least known component's sensitivity, of it."""
+        if self.work_kg is None:
+            return GAIN_SD
+        return float(np.sqrt(np.diag(self.weighed)[[1, 5, 9]].max()))
 
     @property
     def mass_sd_kg(self) -> float:
@@ -100,8 +110,8 @@ class TableModel:
         return found
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON keeps it."""
-        return {
+        """Return it as JSON keeps it; without what was not identified."""
+        kept = {
             "order": list(self.kinematics.order),
             "senses": list(self.kinematics.senses),
             "zero_N": self.zero_N.tolist(),
@@ -114,6 +124,7 @@ class TableModel:
             "cutoff_hz": self.cutoff_hz,
             "not_excited": list(self.not_excited),
         }
+        return kept if self.work_kg is None else {**kept, "work_kg": self.work_kg}
 
     @classmethod
     def of_json(cls, kept: Mapping[str, Any]) -> "TableModel":
@@ -134,6 +145,7 @@ class TableModel:
             noise_N=np.array(kept["noise_N"]),
             cutoff_hz=kept["cutoff_hz"],
             not_excited=tuple(kept["not_excited"] if turned else [LEVER_LOST]),
+            work_kg=kept.get("work_kg"),
         )
 
 

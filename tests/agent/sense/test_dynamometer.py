@@ -146,6 +146,26 @@ def test_the_same_moves_again_are_already_there(levelled: Cli) -> None:
     assert "Table dynamometer 1" in again.out
 
 
+def test_moves_without_the_work_determine_the_gain(levelled: Cli) -> None:
+    """Of a sensor whose own gains are drawn: mass within 0.3 %, forces with a smaller share."""
+    table = draw_table(SEED)
+    bare = str(_write(Path("bare.csv"), record_tilted(SEED, table, added_kg=0.0)))
+    use = ("calibrate", "tilts.csv", "--machine", "mill", "--table", "--bare", bare)
+    done = levelled(*use, "--work-mass", f"{WORK_KG:g}")
+    assert done.code == 0, done.err
+    assert "Table dynamometer 2 of mill" in done.out
+    mass = float(done.out.split("mass on the sensor: ")[1].split()[0])
+    assert mass == pytest.approx(table.sensor_kg + WORK_KG, rel=0.003)
+    half = float(done.out.split("by work of 10.1 kg, ± ")[1].split()[0])
+    assert 0.3 < half < 0.8
+    again = levelled(*use, "--work-mass", f"{WORK_KG:g}")
+    assert "already there" in again.out
+    for half_asked in (use, ("calibrate", "tilts.csv", "--machine", "mill", "--work-mass", "3")):
+        ran = levelled(*half_asked)
+        assert ran.code == 2
+        assert "--bare FILE and --work-mass KG go together" in ran.err
+
+
 def test_what_tells_no_table_is_refused_in_one_line(levelled: Cli) -> None:
     def refused(*arguments: str) -> str:
         ran = levelled(*arguments)
