@@ -18,6 +18,7 @@ from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces
+from autodb.sensing.table.heat import Heat
 from autodb.sensing.table.identify import BareMoves, air_left_N, identify_table
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
@@ -149,7 +150,7 @@ def forces_on_table(
     told = told_on_table(model, recording, bandwidth_hz=hz, removed_kg=removed_kg)
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
-    heat, rows = _heat_words(told), _rows_of_a_turn(recording)
+    heat, rows = _heat_words(told.heat), _rows_of_a_turn(recording)
     return [
         ReconstructedLoad(
             load, said, None, said=heat, share=model.gain_sd,
@@ -182,14 +183,18 @@ def told_on_table(
     return table_forces(model, recording, cutting, cutoff_hz=hz, removed_kg=gone)
 
 
-def _heat_words(told: TableForces) -> str:
-    if told.why is not None:
-        return f"heat of chips: {told.why}"
-    most = ", ".join(significant(one) for one in np.abs(told.heat_N).max(axis=1))
-    return (
-        f"heat of chips: up to {most} N in the sensor's x, y, z, with a time constant of "
-        f"{told.time_constant_s:g} s, subtracted"
-    )
+def _heat_words(heat: Heat) -> str:
+    if heat.why is not None:
+        return f"heat of chips: {heat.why}"
+    most = ", ".join(significant(one) for one in np.abs(heat.drift_N).max(axis=1))
+    times = f"a time constant of {significant(heat.times_s[0], 2)} s"
+    if len(heat.times_s) > 1:
+        quick, slow = (significant(one, 2) for one in heat.times_s)
+        times = (
+            f"time constants of {quick} s ({100.0 * heat.share:.0f} % of the level) and {slow} s"
+        )
+    by = "with the size of the force" if heat.by_force else "as long as it cuts"
+    return f"heat of chips: up to {most} N in the sensor's x, y, z, {by}, with {times}, subtracted"
 
 
 def _gone(cutting: NDArray[np.bool_], removed_kg: float) -> NDArray[np.float64] | None:
