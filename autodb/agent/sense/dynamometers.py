@@ -1,6 +1,6 @@
 """A machine's table dynamometer: identified from moves without a cut, kept, and used."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +19,15 @@ from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces
 from autodb.sensing.table.heat import Heat
-from autodb.sensing.table.identify import BareMoves, air_left_N, identify_table
+from autodb.sensing.table.identify import (
+    BareMoves,
+    air_left_N,
+    identify_table,
+    moves_among,
+)
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
+from autodb.sensing.table.resonance import BAND, Modes
 from autodb.store import Store, models
 from autodb.wording import phrase, significant
 
@@ -64,7 +70,7 @@ def level_dynamometer(
         kinematics = _kinematics(find_machine(session, machine))
     progress("mass, lever arm and matrix of the sensor")
     model = identify_table(recordings, kinematics, bare=without)
-    left_N = tuple(float(one) for one in air_left_N(model, recordings))
+    left_N = tuple(float(one) for one in air_left_N(model, moves_among(recordings, kinematics)))
     ids = [
         import_file(store, path, machine=machine, columns=columns).recording_id
         for path in (*files, *bare)
@@ -151,6 +157,7 @@ def forces_on_table(
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
     heat, rows = _heat_words(told.heat), _rows_of_a_turn(recording)
+    heat = "; ".join([heat, *resonance_words(model.modes, bandwidth_hz=hz)])
     return [
         ReconstructedLoad(
             load, said, None, said=heat, share=model.gain_sd,
@@ -195,6 +202,19 @@ def _heat_words(heat: Heat) -> str:
         )
     by = "with the size of the force" if heat.by_force else "as long as it cuts"
     return f"heat of chips: up to {most} N in the sensor's x, y, z, {by}, with {times}, subtracted"
+
+
+def resonance_words(modes: Modes, *, bandwidth_hz: float) -> Iterator[str]:
+    """Yield how a sensor rings, and up to where its forces are corrected for it; nothing of one
+    whose taps nobody recorded.
+    """
+    for k, mode in enumerate(modes):
+        if mode is not None:
+            up_to = significant(min(bandwidth_hz, BAND * mode.hz))
+            yield (
+                f"resonance of the sensor's {'xyz'[k]} at {significant(mode.hz)} Hz corrected, up "
+                f"to {up_to} Hz"
+            )
 
 
 def _gone(cutting: NDArray[np.bool_], removed_kg: float) -> NDArray[np.float64] | None:

@@ -85,6 +85,7 @@ def level_command(asked: AskedRecordings, bare: AskedBare) -> None:
         rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, significant(done.left_N[k], 2))
     show(rows)
     _say_mass(model)
+    _say_resonance(model)
     for sentence in model.not_excited:
         say(sentence)
     if done.already_there:
@@ -107,3 +108,21 @@ def _say_mass(model: "TableModel") -> None:
     if model.work_kg is not None:
         half = 100.0 * NORMAL_95 * model.gain_sd
         say(f"gain of the sensor: by work of {model.work_kg:g} kg, ± {half:.2f} % (95 %)")
+
+
+def _say_resonance(model: "TableModel") -> None:
+    from autodb.fitting.gaussian import NORMAL_95
+    from autodb.sensing.table.resonance import FEWEST, LEAST_HZ
+
+    for name, mode in zip("xyz", model.modes, strict=True):
+        if mode is not None:
+            say(
+                f"resonance in {name}: {significant(mode.hz, 4)} ± "
+                f"{significant(NORMAL_95 * mode.hz_sd, 2)} Hz (95 %), damping {mode.damping:.3f}"
+            )
+    lacking = ", ".join(n for n, mode in zip("xyz", model.modes, strict=True) if mode is None)
+    if lacking:
+        say(
+            f"the resonance in {lacking} is not determined, forces are not corrected for it; tap "
+            f"the work {FEWEST} times or more along each, recorded at {LEAST_HZ:g} Hz or more"
+        )

@@ -2,7 +2,8 @@
 
 F_P = T⁻¹ (S⁻¹ (F_M − zero) − F_G − F_CF − F_E − heat), P4 equation 8 with what it leaves out. Chips
 heat the sensor (P4 section 5.2): in each recording its drift is estimated from the rows in which
-nothing is cut (``heat``).
+nothing is cut (``heat``). Where taps determined how the sensor rings, what it sensed is corrected
+for that first (``resonance``).
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.heat import Heat, heat_of
-from autodb.sensing.table.model import G_M_S2, UP, TableModel, readings, table_motion
+from autodb.sensing.table.model import FORCES, G_M_S2, UP, TableModel, readings, table_motion
+from autodb.sensing.table.resonance import NONE, corrected
 from autodb.signals import by_piece
 from autodb.wording import phrase
 
@@ -63,13 +65,20 @@ def table_forces(
     if removed_kg is not None:
         # What left the sensor weighs no more, upright neither
         known -= removed_kg * (columns[:, :, 0] + G_M_S2 * UP[:, None])
-    left = model.sensed_N(readings(recording, cutoff_hz=cutoff_hz)) - known
+    sensed, unsure = model.sensed_N(readings(recording, cutoff_hz=cutoff_hz)), None
+    if model.modes != NONE:
+        raw = np.array([recording[name] for name in FORCES])
+        sensed, unsure = corrected(
+            model.modes, model.sensed_N(raw), recording.timing, cutoff_hz=cutoff_hz
+        )
+    left = sensed - known
     heat = heat_of(left, cutting, recording.t_s)
     process = left - heat.drift_N
     share = np.sqrt(max(1.0, cutoff_hz / model.cutoff_hz))
     variance = model.variance(columns, process) + np.maximum(
         (share * model.noise_N[:, None]) ** 2, heat.variance
     )
+    variance = variance if unsure is None else variance + unsure**2
     back = np.swapaxes(motion.rotation, 0, 1)
     force = np.einsum("ijn,jn->in", back, process)
     sd = np.sqrt(np.einsum("ijn,jn->in", back**2, variance))

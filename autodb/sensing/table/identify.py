@@ -21,6 +21,7 @@ from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.sensing.table.model import (
+    FORCES,
     G_M_S2,
     UP,
     TableModel,
@@ -29,6 +30,7 @@ from autodb.sensing.table.model import (
     table_motion,
     within_gaps,
 )
+from autodb.sensing.table.resonance import FEWEST, modes_of, taps
 from autodb.sensing.table.weighing import Weighing, weigh
 from autodb.wording import localized, phrase
 
@@ -48,6 +50,8 @@ DETERMINED_M = 0.01
 OTHER_SENSE, SENSE_N = 4.0, 0.5
 """By how many times a sense of an angle leaves more squares of rests than the other, and more than
 this many N each, where rests determine it. Chosen."""
+TURNS_DEG = 1.0
+"""Range of an angle from which on a table turns. Chosen."""
 BLOCK_S = 0.5
 """Length of blocks whose errors are taken as independent."""
 
@@ -123,28 +127,50 @@ def identify_table(
 
     The senses of its angles too, where rests tell them; else they are those of ``kinematics``.
     ``bare``: the same table without its work; what that weighs tells the sensor's gain from mass.
+    Recordings of taps on a table at rest, angles or not, tell how the sensor rings.
 
     Raises UnusableInput where no rest upright or no tilted one is among either, a channel is
     missing, or the work weighs nothing.
     """
-    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
+    moves = moves_among(recordings, kinematics)
+    seen = [_moved(one, kinematics, cutoff_hz) for one in moves]
     rests = [rest for one in seen for rest in one.rests()]
     leans = np.array([rest.lean(kinematics) for rest in rests])
-    _refuse_few(recordings[0], leans)
+    _refuse_few(moves[0], leans)
     read_N = np.array([rest.mean_N for rest in rests])
     zero_N = read_N[leans < UPRIGHT].mean(axis=0)
     noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
     kinematics, open_senses = _sensed_ways(kinematics, rests, read_N - zero_N)
-    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
+    seen = [_moved(one, kinematics, cutoff_hz) for one in moves]
     weighings = [_weighing(seen, kinematics)]
     if bare is not None:
         weighings.append(_bare_weighing(bare, kinematics, cutoff_hz))
     mass_kg, matrix, weighed = weigh(weighings)
     moments, swung, lacking = _moments(seen, zero_N, mass_kg, matrix)
+    sensed = [
+        (one, np.asarray(np.linalg.solve(matrix, _forces(one)), dtype=np.float64))
+        for one in recordings
+    ]
     return TableModel(
         kinematics, zero_N, mass_kg, matrix, weighed, moments, swung, noise_N, cutoff_hz,
-        (*open_senses, *lacking), None if bare is None else bare.work_kg,
+        (*open_senses, *lacking), None if bare is None else bare.work_kg, modes_of(sensed),
     )  # fmt: skip
+
+
+def moves_among(recordings: Sequence[Recording], kinematics: Kinematics) -> list[Recording]:
+    """Return the recordings that are of moves, not of taps on a table at rest."""
+    return [one for one in recordings if not _is_tapped(one, kinematics)] or list(recordings)
+
+
+def _forces(recording: Recording) -> Array:
+    return np.array([recording[name] for name in FORCES])
+
+
+def _is_tapped(recording: Recording, kinematics: Kinematics) -> bool:
+    """Return whether a recording is of taps, and of no table that turns."""
+    angles = [recording.get(f"{axis}.angle") for axis in kinematics.order]
+    turns = any(one is not None and np.ptp(one) > TURNS_DEG for one in angles)
+    return not turns and len(taps(_forces(recording), recording.timing)) >= FEWEST
 
 
 def _weighing(

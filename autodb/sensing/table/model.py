@@ -19,6 +19,7 @@ from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
+from autodb.sensing.table.resonance import NONE, Modes, modes_of_json, modes_to_json
 from autodb.sensing.table.weighing import GAIN_SD
 from autodb.terms.table import table_inertia
 from autodb.timing import Timing
@@ -47,7 +48,8 @@ class TableModel:
     rotation, in the dynamometer's frame, and their covariance ``swung`` (3, 3); ``noise_N`` (3,):
     what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move determined,
     and the move that would, by sentence: its moment is then 0; ``work_kg``: what the work weighs,
-    where moves without it told the sensor's gain from mass; None: the gain is as calibrated.
+    where moves without it told the sensor's gain from mass; None: the gain is as calibrated;
+    ``modes``: the first resonance of each component that taps determined.
     """
 
     kinematics: Kinematics
@@ -61,6 +63,7 @@ class TableModel:
     cutoff_hz: float
     not_excited: tuple[str, ...] = ()
     work_kg: float | None = None
+    modes: Modes = NONE
 
     @property
     def gain_sd(self) -> float:
@@ -111,7 +114,7 @@ class TableModel:
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON keeps it; without what was not identified."""
-        kept = {
+        kept: dict[str, Any] = {
             "order": list(self.kinematics.order),
             "senses": list(self.kinematics.senses),
             "zero_N": self.zero_N.tolist(),
@@ -124,7 +127,11 @@ class TableModel:
             "cutoff_hz": self.cutoff_hz,
             "not_excited": list(self.not_excited),
         }
-        return kept if self.work_kg is None else {**kept, "work_kg": self.work_kg}
+        if self.work_kg is not None:
+            kept["work_kg"] = self.work_kg
+        if self.modes != NONE:
+            kept["modes"] = modes_to_json(self.modes)
+        return kept
 
     @classmethod
     def of_json(cls, kept: Mapping[str, Any]) -> "TableModel":
@@ -146,6 +153,7 @@ class TableModel:
             cutoff_hz=kept["cutoff_hz"],
             not_excited=tuple(kept["not_excited"] if turned else [LEVER_LOST]),
             work_kg=kept.get("work_kg"),
+            modes=modes_of_json(kept.get("modes")),
         )
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from autodb.proofs.machines.mill.reference_ringing import draw_ringing, mill_ringing, tap_table
 from autodb.proofs.machines.mill.reference_table import (
     WORK_KG,
     RecordedTable,
@@ -58,6 +59,7 @@ def levelled(cli: Cli, once: Once) -> Cli:
         done = cli("calibrate", moves, "--machine", "mill", "--table")
         assert done.code == 0, done.err
         assert "Table dynamometer 1 of mill" in done.out
+        assert "the resonance in x, y, z is not determined" in done.out
         assert "rotary axes from bed to table: a, c" in done.out
         mass = float(done.out.split("mass on the sensor: ")[1].split()[0])
         assert mass == pytest.approx(table.sensor_kg + WORK_KG, rel=0.005)
@@ -137,6 +139,30 @@ def test_a_drive_and_a_table_are_compared_in_the_band_of_both(levelled: Cli) -> 
     off = told["force.x"] - filtered(true, 10.0, 2500.0)[0]
     assert np.sqrt(np.mean(off**2)) < 6.0
     assert told["x.weight.drive_model"].mean() > 0.0
+
+
+def test_taps_determine_a_resonance_that_forces_are_corrected_for(levelled: Cli) -> None:
+    table, ringing = draw_table(SEED), draw_ringing(SEED)
+    taps = str(_write(Path("taps.csv"), tap_table(SEED, table, ringing)))
+    cut = mill_ringing(SEED, table, ringing, 1)
+    _write(Path("ringing.csv"), cut, 2)
+    use = ("--machine", "mill", "--estimator", "table", "--bandwidth", "900")
+    plain = levelled("reconstruct", "ringing.csv", *use, "--out", "plain.csv")
+    assert plain.code == 0, plain.err
+    done = levelled("calibrate", "tilts.csv", taps, "--machine", "mill", "--table")
+    assert done.code == 0, done.err
+    for k, name in enumerate("xyz"):
+        hz = float(done.out.split(f"resonance in {name}: ")[1].split()[0])
+        assert hz == pytest.approx(ringing.natural_hz[0, k], rel=0.005)
+    again = levelled("reconstruct", "ringing.csv", *use)
+    assert again.code == 0, again.err
+    assert "resonance of the sensor's x at" in again.out
+    true = filtered(cut.true_N[:, ::2], 900.0, 2500.0)
+    before, after = (
+        [float(np.std((told[f"force.{c}"] - true[k])[cut.whole[::2]])) for k, c in enumerate("xy")]
+        for told in (pd.read_csv("plain.csv"), pd.read_csv("ringing-load.csv"))
+    )
+    assert max(after) < 0.3 * min(before)
 
 
 def test_the_same_moves_again_are_already_there(levelled: Cli) -> None:
