@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from scipy import signal
 
 from autodb.sensing.table.heat import Heat, heat_of
 
@@ -85,6 +86,28 @@ def test_what_is_not_known_of_a_drift_is_in_its_variance() -> None:
     cutting, _ = _cut()
     off = found.drift_N - 3.0 - LEVEL_N[:, None] * heated
     assert np.mean(np.abs(off[:, cutting]) < 1.96 * np.sqrt(found.variance[:, cutting])) > 0.95
+
+
+def test_between_little_air_a_drift_is_not_taken_as_known() -> None:
+    """A cut of 20 s between 1.5 s of air, whose heat grows faster than its force: the drift of z
+    errs by 10 N, and its variance says so.
+    """
+    t = np.arange(0.0, 23.0, 1.0 / RATE_HZ)
+    cutting = (t > 1.5) & (t < 21.5)
+    keep = np.exp(-1.0 / (8.0 * RATE_HZ))
+    held = []
+    for seed in range(12):
+        rng = np.random.default_rng([5, seed])
+        fresh = rng.standard_normal((3, len(t))) * np.sqrt(1.0 - keep**2)
+        wander = signal.lfilter([1.0], [1.0, -keep], fresh, axis=1)
+        heavy = (t - 1.5) % 10.0 >= 5.0
+        share = cutting * np.where(heavy, 1.5, 0.5)
+        heated = LEVEL_N[:, None] * _warmed(np.where(cutting, np.where(heavy, 2.2, 0.3), 0.0), 6.0)
+        noise = 0.5 * rng.standard_normal((3, len(t)))
+        found = heat_of(FORCE_N[:, None] * share + heated + wander + noise, cutting, t)
+        off = found.drift_N - heated
+        held.append(np.abs(off[:, cutting]) < 1.96 * np.sqrt(found.variance[:, cutting]))
+    assert np.mean(held) > 0.85
 
 
 def test_without_air_no_drift_is_estimated_and_it_says_so() -> None:

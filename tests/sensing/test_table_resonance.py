@@ -140,6 +140,9 @@ def test_forces_below_the_resonance_are_corrected(model: TableModel) -> None:
     assert np.all(off < 1.5)
     held = np.abs(found.force_N - truth)[:, inside] <= 1.96 * found.sd_N[:, inside]
     assert held.mean() > 0.95
+    # The noise of air up to the cutoff, and not that of rests scaled up to it
+    quiet = ~cutting & (np.arange(len(cutting)) < RATE_HZ)
+    assert np.all(plain.sd_N[:, quiet].mean(axis=1) < 2.0 * plain.force_N[:, quiet].std(axis=1))
 
 
 def test_beyond_its_band_a_component_says_nothing(model: TableModel) -> None:

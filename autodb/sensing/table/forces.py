@@ -75,9 +75,10 @@ def table_forces(
     heat = heat_of(left, cutting, recording.t_s)
     process = left - heat.drift_N
     share = np.sqrt(max(1.0, cutoff_hz / model.cutoff_hz))
-    variance = model.variance(columns, process) + np.maximum(
-        (share * model.noise_N[:, None]) ** 2, heat.variance
-    )
+    # Beside a drift what air leaves up to this cutoff is known; else that of rests is scaled up
+    share = share if heat.why is not None else 1.0
+    noise = np.maximum((share * model.noise_N[:, None]) ** 2, heat.variance)
+    variance = model.variance(columns, process) + noise
     variance = variance if unsure is None else variance + unsure**2
     back = np.swapaxes(motion.rotation, 0, 1)
     force = np.einsum("ijn,jn->in", back, process)

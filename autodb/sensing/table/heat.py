@@ -38,8 +38,6 @@ BLOCK_S = 0.1
 """Length over which readings are a mean before a drift is fitted. Chosen: far below its times."""
 ROUNDS = 2
 """Times that the size of the force is taken, the second without the drift that the first gave."""
-NEARLY = 1.05
-"""By how many times a form may leave the squares of the best to say what is not known. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +189,7 @@ def _squares(course: Course) -> float:
 
 
 def _chosen(inputs: Sequence[Sequence[Course]], *, values: int) -> tuple[Course, list[Course]]:
-    """Return the course that is used, and all of its kind that leave nearly as few squares.
+    """Return the course that is used, and all whose likelihood is nearly as large.
 
     ``values``: how many independent ones were read.
     """
@@ -202,8 +200,9 @@ def _chosen(inputs: Sequence[Sequence[Course]], *, values: int) -> tuple[Course,
     # The second time constant and the share are two parameters more
     gained = values * np.log(max(alone.squares, 1e-300) / max(two.squares, 1e-300))
     best = two if gained > 2.0 * np.log(values) else alone
-    kind = [one for one in same if len(one.times_s) == len(best.times_s)]
-    return best, [one for one in kind if one.squares <= NEARLY * best.squares]
+    # Within a standard deviation of the best: half a unit of log likelihood
+    most = best.squares * float(np.exp(1.0 / values))
+    return best, [one for some in inputs for one in some if one.squares <= most]
 
 
 def _fitted(blocks: Blocks, column: Array) -> tuple[Array, Array]:

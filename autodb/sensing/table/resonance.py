@@ -127,8 +127,8 @@ def taps(read_N: Array, timing: Timing) -> list[int]:
     found: list[int] = []
     for piece in timing.pieces:
         row = piece.start
-        while (ahead := np.flatnonzero(loud[row : piece.stop])).size:
-            row += int(ahead[0])
+        while loud[row : piece.stop].any():
+            row += int(np.argmax(loud[row : piece.stop]))
             peak = row + int(np.argmax(size[row : row + round(CONTACT_S * rate_hz)]))
             quiet = size[max(piece.start, row - before) : row]
             # The low-pass sees a tap a little before it comes
