@@ -16,7 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.heat import Heat, heat_of
 from autodb.sensing.table.model import FORCES, G_M_S2, UP, TableModel, readings, table_motion
-from autodb.sensing.table.resonance import NONE, corrected
+from autodb.sensing.table.resonance import NONE, without_ringing
 from autodb.signals import by_piece
 from autodb.wording import phrase
 
@@ -68,7 +68,7 @@ def table_forces(
     sensed, unsure = model.sensed_N(readings(recording, cutoff_hz=cutoff_hz)), None
     if model.modes != NONE:
         raw = np.array([recording[name] for name in FORCES])
-        sensed, unsure = corrected(
+        sensed, unsure = without_ringing(
             model.modes, model.sensed_N(raw), recording.timing, cutoff_hz=cutoff_hz
         )
     left = sensed - known

@@ -58,7 +58,7 @@ class Heat:
 
 
 @dataclass(frozen=True)
-class Blocks:
+class HeatBlocks:
     """Means over BLOCK_S: what is left (3, m), N, whether all of it is air (m,), when (m,), s."""
 
     left_N: Array
@@ -72,7 +72,7 @@ class Blocks:
 
 
 @dataclass(frozen=True)
-class Course:
+class HeatCourse:
     """A course of heating: time constants, share of the quicker, heat that is put in (m,), the
     column u (m,), and the squares that air leaves.
     """
@@ -101,7 +101,7 @@ def heat_of(left_N: Array, cutting: Rows, t_s: Array) -> Heat:
         said = f"drift is not estimated; record {AIR_S:g} s of air before and after the cut"
         return Heat(none, none, why=said)
     rows = max(1, round(BLOCK_S / step_s))
-    blocks = Blocks(
+    blocks = HeatBlocks(
         _means(left_N, rows), _means(cutting.astype(np.float64), rows) == 0.0, _means(t_s, rows)
     )
     on = _means(cutting.astype(np.float64), rows)
@@ -145,18 +145,18 @@ def _size_of_force(left_N: Array, cutting: Rows, t_s: Array, rows: int) -> Array
     return np.asarray(_means(size, rows) / max(float(size[cutting].mean()), 1e-300))
 
 
-def _courses(blocks: Blocks, heat: Array, *, by_force: bool) -> Iterator[Course]:
+def _courses(blocks: HeatBlocks, heat: Array, *, by_force: bool) -> Iterator[HeatCourse]:
     """Give every course of heating by an input (m,), first those with one time constant."""
     air = blocks.left_N[:, blocks.air]
     air = air - air.mean(axis=1, keepdims=True)
     whole = float(np.sum(air**2))
 
-    def course(times_s: tuple[float, ...], share: float, column: Array) -> Course:
+    def course(times_s: tuple[float, ...], share: float, column: Array) -> HeatCourse:
         own = column[blocks.air] - column[blocks.air].mean()
         explained = float(np.sum((air @ own) ** 2)) / max(float(own @ own), 1e-300)
-        return Course(times_s, share, by_force, column, whole - explained)
+        return HeatCourse(times_s, share, by_force, column, whole - explained)
 
-    def alone(time_s: float) -> Course:
+    def alone(time_s: float) -> HeatCourse:
         return course((time_s,), 1.0, thermal_drift(heat, blocks.t_s, time_constant_s=time_s))
 
     ones = [alone(one) for one in ONE_S]
@@ -170,7 +170,7 @@ def _courses(blocks: Blocks, heat: Array, *, by_force: bool) -> Iterator[Course]
                 yield course((TWO_S[a], TWO_S[b]), share, column)
 
 
-def _between(ones: Sequence[Course], squares: Callable[[float], float]) -> float:
+def _between(ones: Sequence[HeatCourse], squares: Callable[[float], float]) -> float:
     """Return the time constant (s) that leaves the fewest squares, near the best of those tried."""
     from scipy.optimize import minimize_scalar
 
@@ -184,11 +184,13 @@ def _between(ones: Sequence[Course], squares: Callable[[float], float]) -> float
     return float(np.exp(found.x))
 
 
-def _squares(course: Course) -> float:
+def _squares(course: HeatCourse) -> float:
     return course.squares
 
 
-def _chosen(inputs: Sequence[Sequence[Course]], *, values: int) -> tuple[Course, list[Course]]:
+def _chosen(
+    inputs: Sequence[Sequence[HeatCourse]], *, values: int
+) -> tuple[HeatCourse, list[HeatCourse]]:
     """Return the course that is used, and all whose likelihood is nearly as large.
 
     ``values``: how many independent ones were read.
@@ -205,7 +207,7 @@ def _chosen(inputs: Sequence[Sequence[Course]], *, values: int) -> tuple[Course,
     return best, [one for some in inputs for one in some if one.squares <= most]
 
 
-def _fitted(blocks: Blocks, column: Array) -> tuple[Array, Array]:
+def _fitted(blocks: HeatBlocks, column: Array) -> tuple[Array, Array]:
     """Return the drift (3, m) by a course, with the constant beside it, and its variance (3, m)."""
     columns = np.column_stack([column, np.ones(len(column))])
     used = columns[blocks.air]

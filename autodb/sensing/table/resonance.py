@@ -81,7 +81,7 @@ class Mode:
         return read_N + stiff + damped, np.sqrt(squares)
 
 
-def corrected(
+def without_ringing(
     modes: "Modes", sensed_N: Array, timing: Timing, *, cutoff_hz: float
 ) -> tuple[Array, Array]:
     """Return forces and sds of their correction (3, n), N, of what a sensor sensed (3, n).
