@@ -3,9 +3,11 @@
 P4: Model-based determination of process force in multi-axis milling. F_M = T F_P + F_G + F_CF + F_E
 (equations 1 to 7), T = T_z T_x, tared upright. What its model leaves out is here: shares of one
 component in another, a sensor turned a little on the table, a zero that wanders, and a sensor that
-chips heat (section 5.2), by two time constants and by as much as chips stay on it in a tilt. Forces
-of the cut change from run to run as P4's repeats do. What P4 does not print is *chosen*, and was
-set so that P4's own model lands on P4's errors.
+chips heat (section 5.2), by two time constants and by as much as chips stay on it in a tilt. How
+fast a dynamometer warms is printed nowhere that we found; an amplifier's own drift is within the
+zero's: 0.1 pC/s or 25 mN/s at most with quartz (HBM, CMD600, A2781-2.1, section 11.3), 0.7 N over a
+cut. Forces of the cut change from run to run as P4's repeats do. What P4 does not print is
+*chosen*, and was set so that P4's own model lands on P4's errors.
 """
 
 import math
