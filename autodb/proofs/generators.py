@@ -51,6 +51,7 @@ from autodb.proofs.machines.mill import (
     reference_mill_moves,
     reference_milling,
     reference_plan,
+    reference_ringing,
     reference_table,
 )
 
@@ -98,7 +99,7 @@ AXES = (axes, curves, motion, quantities)
 OUTSIDE = (*CONCEALED, outside)
 LATHE = (drives, lathe, machine, process, reference_lathe)
 MILL_NETWORKS = (*REFERENCE_MILL, reference_plan)
-TABLE = (reference_table,)
+TABLE = (reference_ringing, reference_table)
 PAIRS = (power_pairs, process)
 LAW_PAIRS = (edge_laws, law_pairs, power_pairs, process)
 FLEETS = (fleets, power_pairs, process)

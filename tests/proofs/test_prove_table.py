@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 from scipy import constants
 
 from autodb.errors import UnusableInput
-from autodb.proofs.machines.mill import reference_table
+from autodb.proofs.machines.mill import reference_ringing, reference_table
 from autodb.proofs.machines.mill.reference_table import RecordedTable, TrueTable
-from autodb.proofs.runs.mill import published_table, table_run, table_summary
+from autodb.proofs.runs.mill import published_table, table_oracle, table_run, table_summary
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.records.tables import Recording
 from autodb.sensing.table.engaged import engaged
@@ -100,6 +100,44 @@ def test_where_a_tool_cuts_is_seen(cut: RecordedTable) -> None:
         engaged(slow)
 
 
+def test_a_dynamometer_that_rings_reads_a_force_that_stays() -> None:
+    """At rest what it is; a sine as its response says, to 1 % far below and near the resonance."""
+    ringing = reference_ringing.draw_ringing(SEED)
+    rate_hz = reference_ringing.FINER * reference_table.FORCE_HZ
+    t = np.arange(0.0, 0.5, 1.0 / rate_hz)
+    assert_allclose(ringing.read(np.full((3, len(t)), 40.0))[:, -1], 40.0, rtol=1e-3)
+    for hz in (100.0, float(ringing.natural_hz[0, 0])):
+        read = ringing.read(np.repeat(np.cos(2.0 * np.pi * hz * t)[None], 3, axis=0))
+        late = t > 0.3
+        wave = np.exp(-2j * np.pi * hz * t[late])
+        got = 2.0 * np.mean(read[:, late] * wave, axis=1)
+        assert_allclose(np.abs(got), np.abs(ringing.response(np.array([hz]))[:, 0]), rtol=0.05)
+
+
+def test_taps_and_a_long_cut_are_drawn_from_the_seed(table: TrueTable) -> None:
+    ringing = reference_ringing.draw_ringing(SEED)
+    taps = reference_ringing.tap_table(SEED, table, ringing)
+    assert_allclose(taps.reading_N, reference_ringing.tap_table(SEED, table, ringing).reading_N)
+    quick = np.abs(np.diff(taps.true_N)).max(axis=0) > 20.0
+    assert np.sum(np.diff(np.flatnonzero(quick)) > 1000) == 3 * reference_ringing.TAPS - 1
+    once, twice = (reference_ringing.mill_ringing(SEED, table, None, 1, n) for n in (1, 2))
+    assert twice.whole.sum() == pytest.approx(2 * once.whole.sum(), rel=0.01)
+
+
+def test_who_knows_the_laws_is_no_worse_with_the_work_weighed() -> None:
+    """The mass of twelve tables: moves without the work take a seventh of the error and more."""
+    off = []
+    for seed in range(SEED, SEED + 12):
+        drawn = reference_table.draw_table(seed)
+        loaded = reference_table.record_tilted(seed, drawn, added_kg=reference_table.WORK_KG)
+        alone = reference_table.record_tilted(seed, drawn, added_kg=0.0)
+        with_work = (loaded, reference_table.WORK_KG)
+        found = [table_oracle.mass_at_best(one) for one in ([with_work], [with_work, (alone, 0.0)])]
+        off.append(np.array(found) / drawn.sensor_kg - 1.0)
+    single, both = np.sqrt(np.mean(np.square(off), axis=0))
+    assert both < 0.85 * single
+
+
 @pytest.mark.campaign
 def test_a_run_is_summed_up() -> None:
     """One table: the gate's shape, ours nearer than P4's model by three and more."""
@@ -112,10 +150,15 @@ def test_a_run_is_summed_up() -> None:
     assert ours.off_N[2] < 0.35 * published.off_N[2]
     assert found.along > 0.15
     assert found.identified == 4
+    rings = {row.way: row.off_N for row in found.ringing}
+    assert np.all(np.array(rings[table_summary.OURS]) < np.array(rings[table_summary.LEFT_IN]) / 4)
+    drift = dict(found.drift)
+    assert drift[table_summary.OURS] < 0.1 * drift[table_summary.LEFT_IN]
+    assert found.two_times == 1
     assert found.recordings == 2
     assert table_summary.TableForcesSummary.from_json(found.to_json()) == found
     limits = found.tables()[0]
-    assert len(limits.rows) == 10
+    assert len(limits.rows) == 14
     gate = found.tables()[1]
     assert len(gate.rows) == 6
     assert [len(row) for row in gate.rows] == [5] * 6

@@ -1,6 +1,6 @@
 """A machine's table dynamometer: identified from moves without a cut, kept, and used."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,9 +18,16 @@ from autodb.records.tables import Recording
 from autodb.sensing.drives.reconstruct import DriveLoad
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import TableForces, envelopes, table_forces
-from autodb.sensing.table.identify import GAIN_SD, air_left_N, identify_table
+from autodb.sensing.table.heat import Heat
+from autodb.sensing.table.identify import (
+    BareMoves,
+    air_left_N,
+    identify_table,
+    moves_among,
+)
 from autodb.sensing.table.kinematics import DIRECTIONS, Kinematics, order_of
 from autodb.sensing.table.model import TableModel
+from autodb.sensing.table.resonance import BAND, Modes
 from autodb.store import Store, models
 from autodb.wording import phrase, significant
 
@@ -45,23 +52,28 @@ def level_dynamometer(
     files: Sequence[Path],
     *,
     columns: Path | None = None,
+    bare: Sequence[Path] = (),
+    work_kg: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Levelled:
     """Identify a machine's table dynamometer from recordings of moves without a cut.
 
-    The recordings are imported; the same ones again are said to be there already.
+    ``bare``: moves without the work, which weighs ``work_kg``. The recordings are imported; the
+    same ones again are said to be there already.
 
     Raises UnusableInput where the machine's file states no rotary axes that carry the work, and as
     ``identify_table`` does.
     """
     recordings = [_read(path, columns) for path in files]
+    without = BareMoves([_read(path, columns) for path in bare], work_kg or 0.0) if bare else None
     with store.reading() as session:
         kinematics = _kinematics(find_machine(session, machine))
     progress("mass, lever arm and matrix of the sensor")
-    model = identify_table(recordings, kinematics)
-    left_N = tuple(float(one) for one in air_left_N(model, recordings))
+    model = identify_table(recordings, kinematics, bare=without)
+    left_N = tuple(float(one) for one in air_left_N(model, moves_among(recordings, kinematics)))
     ids = [
-        import_file(store, path, machine=machine, columns=columns).recording_id for path in files
+        import_file(store, path, machine=machine, columns=columns).recording_id
+        for path in (*files, *bare)
     ]
     with store.writing(machine) as session:
         owner = find_machine(session, machine)
@@ -144,10 +156,11 @@ def forces_on_table(
     told = told_on_table(model, recording, bandwidth_hz=hz, removed_kg=removed_kg)
     said = f"table dynamometer, version {version} of machine '{machine}'"
     loads = [_load("xyz"[k], told.force_N[k], told.sd_N[k], hz) for k in range(3)]
-    heat, rows = _heat_words(told), _rows_of_a_turn(recording)
+    heat, rows = _heat_words(told.heat), _rows_of_a_turn(recording)
+    heat = "; ".join([heat, *resonance_words(model.modes, bandwidth_hz=hz)])
     return [
         ReconstructedLoad(
-            load, said, None, said=heat, share=GAIN_SD,
+            load, said, None, said=heat, share=model.gain_sd,
             envelope_N=None
             if rows is None
             else envelopes(-load.value, recording.pieces, rows=rows),
@@ -177,14 +190,31 @@ def told_on_table(
     return table_forces(model, recording, cutting, cutoff_hz=hz, removed_kg=gone)
 
 
-def _heat_words(told: TableForces) -> str:
-    if told.why is not None:
-        return f"heat of chips: {told.why}"
-    most = ", ".join(significant(one) for one in np.abs(told.heat_N).max(axis=1))
-    return (
-        f"heat of chips: up to {most} N in the sensor's x, y, z, with a time constant of "
-        f"{told.time_constant_s:g} s, subtracted"
-    )
+def _heat_words(heat: Heat) -> str:
+    if heat.why is not None:
+        return f"heat of chips: {heat.why}"
+    most = ", ".join(significant(one) for one in np.abs(heat.drift_N).max(axis=1))
+    times = f"a time constant of {significant(heat.times_s[0], 2)} s"
+    if len(heat.times_s) > 1:
+        quick, slow = (significant(one, 2) for one in heat.times_s)
+        times = (
+            f"time constants of {quick} s ({100.0 * heat.share:.0f} % of the level) and {slow} s"
+        )
+    by = "with the size of the force" if heat.by_force else "as long as it cuts"
+    return f"heat of chips: up to {most} N in the sensor's x, y, z, {by}, with {times}, subtracted"
+
+
+def resonance_words(modes: Modes, *, bandwidth_hz: float) -> Iterator[str]:
+    """Yield how a sensor rings, and up to where its forces are corrected for it; nothing of one
+    whose taps nobody recorded.
+    """
+    for k, mode in enumerate(modes):
+        if mode is not None:
+            up_to = significant(min(bandwidth_hz, BAND * mode.hz))
+            yield (
+                f"resonance of the sensor's {'xyz'[k]} at {significant(mode.hz)} Hz corrected, up "
+                f"to {up_to} Hz"
+            )
 
 
 def _gone(cutting: NDArray[np.bool_], removed_kg: float) -> NDArray[np.float64] | None:

@@ -22,7 +22,7 @@ from autodb.cli._common import (
     working,
 )
 from autodb.cli._reader import for_reader, in_english, shown_again, table_number
-from autodb.cli.understand.fitting import AskedRecordings, level_command, train_command
+from autodb.cli.understand.fitting import AskedBare, AskedRecordings, level_command, train_command
 from autodb.wording import listed, localized, phrase, phrase_many, shop_amount
 
 if TYPE_CHECKING:
@@ -76,6 +76,20 @@ OfTable = Annotated[
         help="Identify a dynamometer on a table that tilts or turns, from moves without a cut.",
     ),
 ]
+Bare = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--bare",
+        metavar="FILE",
+        readable=False,
+        help="With --table: moves without the work, which separate the sensor's gain from the "
+        "mass; needs --work-mass.",
+    ),
+]
+WorkMass = Annotated[
+    float | None,
+    typer.Option("--work-mass", metavar="KG", help="What the work weighs that --bare is without."),
+]
 
 
 def calibrate_command(
@@ -89,14 +103,21 @@ def calibrate_command(
     network: Network = False,
     of_table: OfTable = False,
     update: Update = False,
+    bare: Bare = None,
+    work_mass: WorkMass = None,
     db: Database = None,
 ) -> None:
     """Fit current to force per axis, tested on held-out groups; a rule decides if it is usable."""
+    of_work = AskedBare(bare or [], work_mass)
+    _refuse_half(of_work, of_table=of_table)
     if network or of_table:
         asked = AskedRecordings(recordings or [], machine, columns, db)
         _refuse_both(asked, network, of_table, with_cuts=bool(protocol or card))
         with in_english():
-            (train_command if network else level_command)(asked)
+            if network:
+                train_command(asked)
+            else:
+                level_command(asked, of_work)
         return
     from autodb.reports.card.card_data import card_of_calibrations
     from autodb.reports.card.files import write_card
@@ -193,6 +214,13 @@ def _refuse_both(asked: AskedRecordings, network: bool, of_table: bool, *, with_
         raise UnusableInput(
             phrase("--protocol and --card go with cuts, not with {option}", option=option)
         )
+
+
+def _refuse_half(bare: AskedBare, *, of_table: bool) -> None:
+    from autodb.errors import UnusableInput
+
+    if bool(bare.files) != (bare.work_kg is not None) or (bare.files and not of_table):
+        raise UnusableInput(phrase("--bare FILE and --work-mass KG go together, with --table"))
 
 
 def _calibrate_machine(

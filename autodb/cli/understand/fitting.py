@@ -21,6 +21,14 @@ class AskedRecordings:
     db: str | None
 
 
+@dataclass(frozen=True)
+class AskedBare:
+    """Recordings of a table without its work, and what that weighs, kg."""
+
+    files: list[Path]
+    work_kg: float | None
+
+
 def train_command(asked: AskedRecordings) -> None:
     """Train a network of a machine, and say its error on held-out data."""
     from autodb.agent.sense.networks import train_network
@@ -49,15 +57,16 @@ def train_command(asked: AskedRecordings) -> None:
         say("already there: the same recordings")
 
 
-def level_command(asked: AskedRecordings) -> None:
+def level_command(asked: AskedRecordings, bare: AskedBare) -> None:
     """Identify a table dynamometer of a machine, and say what the moves determine of it."""
     from autodb.agent.sense.dynamometers import level_dynamometer
     from autodb.fitting.gaussian import NORMAL_95
 
     with working("identifying the table dynamometer") as progress, opened_store(asked.db) as store:
         done = level_dynamometer(
-            store, str(asked.machine), asked.files, columns=asked.columns, progress=progress
-        )
+            store, str(asked.machine), asked.files, columns=asked.columns, bare=bare.files,
+            work_kg=bare.work_kg, progress=progress,
+        )  # fmt: skip
     model = done.model
     rows = table(
         f"Table dynamometer {done.version} of {asked.machine}",
@@ -76,6 +85,7 @@ def level_command(asked: AskedRecordings) -> None:
         rows.add_row(name, f"{model.zero_N[k]:.1f}", *arm, *shares, significant(done.left_N[k], 2))
     show(rows)
     _say_mass(model)
+    _say_resonance(model)
     for sentence in model.not_excited:
         say(sentence)
     if done.already_there:
@@ -95,3 +105,24 @@ def _say_mass(model: "TableModel") -> None:
         f"mass on the sensor: {model.mass_kg:.2f} ± {half_kg:.2f} kg (95 %); rotary axes from bed "
         f"to table: {', '.join(axes)}"
     )
+    if model.work_kg is not None:
+        half = 100.0 * NORMAL_95 * model.gain_sd
+        say(f"gain of the sensor: by work of {model.work_kg:g} kg, ± {half:.2f} % (95 %)")
+
+
+def _say_resonance(model: "TableModel") -> None:
+    from autodb.fitting.gaussian import NORMAL_95
+    from autodb.sensing.table.resonance import FEWEST, LEAST_HZ
+
+    for name, mode in zip("xyz", model.modes, strict=True):
+        if mode is not None:
+            say(
+                f"resonance in {name}: {significant(mode.hz, 4)} ± "
+                f"{significant(NORMAL_95 * mode.hz_sd, 2)} Hz (95 %), damping {mode.damping:.3f}"
+            )
+    lacking = ", ".join(n for n, mode in zip("xyz", model.modes, strict=True) if mode is None)
+    if lacking:
+        say(
+            f"the resonance in {lacking} is not determined, forces are not corrected for it; tap "
+            f"the work {FEWEST} times or more along each, recorded at {LEAST_HZ:g} Hz or more"
+        )

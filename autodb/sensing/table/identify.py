@@ -1,9 +1,10 @@
 """Zero, mass and lever arm of a table dynamometer from moves of the table without a cut.
 
-The zero from rest upright; mass and the sensor's matrix from what rest in other tilts adds, least
-squares over the rests (P4 section 4, with the mass alone): what a component reads of a weight that
-does not lie along it is crosstalk. How sensitive the sensor is as a whole cannot be determined from
-the mass and stays as calibrated. In which sense an angle counts is told by rests too, with both
+The zero from rest upright; mass and the sensor's matrix from what rest in other tilts adds
+(``weighing``; P4 section 4 has the mass alone): what a component reads of a weight that does not
+lie along it is crosstalk. How sensitive the sensor is as a whole cannot be told from the mass and
+stays as calibrated, unless the table moves without its work, too, and that was weighed. In which
+sense an angle counts is told by rests too, with both
 angles off zero: the weight turns with the table. Moments m r from what turning adds. What no move
 excited is said by name: a moment along the axis that turns shows only while another axis speeds up.
 """
@@ -20,6 +21,7 @@ from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.sensing.table.model import (
+    FORCES,
     G_M_S2,
     UP,
     TableModel,
@@ -28,6 +30,8 @@ from autodb.sensing.table.model import (
     table_motion,
     within_gaps,
 )
+from autodb.sensing.table.resonance import FEWEST, modes_of, taps
+from autodb.sensing.table.weighing import Weighing, weigh
 from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
@@ -41,27 +45,28 @@ SHORTEST_S, SETTLING_S = 0.5, 0.3
 UPRIGHT, TILTED = 1e-4, 0.02
 """1 − cos of the lean up to which a table is upright, and from which on it determines a mass
 (11°)."""
-SHARE_SD, GAIN_SD = 0.03, 0.005
-"""Standard deviations of what a component reads of another (that of ``terms.table.crosstalk``),
-and of its own sensitivity, before any move. Chosen."""
 DETERMINED_M = 0.01
 """Standard deviation of a lever arm above which it is not determined. Chosen."""
 OTHER_SENSE, SENSE_N = 4.0, 0.5
 """By how many times a sense of an angle leaves more squares of rests than the other, and more than
 this many N each, where rests determine it. Chosen."""
-STEPS = 6
-"""Of Gauss and Newton to mass and matrix, whose product is what rests determine."""
+TURNS_DEG = 1.0
+"""Range of an angle from which on a table turns. Chosen."""
 BLOCK_S = 0.5
 """Length of blocks whose errors are taken as independent."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A rest: mean reading and its scatter (3,), N, and the angles (k,), rad, of the table."""
+    """A rest: mean reading and its scatter (3,), N, the angles (k,), rad, of the table, and from
+    when to when, s.
+    """
 
     mean_N: Array
     sd_N: Array
     angles_rad: Array
+    begin_s: float
+    end_s: float
 
     def per_kg(self, kinematics: Kinematics) -> Array:
         """Return what a kilogram adds there (3,)."""
@@ -91,7 +96,8 @@ class TableMoves:
             if rest.stop - rest.start >= (SHORTEST_S + SETTLING_S) * timing.rate_hz:
                 read = self.read_N[:, rows]
                 angles = self.motion.angles[:, rows].mean(axis=1)
-                yield Rest(read.mean(axis=1), read.std(axis=1), angles)
+                t_s = self.recording.t_s[rows]
+                yield Rest(read.mean(axis=1), read.std(axis=1), angles, t_s[0], t_s[-1])
 
     def blocks(self) -> Iterator[slice]:
         """Give blocks of rows of BLOCK_S, none next to a gap, where filters see one side only."""
@@ -102,33 +108,98 @@ class TableMoves:
                 yield slice(begin, min(begin + length, inner.stop))
 
 
+@dataclass(frozen=True)
+class BareMoves:
+    """Moves of the table without the work, which was weighed: ``work_kg``."""
+
+    recordings: Sequence[Recording]
+    work_kg: float
+
+
 def identify_table(
-    recordings: Sequence[Recording], kinematics: Kinematics, *, cutoff_hz: float = CUTOFF_HZ
+    recordings: Sequence[Recording],
+    kinematics: Kinematics,
+    *,
+    cutoff_hz: float = CUTOFF_HZ,
+    bare: BareMoves | None = None,
 ) -> TableModel:
     """Return what recordings of moves without a cut determine of a table dynamometer.
 
     The senses of its angles too, where rests tell them; else they are those of ``kinematics``.
+    ``bare``: the same table without its work; what that weighs tells the sensor's gain from mass.
+    Recordings of taps on a table at rest, angles or not, tell how the sensor rings.
 
-    Raises UnusableInput where no rest upright or no tilted one is among them, or a channel is
-    missing.
+    Raises UnusableInput where no rest upright or no tilted one is among either, a channel is
+    missing, or the work weighs nothing.
     """
-    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
+    moves = moves_among(recordings, kinematics)
+    seen = [_moved(one, kinematics, cutoff_hz) for one in moves]
     rests = [rest for one in seen for rest in one.rests()]
     leans = np.array([rest.lean(kinematics) for rest in rests])
-    _refuse_few(recordings[0], leans)
+    _refuse_few(moves[0], leans)
     read_N = np.array([rest.mean_N for rest in rests])
     zero_N = read_N[leans < UPRIGHT].mean(axis=0)
     noise_N = np.sqrt(np.mean([rest.sd_N**2 for rest in rests], axis=0))
     kinematics, open_senses = _sensed_ways(kinematics, rests, read_N - zero_N)
-    per_kg = np.array([rest.per_kg(kinematics) for rest in rests])
-    tilted = int(np.sum(leans > TILTED))
-    mass_kg, matrix, weighed = _weighed(per_kg, read_N - zero_N, tilted)
-    seen = [_moved(one, kinematics, cutoff_hz) for one in recordings]
+    seen = [_moved(one, kinematics, cutoff_hz) for one in moves]
+    weighings = [_weighing(seen, kinematics)]
+    if bare is not None:
+        weighings.append(_bare_weighing(bare, kinematics, cutoff_hz))
+    mass_kg, matrix, weighed = weigh(weighings)
     moments, swung, lacking = _moments(seen, zero_N, mass_kg, matrix)
+    sensed = [
+        (one, np.asarray(np.linalg.solve(matrix, _forces(one)), dtype=np.float64))
+        for one in recordings
+    ]
     return TableModel(
         kinematics, zero_N, mass_kg, matrix, weighed, moments, swung, noise_N, cutoff_hz,
-        (*open_senses, *lacking),
+        (*open_senses, *lacking), None if bare is None else bare.work_kg, modes_of(sensed),
     )  # fmt: skip
+
+
+def moves_among(recordings: Sequence[Recording], kinematics: Kinematics) -> list[Recording]:
+    """Return the recordings that are of moves, not of taps on a table at rest."""
+    return [one for one in recordings if not _is_tapped(one, kinematics)] or list(recordings)
+
+
+def _forces(recording: Recording) -> Array:
+    return np.array([recording[name] for name in FORCES])
+
+
+def _is_tapped(recording: Recording, kinematics: Kinematics) -> bool:
+    """Return whether a recording is of taps, and of no table that turns."""
+    angles = [recording.get(f"{axis}.angle") for axis in kinematics.order]
+    turns = any(one is not None and np.ptp(one) > TURNS_DEG for one in angles)
+    return not turns and len(taps(_forces(recording), recording.timing)) >= FEWEST
+
+
+def _weighing(
+    seen: Sequence[TableMoves], kinematics: Kinematics, *, less_kg: float = 0.0
+) -> Weighing:
+    """Return the rests of recordings with one zero."""
+    rests = [(rest, number) for number, one in enumerate(seen) for rest in one.rests()]
+    return Weighing(
+        per_kg=np.array([rest.per_kg(kinematics) for rest, _ in rests]),
+        read_N=np.array([rest.mean_N for rest, _ in rests]),
+        begin_s=np.array([rest.begin_s for rest, _ in rests]),
+        end_s=np.array([rest.end_s for rest, _ in rests]),
+        number=np.array([number for _, number in rests]),
+        less_kg=less_kg,
+    )
+
+
+def _bare_weighing(bare: BareMoves, kinematics: Kinematics, cutoff_hz: float) -> Weighing:
+    """Return the rests without the work."""
+    if not bare.work_kg > 0.0:
+        raise UnusableInput(
+            phrase(
+                "the work weighs {mass} kg; state more than 0", mass=localized(f"{bare.work_kg:g}")
+            )
+        )
+    seen = [_moved(one, kinematics, cutoff_hz) for one in bare.recordings]
+    leans = np.array([rest.lean(kinematics) for one in seen for rest in one.rests()])
+    _refuse_few(bare.recordings[0], leans)
+    return _weighing(seen, kinematics, less_kg=bare.work_kg)
 
 
 def _moved(recording: Recording, kinematics: Kinematics, cutoff_hz: float) -> TableMoves:
@@ -193,30 +264,6 @@ def _refuse_few(recording: Recording, leans: Array) -> None:
                 file=recording.path,
             )
         )
-
-
-def _weighed(per_kg: Array, added: Array, tilted: int) -> tuple[float, Array, Array]:
-    """Return mass, matrix (3, 3) and the covariance (10, 10) of both, each rest one reading.
-
-    ``per_kg`` (rests, 3) what a kilogram adds, ``added`` what was read beyond the zero, N.
-    """
-    mass = float(np.sum(per_kg * added) / np.sum(per_kg**2))
-    matrix, scatter = np.eye(3), np.var(added - mass * per_kg, axis=0)
-    prior_sd = np.where(np.eye(3) > 0.0, GAIN_SD, SHARE_SD).ravel()
-    prior = np.diag(np.concatenate([[0.0], prior_sd**-2]))
-    for _ in range(STEPS):
-        slopes = np.zeros((len(added), 3, 10))
-        slopes[:, :, 0] = per_kg @ matrix.T
-        for i in range(3):
-            slopes[:, i, 1 + 3 * i : 4 + 3 * i] = mass * per_kg
-        left = added - mass * per_kg @ matrix.T
-        scatter = np.maximum(np.sum(left**2, axis=0) / max(tilted - 3, 1), 1e-12)
-        inner = np.einsum("rij,i,rik->jk", slopes, 1.0 / scatter, slopes) + prior
-        right = np.einsum("rij,i,ri->j", slopes, 1.0 / scatter, left)
-        right[1:] -= (matrix - np.eye(3)).ravel() / prior_sd**2
-        step = np.linalg.solve(inner, right)
-        mass, matrix = mass + float(step[0]), matrix + step[1:].reshape(3, 3)
-    return mass, matrix, np.linalg.inv(inner)
 
 
 def _moments(

@@ -19,6 +19,8 @@ from autodb import signals
 from autodb.errors import UnusableInput
 from autodb.records.tables import Recording
 from autodb.sensing.table.kinematics import Kinematics
+from autodb.sensing.table.resonance import NONE, Modes, modes_of_json, modes_to_json
+from autodb.sensing.table.weighing import GAIN_SD
 from autodb.terms.table import table_inertia
 from autodb.timing import Timing
 from autodb.wording import localized, phrase
@@ -45,7 +47,9 @@ class TableModel:
     matrix, row by row; ``moment_kg_m`` (3,): mass times the place of its centre from the centre of
     rotation, in the dynamometer's frame, and their covariance ``swung`` (3, 3); ``noise_N`` (3,):
     what it leaves at rest, low-passed at ``cutoff_hz``; ``not_excited``: what no move determined,
-    and the move that would, by sentence: its moment is then 0.
+    and the move that would, by sentence: its moment is then 0; ``work_kg``: what the work weighs,
+    where moves without it told the sensor's gain from mass; None: the gain is as calibrated;
+    ``modes``: the first resonance of each component that taps determined.
     """
 
     kinematics: Kinematics
@@ -58,6 +62,15 @@ class TableModel:
     noise_N: Array
     cutoff_hz: float
     not_excited: tuple[str, ...] = ()
+    work_kg: float | None = None
+    modes: Modes = NONE
+
+    @property
+    def gain_sd(self) -> float:
+        """Standard deviation of the least known component's sensitivity, of it."""
+        if self.work_kg is None:
+            return GAIN_SD
+        return float(np.sqrt(np.diag(self.weighed)[[1, 5, 9]].max()))
 
     @property
     def mass_sd_kg(self) -> float:
@@ -100,8 +113,8 @@ class TableModel:
         return found
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON keeps it."""
-        return {
+        """Return it as JSON keeps it; without what was not identified."""
+        kept: dict[str, Any] = {
             "order": list(self.kinematics.order),
             "senses": list(self.kinematics.senses),
             "zero_N": self.zero_N.tolist(),
@@ -114,6 +127,11 @@ class TableModel:
             "cutoff_hz": self.cutoff_hz,
             "not_excited": list(self.not_excited),
         }
+        if self.work_kg is not None:
+            kept["work_kg"] = self.work_kg
+        if self.modes != NONE:
+            kept["modes"] = modes_to_json(self.modes)
+        return kept
 
     @classmethod
     def of_json(cls, kept: Mapping[str, Any]) -> "TableModel":
@@ -134,6 +152,8 @@ class TableModel:
             noise_N=np.array(kept["noise_N"]),
             cutoff_hz=kept["cutoff_hz"],
             not_excited=tuple(kept["not_excited"] if turned else [LEVER_LOST]),
+            work_kg=kept.get("work_kg"),
+            modes=modes_of_json(kept.get("modes")),
         )
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from autodb.proofs.machines.mill.reference_ringing import draw_ringing, mill_ringing, tap_table
 from autodb.proofs.machines.mill.reference_table import (
     WORK_KG,
     RecordedTable,
@@ -58,6 +59,7 @@ def levelled(cli: Cli, once: Once) -> Cli:
         done = cli("calibrate", moves, "--machine", "mill", "--table")
         assert done.code == 0, done.err
         assert "Table dynamometer 1 of mill" in done.out
+        assert "the resonance in x, y, z is not determined" in done.out
         assert "rotary axes from bed to table: a, c" in done.out
         mass = float(done.out.split("mass on the sensor: ")[1].split()[0])
         assert mass == pytest.approx(table.sensor_kg + WORK_KG, rel=0.005)
@@ -139,11 +141,55 @@ def test_a_drive_and_a_table_are_compared_in_the_band_of_both(levelled: Cli) -> 
     assert told["x.weight.drive_model"].mean() > 0.0
 
 
+def test_taps_determine_a_resonance_that_forces_are_corrected_for(levelled: Cli) -> None:
+    table, ringing = draw_table(SEED), draw_ringing(SEED)
+    taps = str(_write(Path("taps.csv"), tap_table(SEED, table, ringing)))
+    cut = mill_ringing(SEED, table, ringing, 1)
+    _write(Path("ringing.csv"), cut, 2)
+    use = ("--machine", "mill", "--estimator", "table", "--bandwidth", "900")
+    plain = levelled("reconstruct", "ringing.csv", *use, "--out", "plain.csv")
+    assert plain.code == 0, plain.err
+    done = levelled("calibrate", "tilts.csv", taps, "--machine", "mill", "--table")
+    assert done.code == 0, done.err
+    for k, name in enumerate("xyz"):
+        hz = float(done.out.split(f"resonance in {name}: ")[1].split()[0])
+        assert hz == pytest.approx(ringing.natural_hz[0, k], rel=0.005)
+    again = levelled("reconstruct", "ringing.csv", *use)
+    assert again.code == 0, again.err
+    assert "resonance of the sensor's x at" in again.out
+    true = filtered(cut.true_N[:, ::2], 900.0, 2500.0)
+    before, after = (
+        [float(np.std((told[f"force.{c}"] - true[k])[cut.whole[::2]])) for k, c in enumerate("xy")]
+        for told in (pd.read_csv("plain.csv"), pd.read_csv("ringing-load.csv"))
+    )
+    assert max(after) < 0.3 * min(before)
+
+
 def test_the_same_moves_again_are_already_there(levelled: Cli) -> None:
     again = levelled("calibrate", "tilts.csv", "--machine", "mill", "--table")
     assert again.code == 0
     assert "already there" in again.out
     assert "Table dynamometer 1" in again.out
+
+
+def test_moves_without_the_work_determine_the_gain(levelled: Cli) -> None:
+    """Of a sensor whose own gains are drawn: mass within 0.3 %, forces with a smaller share."""
+    table = draw_table(SEED)
+    bare = str(_write(Path("bare.csv"), record_tilted(SEED, table, added_kg=0.0)))
+    use = ("calibrate", "tilts.csv", "--machine", "mill", "--table", "--bare", bare)
+    done = levelled(*use, "--work-mass", f"{WORK_KG:g}")
+    assert done.code == 0, done.err
+    assert "Table dynamometer 2 of mill" in done.out
+    mass = float(done.out.split("mass on the sensor: ")[1].split()[0])
+    assert mass == pytest.approx(table.sensor_kg + WORK_KG, rel=0.003)
+    half = float(done.out.split("by work of 10.1 kg, ± ")[1].split()[0])
+    assert 0.3 < half < 0.8
+    again = levelled(*use, "--work-mass", f"{WORK_KG:g}")
+    assert "already there" in again.out
+    for half_asked in (use, ("calibrate", "tilts.csv", "--machine", "mill", "--work-mass", "3")):
+        ran = levelled(*half_asked)
+        assert ran.code == 2
+        assert "--bare FILE and --work-mass KG go together" in ran.err
 
 
 def test_what_tells_no_table_is_refused_in_one_line(levelled: Cli) -> None:

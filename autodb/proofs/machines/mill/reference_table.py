@@ -3,9 +3,11 @@
 P4: Model-based determination of process force in multi-axis milling. F_M = T F_P + F_G + F_CF + F_E
 (equations 1 to 7), T = T_z T_x, tared upright. What its model leaves out is here: shares of one
 component in another, a sensor turned a little on the table, a zero that wanders, and a sensor that
-chips heat (section 5.2), by two time constants and by as much as chips stay on it in a tilt. Forces
-of the cut change from run to run as P4's repeats do. What P4 does not print is *chosen*, and was
-set so that P4's own model lands on P4's errors.
+chips heat (section 5.2), by two time constants and by as much as chips stay on it in a tilt. How
+fast a dynamometer warms is printed nowhere that we found; an amplifier's own drift is within the
+zero's: 0.1 pC/s or 25 mN/s at most with quartz (HBM, CMD600, A2781-2.1, section 11.3), 0.7 N over a
+cut. Forces of the cut change from run to run as P4's repeats do. What P4 does not print is
+*chosen*, and was set so that P4's own model lands on P4's errors.
 """
 
 import math
@@ -161,14 +163,14 @@ def mill_on_table(seed: int, table: TrueTable, setup: int, repeat: int = 0) -> R
     rng = np.random.default_rng([seed, 93, setup, repeat])
     count = round(FORCE_HZ * (BEFORE_S + AFTER_S + len(PASSES_MM) * (PASS_S + BETWEEN_S)))
     t = np.arange(count) / FORCE_HZ
-    true_N, engaged, whole, chips = _passes(rng, t)
+    true_N, engaged, whole, chips = passes(rng, t)
     angle = np.repeat(np.array(SETUPS_DEG[setup])[:, None], count, axis=1)
     still = np.zeros_like(angle)
-    heat_N = _heat(rng, table, STAYS[setup], chips)
+    heat_N = heat(rng, table, STAYS[setup], chips)
     log = Log(t, angle, still, still)
     mass, lever = table.loaded(WORK_KG)
-    exact = _truth(table, log, mass, lever, true_N, follows=False) + heat_N
-    reading_N = _noisy(rng, exact, FORCE_HZ)
+    exact = truth(table, log, mass, lever, true_N, follows=False) + heat_N
+    reading_N = noisy(rng, exact, FORCE_HZ)
     return RecordedTable(log, reading_N, true_N, engaged, whole, chips, heat_N)
 
 
@@ -176,7 +178,7 @@ def _in_air(rng: np.random.Generator, table: TrueTable, added_kg: float, log: Lo
     count = len(log.t)
     none, no = np.zeros((3, count)), np.zeros(count, dtype=np.bool_)
     mass, lever = table.loaded(added_kg)
-    read = _noisy(rng, _truth(table, log, mass, lever, none, follows=True), AXIS_HZ)
+    read = noisy(rng, truth(table, log, mass, lever, none, follows=True), AXIS_HZ)
     sds = np.array([LOG_DEG, LOG_DEG_S, LOG_DEG_S2])[:, None, None]
     noise = sds * rng.standard_normal((3, 2, count))
     seen = Log(log.t, log.angle + noise[0], log.rate + noise[1], log.acceleration + noise[2])
@@ -211,7 +213,7 @@ def _rate(way_deg: float, speed_deg_s: float) -> Array:
     return np.asarray(shape * way_deg / (shape.sum() / AXIS_HZ))
 
 
-def _truth(
+def truth(
     table: TrueTable, log: Log, mass: float, lever: Array, process_N: Array, *, follows: bool
 ) -> Array:
     """Return the exact reading (3, n): P4 equations 3 to 7, through the sensor's matrix."""
@@ -251,7 +253,7 @@ def carried_m_s2(motion: Array, lever_m: Array) -> Array:
     return np.asarray(central + np.cross(faster, arm, axis=0))
 
 
-def _noisy(rng: np.random.Generator, exact_N: Array, rate_hz: float) -> Array:
+def noisy(rng: np.random.Generator, exact_N: Array, rate_hz: float) -> Array:
     """Add noise and a zero that wanders, which begins at 0: tared."""
     count = exact_N.shape[1]
     keep = math.exp(-1.0 / (rate_hz * WANDERS_S))
@@ -261,7 +263,9 @@ def _noisy(rng: np.random.Generator, exact_N: Array, rate_hz: float) -> Array:
     return np.asarray(exact_N + np.array(WANDERS_N)[:, None] * wander + white)
 
 
-def _passes(rng: np.random.Generator, t: Array) -> tuple[Array, Rows, Rows, Array]:
+def passes(
+    rng: np.random.Generator, t: Array, passes_mm: Stops = PASSES_MM
+) -> tuple[Array, Rows, Rows, Array]:
     """Return forces (3, n), rows engaged, rows as far engaged as they will be, chips (n,)."""
     true_N, chips = np.zeros((3, len(t))), np.zeros(len(t))
     engaged, whole = np.zeros(len(t), dtype=np.bool_), np.zeros(len(t), dtype=np.bool_)
@@ -269,7 +273,7 @@ def _passes(rng: np.random.Generator, t: Array) -> tuple[Array, Rows, Rows, Arra
     tooth = np.floor(theta * TEETH / (2.0 * np.pi)).astype(np.intp)
     scatter = 1.0 + TOOTH_SD * rng.standard_normal(tooth[-1] + 1)[tooth]
     run = 1.0 + np.array(RUN_SD) * rng.standard_normal(3)
-    for number, (depth, width) in enumerate(PASSES_MM):
+    for number, (depth, width) in enumerate(passes_mm):
         begins = BEFORE_S + number * (PASS_S + BETWEEN_S)
         share = np.clip(np.minimum(t - begins, begins + PASS_S - t) / ENTERS_S, 0.0, 1.0)
         inside = share > 0.0
@@ -280,7 +284,7 @@ def _passes(rng: np.random.Generator, t: Array) -> tuple[Array, Rows, Rows, Arra
         engaged |= inside
         whole |= share >= 1.0
         chips += share * depth * width
-    mean = np.mean([depth * width for depth, width in PASSES_MM])
+    mean = np.mean([depth * width for depth, width in passes_mm])
     return SCALE[:, None] * true_N, engaged, whole, chips / mean
 
 
@@ -311,7 +315,7 @@ def _scale() -> Array:
     return np.array(RANGES_N) / ranges
 
 
-def _heat(rng: np.random.Generator, table: TrueTable, stays: float, chips: Array) -> Array:
+def heat(rng: np.random.Generator, table: TrueTable, stays: float, chips: Array) -> Array:
     """Return the drift (3, n) of a sensor that chips heat: quickly its top, slowly the whole."""
     warm = np.zeros(len(chips))
     for time_s, share in zip(table.heats_s, (HEATS_SHARE, 1.0 - HEATS_SHARE), strict=True):

@@ -1,13 +1,14 @@
 """A reference table: what P4's model, autodb and an oracle estimate of its cuts."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal
 
 from autodb.fitting.gaussian import NORMAL_95
+from autodb.proofs.machines.mill.reference_ringing import draw_ringing, mill_ringing, tap_table
 from autodb.proofs.machines.mill.reference_table import (
     AXIS_HZ,
     FIXED_KG,
@@ -15,7 +16,6 @@ from autodb.proofs.machines.mill.reference_table import (
     REPEATS,
     TILTS_FIXED_DEG,
     WORK_KG,
-    Log,
     RecordedTable,
     TrueTable,
     draw_table,
@@ -33,30 +33,44 @@ from autodb.proofs.runs.mill.published_table import (
     filtered,
     model,
     published_envelopes,
-    turned_back,
+)
+from autodb.proofs.runs.mill.table_oracle import (
+    known_drift,
+    known_force,
+    mass_at_best,
+    with_true_zeros,
 )
 from autodb.proofs.runs.mill.table_summary import (
     KNOWN,
+    LAWS,
+    LEFT_IN,
     OURS,
     PUBLISHED,
+    WEIGHED,
     Judged,
     TableAir,
+    TableDrift,
     TableGate,
     TableHeld,
     TableIdentified,
+    TableMass,
     TableOff,
+    TableRinging,
 )
 from autodb.records.tables import Recording
 from autodb.sensing.table.engaged import engaged
 from autodb.sensing.table.forces import table_forces
-from autodb.sensing.table.identify import identify_table
+from autodb.sensing.table.identify import BareMoves, identify_table
 from autodb.sensing.table.kinematics import Kinematics
 from autodb.sensing.table.model import TableModel, table_motion
+from autodb.sensing.table.resonance import NONE
 
 Array = NDArray[np.float64]
 
 TILTED = (1, 2)
 """Set-ups that are not upright."""
+LONG = 8
+"""Times that each pass is cut in a long cut."""
 
 
 def run_table(seed: int) -> list[Judged]:
@@ -65,11 +79,8 @@ def run_table(seed: int) -> list[Judged]:
     alone = record_tilted(seed, table, added_kg=0.0)
     fixed = record_tilted(seed, table, added_kg=FIXED_KG, stops_deg=TILTS_FIXED_DEG)
     published = model(alone, fixed, FIXED_KG, table)
-    ours = identify_table(
-        [table_recording(record_tilted(seed, table, added_kg=WORK_KG))],
-        Kinematics(),
-        cutoff_hz=AIR_HZ,
-    )
+    loaded = record_tilted(seed, table, added_kg=WORK_KG)
+    ours = identify_table([table_recording(loaded)], Kinematics(), cutoff_hz=AIR_HZ)
     cuts = [mill_on_table(seed, table, setup) for setup in TILTED]
     upright = [mill_on_table(seed, table, 0, repeat) for repeat in range(REPEATS)]
     return [
@@ -77,6 +88,9 @@ def run_table(seed: int) -> list[Judged]:
         *_cut(published, ours, table, cuts),
         *_airs(published, ours, table, turned_in_air(seed, table)),
         *_identified(ours, table),
+        *_masses(published, ours, table, loaded, alone),
+        *_ringing(seed, table, loaded),
+        *_long_cut(seed, table, ours),
     ]
 
 
@@ -115,7 +129,7 @@ def _cut(
         ways = {
             PUBLISHED: published.process_N(seen),
             OURS: sensed.force_N,
-            KNOWN: _known(table, seen),
+            KNOWN: known_force(table, seen),
         }
         for way, force_N in ways.items():
             errors = envelope_errors(force_N, published_envelopes(true_N), seen.whole)
@@ -137,12 +151,73 @@ def _airs(
     ways = {
         PUBLISHED: published.added_N(seen.log),
         OURS: mine,
-        KNOWN: table.matrix @ known.added_N(_moved(table, seen.log)),
+        KNOWN: table.matrix @ known.added_N(with_true_zeros(table, seen.log)),
     }
     for way, expected in ways.items():
         errors = np.abs(read - filtered(expected, AIR_HZ, AXIS_HZ)).mean(axis=1)
         for k in range(3):
             yield TableAir(way, k, float(errors[k] / np.ptp(read[k])))
+
+
+def _masses(
+    published: Model,
+    ours: TableModel,
+    table: TrueTable,
+    loaded: RecordedTable,
+    alone: RecordedTable,
+) -> Iterator[TableMass]:
+    """Tell the mass by rests with the work on the sensor, and by rests without it, too."""
+    moves, bare = table_recording(loaded), BareMoves([table_recording(alone)], WORK_KG)
+    weighed = identify_table([moves], Kinematics(), cutoff_hz=AIR_HZ, bare=bare)
+    true_kg = table.loaded(WORK_KG)[0]
+    ways_kg = {
+        PUBLISHED: published.mass_kg,
+        OURS: ours.mass_kg,
+        LAWS: mass_at_best([(loaded, WORK_KG)]) + WORK_KG,
+        OURS + WEIGHED: weighed.mass_kg,
+        LAWS + WEIGHED: mass_at_best([(loaded, WORK_KG), (alone, 0.0)]) + WORK_KG,
+    }
+    for way, mass_kg in ways_kg.items():
+        yield TableMass(way, abs(mass_kg / true_kg - 1.0))
+
+
+def _ringing(seed: int, table: TrueTable, loaded: RecordedTable) -> Iterator[TableRinging]:
+    """Tell the forces of a tilted cut on the same table with a dynamometer that rings."""
+    ringing = draw_ringing(seed)
+    taps = table_recording(tap_table(seed, table, ringing))
+    model = identify_table([table_recording(loaded), taps], Kinematics(), cutoff_hz=AIR_HZ)
+    seen = mill_ringing(seed, table, ringing, TILTED[0])
+    true_N = filtered(seen.true_N, CUT_HZ, FORCE_HZ)
+    recording = table_recording(seen)
+    ways = {
+        LEFT_IN: table_forces(
+            replace(model, modes=NONE), recording, engaged(recording), cutoff_hz=CUT_HZ
+        ).force_N,
+        OURS: table_forces(model, recording, engaged(recording), cutoff_hz=CUT_HZ).force_N,
+        KNOWN: known_force(table, seen, ringing),
+    }
+    for way, force_N in ways.items():
+        off_N = np.sqrt(np.mean((force_N - true_N)[:, seen.whole] ** 2, axis=1))
+        for k in range(3):
+            yield TableRinging(way, k, float(off_N[k]))
+
+
+def _long_cut(seed: int, table: TrueTable, ours: TableModel) -> Iterator[TableDrift]:
+    """Tell the drift of z over the passes of P4's work, each LONG times."""
+    seen = mill_ringing(seed, table, None, TILTED[0], times=LONG)
+    true_N = np.linalg.solve(table.matrix, seen.heat_N)
+    recording = table_recording(seen)
+    heat = table_forces(ours, recording, engaged(recording), cutoff_hz=CUT_HZ).heat
+    sensed = np.linalg.solve(table.matrix, filtered(seen.reading_N, CUT_HZ, FORCE_HZ))
+    rest_N = sensed - Model(*table.loaded(WORK_KG)).added_N(with_true_zeros(table, seen.log))
+    ways = {
+        LEFT_IN: np.zeros_like(true_N),
+        OURS: heat.drift_N,
+        KNOWN: known_drift(table, seen, rest_N),
+    }
+    for way, drift_N in ways.items():
+        off_N = float(np.sqrt(np.mean((drift_N - true_N)[2, seen.whole] ** 2)))
+        yield TableDrift(way, off_N, len(heat.times_s) if way == OURS else 0)
 
 
 def _identified(ours: TableModel, table: TrueTable) -> Iterator[TableIdentified]:
@@ -153,30 +228,3 @@ def _identified(ours: TableModel, table: TrueTable) -> Iterator[TableIdentified]
         yield TableIdentified(
             name, float(lever_m[k]), float(ours.lever_m[k]), float(ours.lever_sd_m[k])
         )
-
-
-def _moved(table: TrueTable, log: Log) -> Log:
-    """Return the log with the true zeros of its axes."""
-    return Log(log.t, log.angle + np.array(table.offsets_deg)[:, None], log.rate, log.acceleration)
-
-
-def _known(table: TrueTable, seen: RecordedTable) -> Array:
-    """Return the force (3, n) estimated by who knows the table, its chips and how it heats.
-
-    How hot it became in this recording, in each component by both time constants, and where its
-    zero was, is estimated from the rows in air.
-    """
-    log = _moved(table, seen.log)
-    exact = Model(*table.loaded(WORK_KG))
-    warm = [_warmed(seen.chips, one) for one in table.heats_s]
-    columns = np.column_stack([*warm, np.ones(len(seen.chips))])
-    left = np.linalg.solve(table.matrix, filtered(seen.reading_N, CUT_HZ, FORCE_HZ))
-    rest = left - exact.added_N(log)
-    air = ~seen.engaged
-    sizes, *_ = np.linalg.lstsq(columns[air], rest[:, air].T, rcond=None)
-    return turned_back(rest - (columns @ sizes).T, log)
-
-
-def _warmed(chips: Array, time_s: float) -> Array:
-    keep = float(np.exp(-1.0 / (FORCE_HZ * time_s)))
-    return np.asarray(signal.lfilter([0.0, 1.0 - keep], [1.0, -keep], chips))
