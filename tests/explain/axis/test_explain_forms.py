@@ -117,13 +117,6 @@ def _answer(recording: Recording, simulation: Array, effect: Array) -> ChannelAn
     ).explanation.channels["x.current"]
 
 
-def _unknown(recording: Recording, simulation: Array, effect: Array) -> Cause:
-    """Return the entry of an effect that was added to a recording."""
-    answer = _answer(recording, simulation, effect)
-    (cause,) = (c for c in answer.missing if c.term == "unknown")
-    return cause
-
-
 @pytest.mark.parametrize("seed", first(1, range(20, 26)))
 @pytest.mark.parametrize("key", ["direction × y.position", "position × speed", "acceleration"])
 def test_noise_has_no_form(seed: int, key: str) -> None:
