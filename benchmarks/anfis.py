@@ -146,10 +146,11 @@ def cube(levels: Array) -> Array:
 def three() -> tuple[ThreeError, ...]:
     """Print and return errors on Jang's second example: published 0.043 % train, 1.066 % check."""
     train, check = cube(np.arange(1.0, 7.0)), cube(np.arange(1.5, 6.0))
-    values = np.concatenate([three_inputs(train), three_inputs(check)])
+    tables = [np.column_stack([x, three_inputs(x)]) for x in (train, check)]
+    values = np.concatenate([one[:, -1] for one in tables])
     print("three inputs, 8 rules: mean relative error, % train, % check")
     done = []
-    for learned in ours(np.column_stack([train, values[: len(train)]]), check):
+    for learned in ours(*tables):
         off = 100.0 * np.abs(learned.answer / values - 1.0)
         row = ThreeError(
             learned.name, float(np.mean(off[: len(train)])), float(np.mean(off[len(train) :]))

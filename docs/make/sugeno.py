@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-import pandas as pd
-
-from autodb.proofs.runs.found import piped
+from autodb.proofs.runs.found import TextTable, piped
 from docs.make.kept import sugeno_errors, sugeno_table
 from docs.make.standing import between
 
@@ -15,12 +13,10 @@ COMMENTS = ("<!-- sugeno -->\n", "<!-- end of sugeno -->\n")
 def filled(page: str) -> str:
     """Return the page with the errors between its two comments."""
     found = sugeno_errors()
-    three = pd.DataFrame(
-        {
-            "learner": [row.name for row in found.three],
-            "train, %": [f"{row.train:.4f}" for row in found.three],
-            "check, %": [f"{row.check:.3f}" for row in found.three],
-        }
+    three = TextTable(
+        "Three inputs, 8 rules",
+        ("learner", ">train, %", ">check, %"),
+        tuple((row.name, f"{row.train:.4f}", f"{row.check:.3f}") for row in found.three),
     )
     said = (
         f"Mackey-Glass, 16 rules:\n\n{piped(sugeno_table())}\n"

@@ -61,7 +61,7 @@ def _is_switched(recorded: Array | None) -> bool:
     low, high = float(recorded.min()), float(recorded.max())
     end = SWITCHED_END * (high - low)
     between = (recorded > low + end) & (recorded < high - end)
-    return float(np.mean(between)) < SWITCHED
+    return high > low and float(np.mean(between)) < SWITCHED
 
 
 def _refitted(s: AxisSignals) -> list[CandidateForm]:

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.answer import Cause, ChannelAnswer
+from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.reading import AxisReading
 from autodb.explain.axis.signals import axis_signals
