@@ -42,6 +42,6 @@ def _moves() -> Recording:
         "t": t_s,
         "x.position": 100.0 * np.sin(t_s),
         "y.position": 80.0 * np.sin(0.7 * t_s),
-        "x.current": np.sign(np.cos(t_s)),
+        "x.current": np.clip(1.5 * np.cos(t_s), -1.0, 1.0),
     }
     return Recording(path=Path("moves.csv"), channels=channels)
