@@ -23,7 +23,6 @@ from autodb.readers._base import (
     ColumnSet,
     as_label,
     as_number,
-    damaged,
     undamaged,
 )
 from autodb.wording import phrase
@@ -103,11 +102,8 @@ def _header(path: Path) -> _Header:
 
 def _blocks(path: Path, *, width: int) -> Iterator[Cells]:
     """Yield cells (n, width) of rows, so that memory stays that of a block."""
-    parts, some = _parts(path), []
-    while (part := undamaged(path, KIND, lambda: next(parts, None))) is not None:
-        rows = part.get(ROWS, []) if isinstance(part, dict) else [()]
-        if any(len(row) != width for row in rows):
-            raise damaged(path, KIND, f"a row of other than {width} values")
+    parts, some = _parts(path, width), []
+    while (rows := undamaged(path, KIND, lambda: next(parts, None))) is not None:
         some += rows
         if len(some) >= BLOCK_ROWS // 8:
             yield np.array(some, dtype=object)
@@ -116,8 +112,10 @@ def _blocks(path: Path, *, width: int) -> Iterator[Cells]:
         yield np.array(some, dtype=object)
 
 
-def _parts(path: Path) -> Iterator[Any]:
-    """Yield the parts of the payload one by one; raises JSONDecodeError where the file ends."""
+def _parts(path: Path, width: int) -> Iterator[list[list[Any]]]:
+    """Yield the rows of each part of the payload; raises ValueError where the file ends within one,
+    or a row has other than ``width`` values.
+    """
     decoder = json.JSONDecoder()
     with path.open(encoding="utf-8") as file:
         text = ""
@@ -134,4 +132,7 @@ def _parts(path: Path) -> Iterator[Any]:
                 text += more
             else:
                 text = text[end:]
-                yield part
+                rows = part.get(ROWS, [])
+                if any(len(row) != width for row in rows):
+                    raise ValueError(f"a row of other than {width} values")
+                yield rows

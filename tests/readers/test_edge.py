@@ -82,6 +82,10 @@ def test_other_json_and_half_a_file_are_refused(refused: Callable[..., str]) -> 
     assert "not a whole SINUMERIK Edge file" in refused("look", "a.json")
     Path("a.json").write_text(_recorded([*_rows(8), [1.0, 2.0]]))
     assert "a row of other than 5 values" in refused("look", "a.json")
+    whole = _recorded(_rows(8))
+    for part in ("[1, 2]", '{"HFData": 3}', '{"HFData": [1, 2]}', "7"):
+        Path("a.json").write_text(whole.replace('"Payload": [', f'"Payload": [{part}, '))
+        assert "not a whole SINUMERIK Edge file" in refused("look", "a.json")
 
 
 def test_a_row_that_is_no_number_is_named(tmp_path: Path) -> None:
