@@ -102,7 +102,7 @@ def test_a_move_that_repeats_does_not_hide_its_reversals_from_every_fit(
 ) -> None:
     """A slide driven by a sine of 0.5 Hz for 8 s, at 1 kHz, its place in steps of an encoder: dealt
     in turn, the blocks left out came back at the reversals of every period, and the friction that
-    acts there had no rows to be fitted to; the answer was thrown away as 10⁶ times too far off."""
+    acts there had no rows to be fitted to; the answer was thrown away."""
     t = np.arange(0.0, 8.0, 0.001)
     speed = 180.0 * np.sin(2.0 * np.pi * 0.5 * t)
     place = np.round(np.cumsum(speed) * 0.001 / 0.00466) * 0.00466
