@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import Candidate, Choice
+from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
+from autodb.explain.engine.normal import solved_together
 from autodb.explain.engine.plain.growing import (
     MOST,
     best_offer,
@@ -35,6 +36,10 @@ Array = NDArray[np.float64]
 
 ROUNDS, FIRST_SCAN = 4, 10
 """Rounds of searching what laws leave, and the number that the first of them goes by."""
+TWIN = 0.25
+"""Share of a static law's squares that a shift of all that is recorded must not be able to give;
+where it gives more the law has what both give: machines with a mass are more than such that are
+logged early. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,8 @@ def _continued(
     for number in range(ROUNDS):
         candidates = _anew(bench, named, found, field, number)
         rows = PlainRows(bench.loosened(found), candidates)
+        anew = {c.key: c for c in candidates}
+        found = [replace(c, candidate=anew[c.candidate.key]) for c in found]
         before = {c.candidate.key for c in found}
         found = merged_laws(rows, completed(rows, found))
         if {c.candidate.key for c in found} == before:
@@ -170,7 +177,50 @@ def _anew(
     bench.forget(c.key for c in acting)
     looked = field.scanned(left, PLAIN, FIRST_SCAN + number)
     made = {c.key: c for c in (*named, *acting, *looked) if c.named}
-    return list((made | {c.candidate.key: c.candidate for c in found}).values())
+    made |= {c.candidate.key: c.candidate for c in found}
+    return [_beside_twins(bench, c, found) for c in made.values()]
+
+
+def _beside_twins(bench: WhiteRows, candidate: Candidate, found: Sequence[Choice]) -> Candidate:
+    """Return a candidate; what shifts all that is recorded less what static laws found give of it,
+    as far as it gives these.
+
+    In motion of one frequency friction that comes early is a mass.
+    """
+    if candidate.first or all(form.through is None for form in candidate.forms):
+        return candidate
+    static = [c for c in found if c.candidate.static]
+    forms = tuple(_less_twins(bench, form, static) for form in candidate.forms)
+    if forms != candidate.forms:
+        bench.forget([candidate.key])
+    return replace(candidate, forms=forms)
+
+
+def _less_twins(bench: WhiteRows, form: CandidateForm, static: Sequence[Choice]) -> CandidateForm:
+    own, built = bench.chosen(()), bench.reduce(bench.built(form))
+    both = np.hstack([own, built])
+    twins = [
+        choice
+        for choice in static
+        if _left_of(bench, choice, both) < TWIN * _left_of(bench, choice, own)
+    ]
+    if not twins:
+        return form
+    beside = bench.chosen(twins)
+    given = np.hstack([bench.built(choice.shape) for choice in twins])
+
+    def law(**shape: float) -> Array:
+        columns = replace(form, shape=shape).build()
+        along = solved_together(beside, bench.reduce(columns))[own.shape[1] :]
+        return np.asarray(columns - given @ along)
+
+    return replace(form, law=law)
+
+
+def _left_of(bench: WhiteRows, choice: Choice, columns: Array) -> float:
+    """Return the squares of a choice's columns that others (m, p) cannot give."""
+    its = bench.columns(choice.key, choice.shape)
+    return float(np.sum((its - columns @ solved_together(columns, its)) ** 2))
 
 
 def _surer_than_curves(
