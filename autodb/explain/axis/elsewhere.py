@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from types import FunctionType
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,8 +153,11 @@ def _anew(candidate: Candidate, signals: AxisSignals) -> Candidate | None:
 
 
 def _formula(form: CandidateForm) -> tuple[object, tuple[object, ...]]:
-    """Return what two shapes have in common whose law is the same function of other signals."""
+    """Return what two shapes have in common whose law is the same function of other signals.
+
+    A law that is less than a function, such as what others leave of a shift, is that of no other.
+    """
     law = form.law
     fixed = law.args if isinstance(law, partial) else ()
     function = law.func if isinstance(law, partial) else law
-    return cast(FunctionType, function).__code__, fixed
+    return getattr(function, "__code__", function), fixed

@@ -9,7 +9,7 @@ what must be searched for (a period, a stretch) may enter where no static law do
 the others make needless goes again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.noise import PLAIN, Whitener
-from autodb.explain.engine.normal import solved_together
+from autodb.explain.engine.normal import solved, solved_together
 from autodb.explain.engine.plain.growing import (
     MOST,
     best_offer,
@@ -40,6 +40,8 @@ TWIN = 0.25
 """Share of a static law's squares that a shift of all that is recorded must not be able to give;
 where it gives more the law has what both give: machines with a mass are more than such that are
 logged early. Chosen."""
+WHOLE = 0.1
+"""Share by which the size of a shift may differ from that of what it shifts. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -183,38 +185,46 @@ def _anew(
 
 def _beside_twins(bench: WhiteRows, candidate: Candidate, found: Sequence[Choice]) -> Candidate:
     """Return a candidate; what shifts all that is recorded less what static laws found give of it,
-    as far as it gives these.
+    where it gives most of these and is no whole shift.
 
-    In motion of one frequency friction that comes early is a mass.
+    In motion of one frequency friction that comes early is a mass, and what else is not simulated
+    makes it so: a shift that is one shifts everything by its whole size.
     """
     if candidate.first or all(form.through is None for form in candidate.forms):
         return candidate
     static = [c for c in found if c.candidate.static]
-    forms = tuple(_less_twins(bench, form, static) for form in candidate.forms)
-    if forms != candidate.forms:
-        bench.forget([candidate.key])
-    return replace(candidate, forms=forms)
+    forms = (_less_twins(bench, Choice(candidate, n), static) for n in range(len(candidate.forms)))
+    return replace(candidate, forms=tuple(forms))
 
 
-def _less_twins(bench: WhiteRows, form: CandidateForm, static: Sequence[Choice]) -> CandidateForm:
-    own, built = bench.chosen(()), bench.reduce(bench.built(form))
+@dataclass(frozen=True)
+class _LessTwins:
+    """Columns of a law less what those of other laws give of them beside own terms."""
+
+    law: Callable[..., Array]
+    twins: tuple[Choice, ...]
+    bench: WhiteRows
+
+    def __call__(self, **shape: float) -> Array:
+        whole = CandidateForm(self.law, shape=shape).build()
+        own = self.bench.chosen(()).shape[1]
+        beside = self.bench.chosen(self.twins)
+        along = solved_together(beside, self.bench.reduce(whole))[own:]
+        given = np.hstack([self.bench.built(choice.shape) for choice in self.twins])
+        return np.asarray(whole - given @ along)
+
+
+def _less_twins(bench: WhiteRows, shift: Choice, static: Sequence[Choice]) -> CandidateForm:
+    form = shift.shape
+    law = form.law.law if isinstance(form.law, _LessTwins) else form.law
+    whole = replace(form, law=law)
+    own, built = bench.chosen(()), bench.columns(shift.key, whole)
     both = np.hstack([own, built])
-    twins = [
-        choice
-        for choice in static
-        if _left_of(bench, choice, both) < TWIN * _left_of(bench, choice, own)
-    ]
-    if not twins:
-        return form
-    beside = bench.chosen(twins)
-    given = np.hstack([bench.built(choice.shape) for choice in twins])
-
-    def law(**shape: float) -> Array:
-        columns = replace(form, shape=shape).build()
-        along = solved_together(beside, bench.reduce(columns))[own.shape[1] :]
-        return np.asarray(columns - given @ along)
-
-    return replace(form, law=law)
+    twins = tuple(c for c in static if _left_of(bench, c, both) < TWIN * _left_of(bench, c, own))
+    share = solved(np.hstack([bench.chosen(twins), built]), bench.reduced_difference)[-1]
+    if not twins or (form.through is not None and abs(share - 1.0) < WHOLE):
+        return whole
+    return replace(form, law=_LessTwins(law, twins, bench))
 
 
 def _left_of(bench: WhiteRows, choice: Choice, columns: Array) -> float:
