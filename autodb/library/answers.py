@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Limits = Mapping[str, AxisLimits]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ImportResult(Result):
     """A recording that came in; ``answer``: its number, rows, cuts and notes."""
 
@@ -38,7 +38,7 @@ class ImportResult(Result):
         return asdict(self.answer)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CalibrateResult(Result):
     """Calibrations of a machine's axes; ``protocol``: the standard cuts that they were made on."""
 
@@ -83,7 +83,7 @@ class CalibrateResult(Result):
         return ResultPage(render_card(card))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RefreshResult(Result):
     """What a pass of the refresh did: ``answer``, and ``lines`` that say it."""
 
@@ -105,7 +105,7 @@ class RefreshResult(Result):
         return asdict(self.answer)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ForcesResult(Result):
     """The forces of cuts: ``answer`` has the cuts, notes, and limits that they may exceed."""
 
@@ -129,7 +129,7 @@ class ForcesResult(Result):
         return dict(plain(self.answer))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PredictResult(ForcesResult):
     """The forces of a job, kept in the database under ``answer.prediction_id``."""
 
@@ -142,7 +142,7 @@ class PredictResult(ForcesResult):
         return ResultPage(render_prediction(self.answer, self.limits))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LookupResult(ForcesResult):
     """The forces of cuts that were looked up: nothing is stored."""
 
@@ -153,7 +153,7 @@ class LookupResult(ForcesResult):
         return ResultPage(render_look_up(self.answer, self.limits))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PairsResult(Result):
     """The work-tool pairs that a machine has learnt."""
 

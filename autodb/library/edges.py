@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EdgeChangeResult(Result):
     """What recording a change of an edge did, or undoing it."""
 
@@ -27,7 +27,7 @@ class EdgeChangeResult(Result):
         return dict(plain(self.answer))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EdgesResult(Result):
     """The tools that a machine has cuts of, and recorded changes of their edges."""
 

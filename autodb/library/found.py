@@ -16,7 +16,7 @@ OF_CAUSE = ("channel", "kind", "term", "confidence", "statement", "size", "low",
 OF_TERM = ("term", "parameter", "value", "sd", "unit")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ExplainResult(Result):
     """What a simulation leaves out of a recording.
 
@@ -66,7 +66,7 @@ def _size(cause: Any) -> tuple[float, float, float, str]:
     return size.value, size.low, size.high, size.unit
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class IdentifyResult(Result):
     """The terms of a feed axis, and the ``moves`` that they were identified from.
 

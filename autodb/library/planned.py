@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ToolLifeResult(Result):
     """How long edges last in jobs; ``lines`` say it, ``why`` of an edge where nobody knows.
 
@@ -56,7 +56,7 @@ class ToolLifeResult(Result):
         return dict(plain(self.answer))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StabilityResult(Result):
     """To what depth the cuts of ``job`` are stable, beside what the machine's limits allow."""
 

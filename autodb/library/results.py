@@ -57,6 +57,10 @@ class Result(ABC):
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as plain data, as ``--json`` of the command prints it."""
 
+    def __repr__(self) -> str:
+        """Return its rows as pandas prints them: what holds traces would fill screens."""
+        return f"{type(self).__name__}\n{self.to_pandas()!r}"
+
     def _repr_html_(self) -> str:
         return str(self.to_pandas().to_html(index=False))
 

@@ -114,7 +114,7 @@ class Recording(_Table):
             raise UnusableInput(
                 phrase(
                     "{file}: column 't' is not even ({found}); lay its rows out with "
-                    "autodb.records.on_even_rows",
+                    "autodb.records.timed.on_even_rows",
                     file=self.path,
                     found=found,
                 )

@@ -1,7 +1,7 @@
 """A client of the service: what the library answers, over HTTP.
 
-    with Client("http://127.0.0.1:8321") as autodb:
-        found = autodb.look_up("lathe-1", "C45", "CNMG 120408", cut)
+    with Client("http://127.0.0.1:8321") as shop:
+        found = shop.look_up("lathe-1", "C45", "CNMG 120408", cut)
         print(found.cut.force_y_N.value)
 
 Answers are kept with their entity tags: asked again, and nothing written meanwhile, the service

@@ -1,8 +1,10 @@
 """The documentation says what the program does: its outputs, commands, figures and links."""
 
 import json
+import pkgutil
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,34 @@ FETCHED = re.compile(
     r"<(?:script|img|iframe|source|video|audio)[^>]+src=[\"']?(?:https?:)?//"
     r"|<link[^>]+href=[\"']?(?:https?:)?//|url\([\"']?(?:https?:)?//|@import[^;]+//"
 )
+
+
+OF_THE_PACKAGE = re.compile(
+    r"^(?! *(?:from|import) ).*?(?<![\w./@-])(autodb(?:\.[A-Za-z_]\w*)+)", re.M
+)
+NO_MODULES = {"autodb.sqlite3", "autodb.service", "autodb.example"}
+"""Files and a host of this name."""
+
+
+def test_names_of_the_package_are_those_of_something() -> None:
+    """In pages, and in what modules say of themselves or to whoever misuses them."""
+    pages = [ROOT / "README.md", *DOCS.rglob("*.md")]
+    modules = [m for m in (ROOT / "autodb").rglob("*.py") if "proofs" not in m.parts]
+    unknown = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in (*pages, *modules)
+        for name in OF_THE_PACKAGE.findall(path.read_text("utf-8"))
+        if name not in NO_MODULES and not _is_something(name)
+    }
+    assert not unknown
+
+
+@cache
+def _is_something(name: str) -> bool:
+    try:
+        return pkgutil.resolve_name(name) is not None
+    except (ImportError, AttributeError):
+        return False
 
 
 @pytest.mark.pages

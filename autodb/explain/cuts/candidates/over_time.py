@@ -255,7 +255,7 @@ def coldness(stack: Stack, time_s: float, *, levelling: float = 0.0) -> Array:
     """Return how cold the machine is in each cut, 1 at the first one and 0 in steady work, (n,).
 
     1 − s(1 + b)/(1 + b s), s the machine's warmth over that of steady work, b ``levelling``;
-    T dw/dt = 1 − w while it cuts and −w while it does not (see `terms.drive.warmup`).
+    T dw/dt = 1 − w while it cuts and −w while it does not (see `terms.warming.warmup`).
     """
     seen = stack.frame.known
     work = UsualWork.of(seen)
