@@ -99,8 +99,8 @@ def confirm(
 ) -> Decided:
     """Confirm a mismatch, as it is named or as one of its alternatives (``term``).
 
-    Where the term belongs decides what changes (``autodb.terms.term.Home``). A machine's is fitted to
-    the mismatch' recording together with those of the channel's newest version, which makes the
+    Where the term belongs decides what changes (``autodb.terms.term.Home``). A machine's is fitted
+    to the mismatch' recording together with those of the channel's newest version, which makes the
     next version. One of a pair, or of a ``lot`` of its material, is fitted with the law to the cuts
     of each pair, of all its recordings; a gain corrects the calibrations of its force. Of five
     outlying cuts for a cause that a pair cannot hold a state of the pair is learnt. Decision and

@@ -36,19 +36,25 @@ STEP_S, STEP_ROWS = 0.04, 2.0
 
 def gain_candidate(s: AxisSignals) -> Candidate:
     """Every contribution scales alike with a factor that changes: steadily, settling, in a step or
-    over a ramp.
+    over a ramp. The simulation is right before; what it lacks has its size in most rows, so that a
+    change that comes early, or goes, leaves it that.
     """
-    run = _run(s)
-    rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(s.frame.t_s[-1] - s.frame.t_s[0])
+    lacking = sum((s.found[term] for term in s.joined), start=np.zeros_like(s.effort))
+    like = s.frame
+    rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(like.t_s[-1] - like.t_s[0])
+
+    def scaled(change: Callable[[Array], Array]) -> Array:
+        usual = float(np.median(change(_run(like))))
+        return s.effort * change(_run(s)) - lacking * usual
 
     def settling(time_constant: float) -> Array:
-        return -s.effort * np.expm1(-run / time_constant)
+        return scaled(lambda run: -np.expm1(-run / time_constant))
 
     def stepping(start: float) -> Array:
-        return s.effort * np.clip((run - start) / rise + 0.5, 0.0, 1.0)
+        return scaled(lambda run: np.clip((run - start) / rise + 0.5, 0.0, 1.0))
 
     def ramping(start: float, duration: float) -> Array:
-        return s.effort * np.clip((run - start) / duration, 0.0, 1.0)
+        return scaled(lambda run: np.clip((run - start) / duration, 0.0, 1.0))
 
     steps = [float(at) for at in np.linspace(0.0, 1.0, STEPS + 2)[1:-1]]
     ramps = [
@@ -61,20 +67,28 @@ def gain_candidate(s: AxisSignals) -> Candidate:
     ) -> CandidateForm:
         within = {"start": (at - near, at + near)}
         within |= {name: (value / 2, value * 2) for name, value in lasts.items()}
-        return CandidateForm(law, {"start": at, **lasts}, within, names, tries)
+        return CandidateForm(law, {"start": at, **lasts}, within, names, tries, _may_scale)
 
+    settles = [{"time_constant": T} for T in SETTLING]
     forms = [
-        CandidateForm(lambda: s.effort * run, names=names, tries=tries),
-        *grid_forms(settling, [{"time_constant": T} for T in SETTLING], names=names),
+        CandidateForm(lambda: scaled(np.asarray), names=names, tries=tries, allowed=_may_scale),
+        *grid_forms(settling, settles, names=names, allowed=_may_scale),
         *(changing(stepping, 1.0 / STEPS, at) for at in steps),
         *(changing(ramping, length / 2, at, duration=length) for at, length in ramps),
-        CandidateForm(lambda: s.effort[:, None] * swings(run, 7, _run(s.frame))),
+        CandidateForm(lambda: s.effort[:, None] * swings(_run(s), 7, _run(like))),
     ]
     return Candidate(
         "gain", "gain", tuple(forms), ("t",),
-        detail=lambda: s.effort[:, None] * spline(run, 14), excludes=frozenset({"warmup"}),
+        detail=lambda: s.effort[:, None] * spline(_run(s), 14), excludes=frozenset({"warmup"}),
         holds=s.joined,
     )  # fmt: skip
+
+
+def _may_scale(share: Array) -> bool:
+    """Whether a constant of a motor or a sensor may change by a share: it goes, but neither doubles
+    nor turns its sign.
+    """
+    return bool(abs(share[0]) < 1.0)
 
 
 def braking(s: AxisSignals) -> Candidate:
