@@ -58,7 +58,7 @@ TURNING = "gravity over the angle"
 def weights(s: AxisSignals) -> list[Candidate]:
     """Return a constant load, and of a rotary axis a weight that turns with its angle."""
     constant = Candidate(
-        "gravity",
+        CONSTANT if s.rotary else "gravity",
         "gravity",
         (CandidateForm(lambda: np.ones_like(s.t_s), names=("level",)),),
         excludes=frozenset({"spring"}),

@@ -69,6 +69,19 @@ def test_a_swinging_weight_has_level_and_phase(effort: str, unit: str) -> None:
     assert cause.statement.startswith("The weight of a table or its work")
 
 
+def test_a_constant_load_beside_a_simulated_weight_is_found() -> None:
+    """An amplifier's zero, say: over the angle the simulation has all of the weight."""
+    recording, parts = _table("a.current", load=np.full(len(T_S), 1.2))
+    done = explain(
+        Recording(path=Path("r.csv"), channels=recording),
+        Recording(path=Path("s.csv"), channels=_simulated("a.current", parts, {"load"})),
+        includes=["coulomb", "viscous", "inertia", "gravity"],
+    )
+    (cause,) = done.explanation.channels["a.current"].missing
+    assert (cause.term, cause.kind, cause.variables) == ("gravity", "mistuned", ())
+    assert cause.parameters["size"].value == pytest.approx(1.2, rel=0.02)
+
+
 @pytest.mark.parametrize("fitted", [False, True], ids=["kept", "fitted again"])
 def test_a_weight_comes_before_a_spring_that_does_as_well(fitted: bool) -> None:
     """A robot's joint turns by 146° while others move, whose pull no signal here tells."""
