@@ -10,10 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.design import designed
 from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import Library
-from autodb.explain.cuts.stack import Stack
+from autodb.explain.cuts.stack import Stack, designed
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.plain.growing import grown, merged_laws
 from autodb.explain.engine.plain.rows import ROWS, PlainRows

@@ -18,7 +18,7 @@ def test_friction_beside_a_gain_that_settles_early() -> None:
     rng = np.random.default_rng(20261129)
     t = np.arange(0.0, SECONDS, 1.0 / RATE_HZ)
     waves = [(20.0, 0.23), (9.0, 0.41), (4.0, 0.77)]
-    place = sum(size * np.sin(2.0 * np.pi * hz * t) for size, hz in waves)
+    place = np.sum([size * np.sin(2.0 * np.pi * hz * t) for size, hz in waves], axis=0)
     speed = np.gradient(place, t)
     simulated = VISCOUS_A_S_MM * speed + MASS_A_S2_MM * np.gradient(speed, t)
     recorded_share = AT_FIRST + (1.0 - AT_FIRST) * np.clip(t / SETTLED_S, 0.0, 1.0)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer import Cause
 from autodb.explain.cuts.candidates.laws import LawColumns
-from autodb.explain.cuts.candidates.library import gain_step, hard_spot_of_cuts
+from autodb.explain.cuts.candidates.searched import gain_step, hard_spot_of_cuts
 from autodb.explain.cuts.carried import elsewhere, fit_cuts_account
 from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import Parted, Trials, after_forces

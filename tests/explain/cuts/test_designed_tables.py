@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.design import designed
 from autodb.explain.cuts.candidates.library import families, of_forces
 from autodb.explain.cuts.cut_search import stack_of
 from autodb.explain.cuts.plain_rows import TableRows
-from autodb.explain.cuts.stack import Stack
+from autodb.explain.cuts.stack import Stack, designed
 from autodb.records.tables import CutTable
 
 Array = NDArray[np.float64]

@@ -23,8 +23,9 @@ from autodb.explain.cuts.candidates.laws import (
     relative,
     values_of,
 )
-from autodb.explain.cuts.candidates.library import SHORTEST, Library
+from autodb.explain.cuts.candidates.library import Library
 from autodb.explain.cuts.candidates.over_time import drift_courses
+from autodb.explain.cuts.candidates.searched import SHORTEST
 from autodb.explain.cuts.stack import Conditions, Stack, table_conditions
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.records.tables import CutTable

@@ -156,25 +156,34 @@ def _none_at_least(middle: float, half: float, unit: str) -> IntervalValue:
 
 
 def _hard_spot(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
-    stack, cuts = effect.stack, effect.stack.known.number
-    first, last = effect.choice.shape.shape["first"], effect.choice.shape.shape["last"]
-    start, end = int(np.argmax(cuts == first)), int(np.argmax(cuts == last))
+    stack = effect.stack
+    change = _one(effect.beside, each(stack, _run(stack, *_rows_of_run(effect))), component, "1")
+    factor = IntervalValue(
+        value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1"
+    )
+    ends = _ends_of_run(effect, lambda start, end: alike(stack, _run(stack, start, end)))
+    return {"factor": factor} | ends
 
-    def gain(begin: int, stop: int) -> float:
-        return effect.beside.gain(alike(stack, _run(stack, begin, stop)))
 
+def _rows_of_run(effect: EffectInCuts) -> tuple[int, int]:
+    cuts, shape = effect.stack.known.number, effect.choice.shape.shape
+    return int(np.argmax(cuts == shape["first"])), int(np.argmax(cuts == shape["last"]))
+
+
+def _ends_of_run(
+    effect: EffectInCuts, columns: Callable[[int, int], LawColumns]
+) -> dict[str, IntervalValue]:
+    """Return the first and the last cut of a run, each with those that do nearly as well.
+
+    ``columns``: those of a run from a row to a row.
+    """
+    cuts = effect.stack.known.number
+    start, end = _rows_of_run(effect)
     starts = range(max(0, start - LATER), min(end, start + LATER) + 1)
     ends = range(max(start, end - LATER), min(len(cuts) - 1, end + LATER) + 1)
-    near_start = {s: gain(s, end) for s in starts}
-    near_end = {e: gain(start, e) for e in ends}
-    change = _one(effect.beside, each(stack, _run(stack, start, end)), component, "1")
-    return {
-        "factor": IntervalValue(
-            value=1.0 + change.value, low=1.0 + change.low, high=1.0 + change.high, unit="1"
-        ),
-        "first": _place(cuts, near_start, start),
-        "last": _place(cuts, near_end, end),
-    }
+    near_start = {s: effect.beside.gain(columns(s, end)) for s in starts}
+    near_end = {e: effect.beside.gain(columns(start, e)) for e in ends}
+    return {"first": _place(cuts, near_start, start), "last": _place(cuts, near_end, end)}
 
 
 def _run(stack: Stack, start: int, end: int) -> SpreadLaw:
@@ -233,6 +242,10 @@ def _gain(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
         t = stack.known.t_s
         start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
         made["start"] = IntervalValue.around(start, 0.1 * float(t[-1] - t[0]), "s")
+    if "first" in effect.choice.shape.shape:
+        made |= _ends_of_run(
+            effect, lambda start, end: only(stack, _run(stack, start, end), component)
+        )
     return made
 
 
