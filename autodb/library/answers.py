@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 Limits = Mapping[str, AxisLimits]
 
+OF_A_CUT = ("name", "operation", "spindle.speed", "cutting.speed")
+"""What a terminal shows of each cut, beside what was predicted; ``to_pandas`` has all."""
+
 
 @dataclass(frozen=True, repr=False)
 class ImportResult(Result):
@@ -123,6 +126,15 @@ class ForcesResult(Result):
         import pandas as pd
 
         return pd.read_csv(StringIO(self.csv()))
+
+    def _printed(self) -> "pd.DataFrame":
+        """Return a column for each cut: its name, what it does, and quantities with intervals."""
+        from autodb.forward.limits import QUANTITIES
+
+        predicted = [f"{one.channel}{end}" for one in QUANTITIES for end in ("", ".low", ".high")]
+        cuts = self.to_pandas().set_index("cut")
+        shown = [name for name in (*OF_A_CUT, *predicted) if name in cuts]
+        return cuts[shown].dropna(axis=1, how="all").T
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as plain data, as ``predict --json`` prints it."""

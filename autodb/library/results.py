@@ -57,12 +57,16 @@ class Result(ABC):
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as plain data, as ``--json`` of the command prints it."""
 
+    def _printed(self) -> "pd.DataFrame":
+        """Return what a terminal and a notebook show of the answer."""
+        return self.to_pandas()
+
     def __repr__(self) -> str:
-        """Return its rows as pandas prints them: what holds traces would fill screens."""
-        return f"{type(self).__name__}\n{self.to_pandas()!r}"
+        """Return its table as pandas prints it: what holds traces would fill screens."""
+        return f"{type(self).__name__}\n{self._printed()!r}"
 
     def _repr_html_(self) -> str:
-        return str(self.to_pandas().to_html(index=False))
+        return str(self._printed().to_html())
 
 
 def plain(answer: Any) -> Any:

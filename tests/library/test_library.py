@@ -133,7 +133,9 @@ def test_cuts_are_predicted_and_looked_up_from_a_frame(machine: ShopMachine) -> 
     assert list(machine.pairs().to_pandas()["tool"]) == ["carbide insert"]
     assert len(looked_up.to_dict()["cuts"]) == 2
     assert repr(looked_up).splitlines()[0] == "LookupResult"
-    assert "[2 rows x" in repr(looked_up)
+    printed = [line.split()[0] for line in repr(looked_up).splitlines()]
+    assert printed[:3] == ["LookupResult", "cut", "operation"]
+    assert {"force.y", "force.y.low", "force.y.high"} <= {*printed}
     for page in (predicted.plot(), looked_up.plot()):
         assert "<h1>" in page.html
         assert page._repr_html_().startswith("<iframe srcdoc=")
