@@ -214,6 +214,12 @@ def plain_word(line: WrittenLine, name: str, written: str) -> Word:
     return Word(name, written, number)
 
 
+def of_line(error: UnusableInput, line: WrittenLine, plain: str) -> UnusableInput:
+    """Return an error with file and line, where it does not name them yet."""
+    named = str(error).startswith(line.source)
+    return error if named else line.refusal(plain[:40], str(error))
+
+
 def _no_word(rest: str, line: WrittenLine) -> UnusableInput:
     word = rest[:40]
     if word[0] in "()":

@@ -4,8 +4,9 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine, numbered_lines, worded
+from autodb.nc.reading.blocks import WrittenLine, numbered_lines, of_line, worded
 from autodb.nc.reading.expressions import Expression, expression, expression_at
+from autodb.nc.reading.foreign import okuma_plain
 from autodb.nc.reading.instructions import (
     Call,
     Count,
@@ -64,6 +65,14 @@ def linuxcnc_instructions(text: str, *, source: str) -> Instructions:
     return _instructions(reader, text, _linuxcnc_line)
 
 
+def okuma_instructions(text: str, *, source: str) -> Instructions:
+    """Return the instructions of a program of Okuma's OSP; its own language is refused at once."""
+    plain, refused = okuma_plain(text, source=source)
+    out = fanuc_instructions(plain, source=source)
+    out.problems += [] if refused is None else [refused]
+    return out
+
+
 def _instructions(
     reader: _Reader, text: str, read: Callable[[_Reader, WrittenLine, str], None]
 ) -> Instructions:
@@ -79,7 +88,7 @@ def _instructions(
         try:
             read(reader, line, found[2])
         except UnusableInput as error:
-            reader.out.problems.append(error)
+            reader.out.problems.append(of_line(error, line, plain))
     out, (name, start) = reader.out, reader.unit
     out.units.setdefault(name, (start, reader.place()))
     out.main = next((one for one in out.units if one in reader.programs), name)

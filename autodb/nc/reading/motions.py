@@ -37,6 +37,10 @@ from autodb.nc.reading.targets import (
 from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
 ROTARY = ("A", "B", "C")
+TURNS_ROTARY = (
+    "this turns a rotary axis; only moves of X, Y and Z are read: give what is cut at each of its "
+    "angles as a program of its own"
+)
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")
 _BY_ITSELF = {
@@ -52,6 +56,8 @@ _BY_ITSELF = {
 def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: ProgramState) -> None:
     """Raise UnusableInput naming the first value that nothing has taken; N and O number only."""
     for letter, word in without(values, *_NUMBERS).items():
+        if letter in ROTARY and not state.lathe:
+            raise block.refusal(word.text, TURNS_ROTARY)
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
         raise block.refusal(word.text, f"{why}; leave it out")
 

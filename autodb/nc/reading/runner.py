@@ -28,6 +28,7 @@ MOST_AGAIN = 50_000
 """How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
+NO_SUBPROGRAM = "there is no subprogram of this name; put it into this file"
 _MACRO = dict(zip("ABCIJKDEFHMQRSTUVWXYZ", (
     1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ), strict=True))  # fmt: skip
@@ -106,7 +107,7 @@ class Runner:
 
     def _find(self, unit: str, at: ProgramBlock | WrittenLine) -> None:
         if not self.has(unit):
-            raise at.refusal(unit, "there is no subprogram of this name; put it into this file")
+            raise at.refusal(unit, NO_SUBPROGRAM)
 
     def _add(self, found: Instructions, unit: str) -> None:
         """Take the instructions of another file behind those that are there."""
@@ -340,6 +341,10 @@ class Runner:
         if not step.by_name:
             return own | {k: one or 0.0 for k, one in enumerate(given, start=1)}
         self._find(step.unit, step.line)
+        if step.texts:
+            raise step.line.refusal(
+                step.unit, "a text as an argument is not read; write out its blocks"
+            )
         named = self.instructions.parameters.get(step.unit, ())
         if len(given) > len(named):
             raise step.line.refusal(

@@ -137,7 +137,7 @@ class ProgramState:
 
 def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
     """Return the feed of a cutting move; raises UnusableInput saying what is not stated."""
-    word = state.motion or block.words[0].text
+    word = state.cycle or state.motion or block.words[0].text
     if state.feed is None:
         raise block.refusal(
             word, f"no feed before this cutting move; state F after {state.feed_word}"
@@ -150,7 +150,7 @@ def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
 
 def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
     """Return the spindle speed of a cutting move; raises UnusableInput where there is none."""
-    word = state.motion or block.words[0].text
+    word = state.cycle or state.motion or block.words[0].text
     if state.stopped is not None:
         raise block.refusal(
             word, f"the spindle stopped with M5 in line {state.stopped}; start it with M3 or M4"
@@ -171,6 +171,11 @@ def word_value(word: Word) -> float:
     """Return the number of a word that has one."""
     assert word.number is not None  # sorted_words() refused
     return word.number
+
+
+def feed_value(word: Word, unit_mm: float, block: ProgramBlock) -> float | None:
+    """Return a feed F in mm; none for F0, which no move can be cut with; refused where negative."""
+    return positive_value(word, block) * unit_mm if word_value(word) else None
 
 
 def positive_value(word: Word, block: ProgramBlock) -> float:

@@ -12,10 +12,12 @@ from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
 from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
 from autodb.nc.reading.expressions import Key, Number, Values
+from autodb.nc.reading.foreign import refuse_other_language
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
+from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import Runner
+from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -147,6 +149,7 @@ def carried_out(
 
     ``radius_of``: of a mill's tools, whose centre then goes beside compensated contours.
     """
+    refuse_other_language(text, source=source)
     written = CONTROLS[control] if control else control_of(text, source=source)
     instructions = written.instructions(text, source=source)
     own = written is LINUXCNC and source.lower().endswith(".ngc")
@@ -166,6 +169,8 @@ def carried_out(
         moves, problems = beside_contours(
             moves, radius_of, round_corners=not written.system, source=source
         )
+    if any(NO_SUBPROGRAM in str(problem) for problem in problems):
+        problems += missing_subprograms(runner)
     _refuse(source, [*instructions.problems, *problems])
     if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
@@ -218,6 +223,8 @@ def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number
                 return 0.0
             setting = _SETTINGS.get(key)
             return None if setting is None else setting(state)
+        if control is SINUMERIK and isinstance(key, str):
+            raise ValueError(f"nothing in the program has set '{key}'; set it before this line")
         return None
 
     return value
