@@ -47,7 +47,7 @@ CONTROLS = {one.name: one for one in (FANUC_A, FANUC_B, FANUC_C, LINUXCNC, OKUMA
 _SINUMERIK = re.compile(
     r"^%_N_|^;\$PATH|\bMSG\b|\bDIAM(ON|OF|90)\b|\bCYCLE\d+\b|\bMCALL\b|\bG500\b|\bG7[01]0\b|\bSUPA\b"
     r"|\bLIMS\s*=|\bR\d+\s*=|\bT\s*=\s*\"|\bCR\s*=|\bM17\b|\bTRAFOOF\b|\bA?TRANS\b|\bDEF (REAL|INT)"
-    r"|\b(POCKET|HOLES|SLOT)\d\b|\bTRAORI\b|\bEXTCALL\b|\bSTOPRE\b|\bGOTO[FB]\b|\b[XYZ]\s*=\s*I?A?C\b|\bWORKPIECE\b|\bFFWON\b|^\s*(N\d+\s*)?PROC\b",
+    r"|\b(POCKET|HOLES|SLOT)\d\s*\(|\bTRAORI\b|\bEXTCALL\b|\bSTOPRE\b|\bGOTO[FB]\b|\b[XYZ]\s*=\s*I?A?C\b|\bWORKPIECE\b|\bFFWON\b|^\s*(N\d+\s*)?PROC\b",
     re.MULTILINE | re.IGNORECASE,
 )
 _LINUXCNC = re.compile(

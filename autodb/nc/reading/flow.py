@@ -26,6 +26,8 @@ _PROGRAM = re.compile(r"[O:](\d+)(?!\d)(.*)$")
 _GOTO = re.compile(r"GOTO(.+)$")
 _WHILE = re.compile(r"(?:WH(?:ILE)?(\[.*\]))?DO(\d)$")
 _END = re.compile(r"END(\d)$")
+_ENDED = re.compile(r"M0*(?:2|30|99)(?!\d)")
+"""What ends a program or a subprogram: an O number behind it begins the next."""
 _PRINTS = re.compile(r"[BD]PRNT\[|POPEN|PCLOS")
 """Macro words that print to a port."""
 
@@ -39,10 +41,18 @@ class _Reader:
         self.starts: dict[str, int] = {}
         self.unit: tuple[str, int] = ("", 0)
         self.programs: list[str] = []
+        self.ended = False
 
     def place(self) -> int:
         """Return where the next instruction will stand."""
         return len(self.out.steps)
+
+    def begin_program(self, name: str) -> None:
+        """End what stands before a subprogram of LinuxCNC's M98; the first is the main program."""
+        before, start = self.unit
+        self.out.units.setdefault(before, (start, self.place()))
+        self.programs.append(before)
+        self.unit = (name, self.place())
 
     def close_unit(self, name: str) -> None:
         """End the unit that is open and begin another one."""
@@ -162,7 +172,12 @@ def _to_label(line: WrittenLine, text: str) -> JumpToLabel:
 
 def _linuxcnc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
     found = _O_WORD.match(plain)
+    ended, reader.ended = reader.ended, _ENDED.search(plain) is not None
     if found is None:
+        program = re.fullmatch(r"O(\d+)", plain)
+        if program is not None and ended:
+            reader.begin_program(f"{int(program[1])}")
+            return
         reader.out.steps.append(RunLine(worded(line, plain)))
         return
     name = found[1].strip("<>").lower()

@@ -279,8 +279,9 @@ class Runner:
         if "P" not in words and ("G65" in codes or "Q" not in words):
             raise block.refusal(block.words[0].text, "this calls nothing; state the number P")
         times = words["L"].number if "L" in words else None
+        again = 1.0 if times is None else times
         if "P" not in words:  # M98 Q calls a block of the same program
-            for _ in range(round(times or 1)):
+            for _ in range(round(again)):
                 yield from self._local(f"N{words['Q'].number or 0:.0f}", block)
             return
         number = words["P"].number or 0.0
@@ -288,11 +289,11 @@ class Runner:
         if "G65" in codes:
             own = {_MACRO[n]: w.number for n, w in words.items() if n in _MACRO and w.number}
         if "M98" in codes and times is None and number > 9999 and not self.has(f"{number:.0f}"):
-            times, number = divmod(number, 10000)
+            again, number = divmod(number, 10000)
         moves = tuple(word for word in block.words if word.name not in ("M", "P", "L"))
         if moves and "G65" not in codes:
             yield ProgramBlock(block.source, block.line, moves, block.optional)
-        for _ in range(round(times or 1)):
+        for _ in range(round(again)):
             if "M97" in codes:
                 yield from self._local(f"N{number:.0f}", block)
             else:

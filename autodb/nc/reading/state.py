@@ -65,7 +65,8 @@ class ProgramState:
     None as places do; ``cycle``: that in force, with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
-    ``contours``: what CYCLE62 has called since a cycle took some.
+    ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
+    cycle of LinuxCNC runs, where A and C are corners.
     """
 
     lathe: bool
@@ -103,6 +104,7 @@ class ProgramState:
     cycle: str | None = None
     taken: dict[str, float] = field(default_factory=dict)
     contours: tuple[CalledContour, ...] = ()
+    in_profile: bool = False
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:

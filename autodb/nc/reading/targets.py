@@ -123,7 +123,8 @@ def _target(
         if said is not None and word_value(said) == 0.0:  # there it stands
             return before
         raise block.refusal(said.text if said else "Y", ONLY_X_AND_Z)
-    if step is not None and not (state.lathe and state.control in (FANUC_A,)):
+    of_a = state.lathe and state.control is FANUC_A
+    if step is not None and not (of_a or state.in_profile):
         if state.control is not FANUC_A and not state.lathe:
             raise block.refusal(step.text, "this moves another axis; only X, Y and Z are read")
         raise block.refusal(

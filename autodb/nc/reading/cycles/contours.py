@@ -49,6 +49,23 @@ def moved(places: Array, *, by: tuple[float, float], off_mm: float, side: float)
     return np.asarray(ends + off_mm * 2.0 * mean / np.sum(mean * mean, axis=1)[:, None])
 
 
+def without_pockets(places: Array, side: float) -> Array:
+    """Return a contour bridged where it falls back behind what it has reached before.
+
+    ``side``: as of `runs_beyond`.
+    """
+    kept, top = [places[0]], float(places[0, 1])
+    for k, (along, across) in enumerate(places[1:].tolist()):
+        if side * (across - top) <= 0:
+            kept.append(np.array([along, top]))
+            continue
+        if side * (places[k, 1] - top) < 0:
+            kept.append(np.array([_crossing(places, k, top), top]))
+        kept.append(places[k + 1])
+        top = across
+    return np.array(kept)
+
+
 def runs_beyond(places: Array, level: float, side: float) -> Iterator[tuple[float, float, bool]]:
     """Yield where along the cut the contour lies beyond a level: begin, end, and whether it does
     so from its very start.
