@@ -238,7 +238,7 @@ _ROUND_MM = {"06": 6.35, "09": 9.525, "12": 12.7, "15": 15.875, "19": 19.05, "25
 (ISO 1832). Those of the type X (RCMX) have diameters in mm in either."""
 _SHAPES = "".join(_SHAPES_DEG)
 _LETTERS = rf"(?<![A-Z])([{_SHAPES}R])[A-GNOP][A-HJ-NU]([A-HJMNPQRTUWXZ])"
-_INSERT = re.compile(_LETTERS + r"[\s_-]*(\d{2})[\s_-]*(?:\d{2}|T\d)[\s_-]*(\d{2}|(?<=\d)M0)(?!\d)")
+_INSERT = re.compile(_LETTERS + r"[\s_-]*(\d{2})[\s_-]*(?:\d{2}|T\d)[\s_-]*(\d{2}|M0)(?!\d)")
 _INCHES = re.compile(
     rf"(?<![A-Z])([{_SHAPES}R])[A-GNOP][A-HJ-NU][A-HJMNPQRTUWXZ]?[\s_-]*"
     r"\d\(?[1-9](?:\.5)?\)?(\d(?:\.5)?)(?![\d.])"
