@@ -207,8 +207,11 @@ def _words(line: WrittenLine, plain: str) -> Iterator[Word | WrittenWord]:
 
 
 def plain_word(line: WrittenLine, name: str, written: str) -> Word:
-    """Return a word with a plain number; raises UnusableInput where it is too large."""
+    """Return a word with a plain number; raises UnusableInput where it is too large, or an exponent
+    (X1E-05, as scripts write small numbers), which no control takes."""
     number = float(written)
+    if name == "E" and written[0] in "+-":
+        raise line.refusal(f"E{written}", "no control takes exponents; write the number out")
     if not isfinite(number):
         raise line.refusal(f"{name}{written}"[:40], "larger than any number of a program")
     return Word(name, written, number)

@@ -207,7 +207,8 @@ class Runner:
         """Return where to go on after a jump or a counter."""
         if isinstance(step, Jump):
             holds = step.when is None or bool(self._of(step.line, step.when)) == step.holds
-            return step.to if holds else at + 1
+            open_ended = len(self.instructions.steps)  # nothing closes it, which is refused
+            return (step.to if step.to >= 0 else open_ended) if holds else at + 1
         if isinstance(step, Count):
             left = self.values.own.get(step.counter, 0.0) - 1.0
             to = left if step.to is None else self._of(step.line, step.to) or 0.0

@@ -22,6 +22,8 @@ OFF_CIRCLE_SHARE = 1e-3
 SPIRAL_MM = 0.1
 """How far Fanuc's controls let an arc end off its circle, as a spiral. Chosen: their makers leave
 it to a parameter, often to none at all; more is a slip of the program."""
+_WHOLE = 1000.0
+"""A place without a decimal point from which a note says how it was taken. Chosen: 1 m."""
 CENTRES = ("I", "J", "K")
 RADIUS = ("R", "CR")
 
@@ -136,6 +138,11 @@ def _target(
         raise block.refusal(step.text, f"'{place.text}' moves this axis too; use one of them")
     word = place or step
     assert word is not None
+    if abs(word_value(word)) >= _WHOLE and state.control.system and "." not in word.written:
+        state.note(
+            "places of 1000 and more without a decimal point are taken as they stand, not in "
+            "thousandths as some controls count them"
+        )
     counts = word.step if word.step is not None else word is step or not state.absolute
     if not counts:
         return round(state.factor(axis) * word_value(word) + state.shift[axis], DECIMALS)

@@ -1,6 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,11 +84,14 @@ def read_program(
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program's file; raises UnusableInput where there is none."""
+    """Return the text of a program's file, UTF-16 where it begins so; raises UnusableInput where
+    there is none."""
     try:
-        return path.read_bytes().decode("utf-8-sig", errors="replace")
+        said = path.read_bytes()
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
+    wide = said.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    return said.decode("utf-16" if wide else "utf-8-sig", errors="replace")
 
 
 def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:

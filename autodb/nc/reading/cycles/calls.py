@@ -23,6 +23,10 @@ def call_cycles(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> 
     if "MCALL" in names:
         names.remove("MCALL")
         m.state.cycle = None
+        if names and names[0] in _PATTERNS:
+            raise block.refusal(
+                "MCALL", f"{names[0]} is a row of places, no cycle; call a cycle, then {names[0]}"
+            )
         if names:
             m.modal_call = (names[0], codes[names[0]])
             return

@@ -61,7 +61,10 @@ def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: Pr
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
         begun = dict(m.state.place)
-        _follow(m, list(m.runner.contour(first, last, block)))
+        blocks = list(m.runner.contour(first, last, block))
+        if any((one.source, one.line) == (block.source, block.line) for one in blocks):
+            raise block.refusal(code, "a cycle inside its own contour; write it behind it")
+        _follow(m, blocks)
         for axis in ("x", "z"):
             go_rapid(m.state, {**m.state.place, axis: begun[axis]}, block, m.record)
     else:
