@@ -7,6 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
+from autodb.files.job import JobProgram
+from autodb.forward.programs import follow
 from autodb.nc.reading.turning_program import ReadProgram, carried_out, program_text
 
 MILL = "O1\nG21 G17 G90 G54\nT1 M6\nS1000 M3\nG0 X0 Y0\nG43 H1 Z5.\n"
@@ -206,3 +208,14 @@ def test_a_program_in_utf_16_is_read_and_large_whole_numbers_are_noted(tmp_path:
         done = _read(program_text(path))
         assert_allclose(_way_mm(done), 5006.0)
         assert any("without a decimal point" in note for note in done.notes)
+
+
+def test_a_path_that_no_computer_follows_is_refused_with_its_longest_move(tmp_path: Path) -> None:
+    path = tmp_path / "p.nc"
+    path.write_text(MILL + "G1 Z-1. F600\n" + "G3 I-9999.\n" * 40 + "M30")
+    job = {
+        "file": str(path), "block_mm": [-5, 5, -5, 5, -5, 0],
+        "tools": {"other": {"kind": "end_mill", "diameter_mm": 4, "teeth": 2}},
+    }  # fmt: skip
+    with pytest.raises(UnusableInput, match=r"line 8: the path is too long .* alone is 62\.8 m"):
+        follow(JobProgram.model_validate(job), units="mm", diameter=None)
