@@ -74,9 +74,9 @@ def control_of(text: str, *, source: str = "") -> Control:
     """Return the control that a program's words tell, or its name's end; else ``PLAIN``."""
     if source.lower().endswith(".ngc"):
         return LINUXCNC
+    text = "\n".join(line for line in text.splitlines() if not _PLACES.fullmatch(line))
     if is_okuma(text, source=source):
         return OKUMA
-    text = "\n".join(line for line in text.splitlines() if not _PLACES.fullmatch(line))
     plain = re.sub(r"\(\s*(?!(?:DEBUG|AXIS|PRINT))[^()]*\)", " ", text, flags=re.IGNORECASE)
     if _SINUMERIK.search(re.sub(r"(?m)^;(?!\$PATH).*|(?<!^);.*$", "", plain)):
         return SINUMERIK
