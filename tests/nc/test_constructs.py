@@ -74,8 +74,9 @@ def test_what_would_move_the_tool_otherwise_is_refused(words: str, says: str) ->
 
 
 def test_a_swivel_that_is_taken_back_and_a_scale_of_one_change_nothing() -> None:
-    for words in ("CYCLE800()", "MIRROR", "SCALE X1 Y1", "OVRX=3"):
-        assert_allclose(_way_mm(_read(f"{SINUMERIK}{words}\nG1 X10\nM30")), 16.0)
+    none = ("CYCLE800()", "MIRROR", "SCALE X1 Y1", "OVRX=3", "DYNFINISH", "IF $P_SIM GOTOF ENDE")
+    for words in none:
+        assert_allclose(_way_mm(_read(f"{SINUMERIK}{words}\nG1 X10\nENDE:\nM30")), 16.0)
 
 
 @pytest.mark.parametrize(

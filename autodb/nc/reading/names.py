@@ -11,6 +11,9 @@ HARMLESS_NAMES = frozenset(
     | {"GROUP_END", "F_HEAD", "E_HEAD", "STOPFIFO", "STARTFIFO", "PRESETON0", "TOWSTD", "SPCON"}
     | {"SPCOF", "FNORM", "FLIN", "ACC", "VELOLIM", "ACCLIMA", "JERKLIM"}
     | {"EXTERN", "ASPLINE_OF", "SBLON", "SBLOF", "FENDNORM", "IPOBRKA", "LFOF", "LFON"}
+    | {"DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH", "DYNPREC", "RTLION", "RTLIOF"}
+    | {"CUT2D", "CUT2DF", "COMPSURF", "CPRECON", "CPRECOF", "CDON", "CDOF", "WALCS0", "WAITS"}
+    | {"CUTMOF", "WAITM", "WAITE", "OSOF", "SOFTA", "BRISKA"}
 )
 """They change what the machine does on its way, not where the tool goes."""
 CALLS = frozenset(

@@ -223,21 +223,30 @@ def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number
         if key == "_rpm":
             return state.speed
         if control is LINUXCNC:
-            if isinstance(key, int):
-                return 0.0
-            setting = _SETTINGS.get(key)
-            return None if setting is None else setting(state)
-        if control is SINUMERIK and isinstance(key, str):
-            raise ValueError(f"nothing in the program has set '{key}'; set it before this line")
-        return None
+            setting = None if isinstance(key, int) else _SETTINGS.get(key, _vacant)
+            return 0.0 if setting is None else setting(state)
+        return _of_sinumerik(key) if control is SINUMERIK else None
 
     return value
+
+
+def _vacant(_state: ProgramState) -> Number:
+    return None
+
+
+def _of_sinumerik(key: Key) -> Number:
+    """Return what Sinumerik knows of itself; what no program sets is not known."""
+    if key in _NOT_RUNNING:
+        return 0.0
+    raise ValueError(f"nothing in the program has set '{key}'; set it before this line")
 
 
 _PLACES: dict[Key, str] = {
     5420: "x", 5421: "y", 5422: "z", "_x": "x", "_y": "y", "_z": "z",
     5001: "x", 5002: "y", 5003: "z", 5041: "x", 5042: "y", 5043: "z",
 }  # fmt: skip
+_NOT_RUNNING = frozenset({"$P_SEARCH", "$P_SIM", "$P_ISTEST", "$P_DRYRUN"})
+"""Whether Sinumerik searches a block, simulates, tests or runs dry: not while it cuts."""
 _SETTINGS: dict[Key, Callable[[ProgramState], Number]] = {
     "_metric": lambda state: float(state.unit_mm == 1.0),
     "_imperial": lambda state: float(state.unit_mm != 1.0),
