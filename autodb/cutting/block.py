@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Revolutions
 from autodb.nc.reading.travels import ProgramMove
-from autodb.wording import phrase
+from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float]
@@ -39,6 +39,9 @@ FEW = 8
 """Steps of a straight move up to which plain numbers are faster than arrays. Measured."""
 AT_ONCE = 50_000
 """Numbers of steps that wait for their place in the table. Chosen: 400 kB."""
+MOST_STEPS = 8_000_000
+"""Steps of all moves together. Chosen: 2.4 km of a mill of 6 mm, which takes minutes to follow and
+0.4 GB."""
 ROUNDING = 0.05
 """By what share of a step a move may be longer than its steps."""
 ALONG = 20
@@ -187,19 +190,15 @@ def milled(
 ) -> MilledSteps:
     """Return what moves do, each with its cutter, and lower the block by it.
 
-    Raises UnusableInput naming ``source`` and the line of a rapid through the stock.
+    Raises UnusableInput naming ``source`` and the line of a rapid through the stock, or the longest
+    move of a path that is too long to follow.
     """
-    counts = np.array(
-        [
-            0 if travel.feed is None else _count(travel, block, cutter)
-            for travel, cutter in zip(travels, cutters, strict=True)
-        ],
-        dtype=np.int64,
-    )
+    of_all, feeds = _counts(travels, block, cutters, source=source)
+    counts = np.where(feeds, of_all, 0)
     of_moves, cells = np.zeros((3, len(counts))), np.empty((6, int(counts.sum())))
     at, rows_then = 0, array("d")
     for k, (travel, cutter) in enumerate(zip(travels, cutters, strict=True)):
-        count = _count(travel, block, cutter)
+        count = int(of_all[k])
         rows = _steps(travel, block, cutter, count)
         if travel.feed is None:
             if _collides(travel, cutter, rows):
@@ -222,6 +221,29 @@ def milled(
     time_s, feed, rpm = of_moves
     depth, low, high, direction, plunge, removed = cells
     return MilledSteps(time_s, feed, rpm, depth, low, high, direction, plunge, removed, move)
+
+
+def _counts(
+    travels: Sequence[ProgramMove], block: Block, cutters: Sequence[Cutter], *, source: str
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return in how many steps each move is followed, and which are at a feed."""
+    moves = [
+        (_count(travel, block, cutter), travel.feed is not None)
+        for travel, cutter in zip(travels, cutters, strict=True)
+    ]
+    of_all = np.array([count for count, _ in moves], dtype=np.int64)
+    if of_all.sum() > MOST_STEPS:
+        longest = travels[int(np.argmax(of_all))]
+        raise UnusableInput(
+            phrase(
+                "{source}: line {line}: the path is too long to follow; this move alone is "
+                "{length} m: correct it, or split the program",
+                source=source,
+                line=longest.line,
+                length=localized(f"{longest.length_mm / 1000.0:.3g}"),
+            )
+        )
+    return of_all, np.array([feeds for _, feeds in moves], dtype=np.bool_)
 
 
 def _put(cells: Array, at: int, rows: "array[float]") -> int:

@@ -100,8 +100,8 @@ class JobProgram(Section):
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     sha256: str | None = None
-    control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "sinumerik"] | None = Field(
-        default=None, exclude_if=is_none
+    control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
+        Field(default=None, exclude_if=is_none)
     )
     bore_diameter_mm: Diameter | None = Field(default=None, exclude_if=is_none)
     tools: dict[str, ProgramTool] = Field(default_factory=dict, exclude_if=lambda tools: not tools)

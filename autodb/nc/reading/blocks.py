@@ -207,11 +207,20 @@ def _words(line: WrittenLine, plain: str) -> Iterator[Word | WrittenWord]:
 
 
 def plain_word(line: WrittenLine, name: str, written: str) -> Word:
-    """Return a word with a plain number; raises UnusableInput where it is too large."""
+    """Return a word with a plain number; raises UnusableInput where it is too large, or an exponent
+    (X1E-05, as scripts write small numbers), which no control takes."""
     number = float(written)
+    if name == "E" and written[0] in "+-":
+        raise line.refusal(f"E{written}", "no control takes exponents; write the number out")
     if not isfinite(number):
         raise line.refusal(f"{name}{written}"[:40], "larger than any number of a program")
     return Word(name, written, number)
+
+
+def of_line(error: UnusableInput, line: WrittenLine, plain: str) -> UnusableInput:
+    """Return an error with file and line, where it does not name them yet."""
+    named = str(error).startswith(line.source)
+    return error if named else line.refusal(plain[:40], str(error))
 
 
 def _no_word(rest: str, line: WrittenLine) -> UnusableInput:

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from autodb.nc.reading.controls import LINUXCNC, SINUMERIK, Control
+from autodb.nc.reading.controls import LINUXCNC, OKUMA, SINUMERIK, Control
+from autodb.nc.reading.names import REFUSED_NAMES
 
 INCH_MM = 25.4
 """Millimetres in an inch (exact by definition)."""
@@ -74,7 +75,22 @@ HARMLESS = frozenset(
     | {"M0", "M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8", "M9", "M10", "M11", "M12", "M13"}
     | {"M14", "M15", "M16", "M17", "M19", "M21", "M22", "M23", "M24", "M25", "M26", "M29", "M30"}
     | {"M31", "M32", "M33", "M35", "M36", "M37", "M38", "M39", "M46", "M48", "M49", "M50", "M51"}
-    | {"M52", "M53", "M59", "M60", "M61", "M68", "M69", "M70", "M72", "M73", "M82", "M83", "M85"}
+    | {
+        "M52",
+        "M53",
+        "M59",
+        "M60",
+        "M61",
+        "M67",
+        "M68",
+        "M69",
+        "M70",
+        "M72",
+        "M73",
+        "M82",
+        "M83",
+        "M85",
+    }
     | {"M86", "M87", "M88", "M89", "M93", "M97", "M98", "M99", "M64", "M65", "M62", "M63"}
     | {f"M{gear}" for gear in range(40, 46)}
 )
@@ -83,7 +99,8 @@ coolant, gear, chuck, tailstock, chip conveyor, parts catcher, overrides, ends a
 run elsewhere)."""
 MODE_LETTERS: Mapping[str, str] = {
     "G64": "PQ", "G61.1": "PQR", "G187": "PE", "G5": "PR", "G5.1": "QRP", "G8": "P", "G62": "PQ",
-    "G103": "P", "M66": "PQLE", "G64.1": "PQ", "G41.1": "D", "G42.1": "D",
+    "G103": "P", "M66": "PQLE", "M67": "EQ", "M68": "EQ", "M62": "P", "M63": "P",
+    "M64": "P", "M65": "P", "G64.1": "PQ", "G41.1": "D", "G42.1": "D",
 }  # fmt: skip
 """Letters that words of path modes take beside them: tolerances, smoothness, look-ahead."""
 OFFSETS = frozenset(
@@ -114,6 +131,7 @@ REFUSED: Mapping[str, str] = {
     "G5.2": "this is a spline; program lines and arcs",
     "G6": "this is a spline; program lines and arcs",
     "G6.2": "this is a spline; program lines and arcs",
+    **REFUSED_NAMES,
     "G38.2": "this probes until the work is touched; leave out probing",
     "G38.3": "this probes until the work is touched; leave out probing",
     "G38.4": "this probes until the work is touched; leave out probing",
@@ -143,6 +161,8 @@ def groups_of(control: Control, *, lathe: bool) -> tuple[Group, ...]:
     if control is LINUXCNC:
         diameter = {"G7": {"diameter": True}, "G8": {"diameter": False}}
         return (*shared[:5], _COUNT, _FEED, diameter, _CENTRE, _RETURN)
+    if control is OKUMA:
+        return (_MOTION, _PLANE, _SURFACE, _SIDE, _COUNT, _FEED)
     if not lathe:
         return (*shared, _COUNT, _FEED, _RETURN, _CENTRE, _TURNED, _POLAR)
     if control.system == "A":

@@ -5,7 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from autodb.nc.reading.flow import fanuc_instructions, linuxcnc_instructions
+from autodb.nc.reading.flow import (
+    fanuc_instructions,
+    linuxcnc_instructions,
+    okuma_instructions,
+)
+from autodb.nc.reading.foreign import is_okuma
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.sinumerik_flow import sinumerik_instructions
 
@@ -29,15 +34,20 @@ FANUC_B = Control("fanuc-b", fanuc_instructions, "G95", "B")
 FANUC_C = Control("fanuc-c", fanuc_instructions, "G95", "C")
 LINUXCNC = Control("linuxcnc", linuxcnc_instructions, "G94")
 SINUMERIK = Control("sinumerik", sinumerik_instructions, "G95")
+OKUMA = Control("okuma", okuma_instructions, "G95")
 PLAIN = Control("plain", fanuc_instructions)
 """A program that tells no control: in words that all of them share. Lathes of
 all but LinuxCNC count feeds a revolution when they are switched on."""
-CONTROLS = {one.name: one for one in (FANUC_A, FANUC_B, FANUC_C, LINUXCNC, SINUMERIK)}
+OF_FANUC = (FANUC_A, FANUC_B, FANUC_C, PLAIN)
+"""Controls with Fanuc's words. The last word of a group counts where a block has several (Series
+0i, operator's manual, preparatory functions), and tapping turns the spindle itself (rigid tapping;
+Haas' G84)."""
+CONTROLS = {one.name: one for one in (FANUC_A, FANUC_B, FANUC_C, LINUXCNC, OKUMA, SINUMERIK)}
 
 _SINUMERIK = re.compile(
     r"^%_N_|^;\$PATH|\bMSG\b|\bDIAM(ON|OF|90)\b|\bCYCLE\d+\b|\bMCALL\b|\bG500\b|\bG7[01]0\b|\bSUPA\b"
     r"|\bLIMS\s*=|\bR\d+\s*=|\bT\s*=\s*\"|\bCR\s*=|\bM17\b|\bTRAFOOF\b|\bA?TRANS\b|\bDEF (REAL|INT)"
-    r"|\bGOTO[FB]\b|\b[XYZ]\s*=\s*I?A?C\b|\bWORKPIECE\b|\bFFWON\b|^\s*(N\d+\s*)?PROC\b",
+    r"|\b(POCKET|HOLES|SLOT)\d\s*\(|\bTRAORI\b|\bEXTCALL\b|\bSTOPRE\b|\bGOTO[FB]\b|\b[XYZ]\s*=\s*I?A?C\b|\bWORKPIECE\b|\bFFWON\b|^\s*(N\d+\s*)?PROC\b",
     re.MULTILINE | re.IGNORECASE,
 )
 _LINUXCNC = re.compile(
@@ -54,6 +64,8 @@ _FANUC = re.compile(
 _PLACES = re.compile(r"\s*(?:N\d+)?(?:\s*[XYZIJKF][-+]?[\d.]+)+\s*", re.IGNORECASE)
 """Lines with places alone, most of a long program: they tell no control."""
 _SYSTEM_A = re.compile(r"\bG9[89]\b|(?<![A-Z])[UW][-+]?[\d.#\[]", re.IGNORECASE)
+_HOME = re.compile(r"\bG(?:28|30|53)\b[^\n]*", re.IGNORECASE)
+"""The way to the machine's reference, where posts for system B write U and W too."""
 _SYSTEM_B = re.compile(r"\bG91\b|\bG95\b|\bG7[789]\s*X", re.IGNORECASE)
 
 
@@ -63,12 +75,19 @@ def control_of(text: str, *, source: str = "") -> Control:
     if source.lower().endswith(".ngc"):
         return LINUXCNC
     text = "\n".join(line for line in text.splitlines() if not _PLACES.fullmatch(line))
+    if is_okuma(text, source=source):
+        return OKUMA
     plain = re.sub(r"\(\s*(?!(?:DEBUG|AXIS|PRINT))[^()]*\)", " ", text, flags=re.IGNORECASE)
     if _SINUMERIK.search(re.sub(r"(?m)^;(?!\$PATH).*|(?<!^);.*$", "", plain)):
         return SINUMERIK
     if _LINUXCNC.search(plain):
         return LINUXCNC
-    if _SYSTEM_A.search(plain):
+    return _of_fanuc(plain)
+
+
+def _of_fanuc(plain: str) -> Control:
+    """Return the control of Fanuc that the words of a program without comments tell."""
+    if _SYSTEM_A.search(_HOME.sub(" ", plain)):
         return FANUC_A
     if not _FANUC.search(plain):
         return PLAIN

@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 
 CORNERS = {"R": "R", ",R": "R", "RND": "R", "C": "C", ",C": "C", "CHR": "C", "CHF": "CHF"}
 """Words of corners, and which kind they are."""
+PROFILE_CORNERS = {"A": "R", "C": "CUT"}
+"""The same in a profile of LinuxCNC's G70 to G72: a chamfer C begins and ends where an arc of that
+radius would (LinuxCNC's G code reference, G71 G72)."""
 _STRAIGHT = 1e-9
 
 
@@ -57,11 +60,17 @@ class CornerRecord:
         back, ahead = _unit(first, back=True), _unit(move, back=False)
         cos = float(np.clip(back @ ahead, -1.0, 1.0))
         straight = move.circle is None and move.feed is not None
+        if size and (move.circle is not None or first.circle is not None):
+            raise UnusableInput(
+                f"{self.source}: line {first.line}: a corner between a line and an arc is not "
+                "read; write it out as an arc or a line"
+            )
         if not straight or size == 0.0 or 1.0 - abs(cos) < _STRAIGHT:
             return first, None, move
         half = 0.5 * np.arccos(cos)
+        round_mm = size / np.tan(half)
         trim = {
-            "R": size / np.tan(half), "C": size, "CHF": size / (2.0 * np.sin(half)),
+            "R": round_mm, "CUT": round_mm, "C": size, "CHF": size / (2.0 * np.sin(half)),
         }[kind]  # fmt: skip
         if trim > min(first.length_mm, move.length_mm) + 1e-6:
             raise UnusableInput(

@@ -4,8 +4,9 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine, numbered_lines, worded
+from autodb.nc.reading.blocks import WrittenLine, numbered_lines, of_line, worded
 from autodb.nc.reading.expressions import Expression, expression, expression_at
+from autodb.nc.reading.foreign import okuma_plain
 from autodb.nc.reading.instructions import (
     Call,
     Count,
@@ -25,6 +26,8 @@ _PROGRAM = re.compile(r"[O:](\d+)(?!\d)(.*)$")
 _GOTO = re.compile(r"GOTO(.+)$")
 _WHILE = re.compile(r"(?:WH(?:ILE)?(\[.*\]))?DO(\d)$")
 _END = re.compile(r"END(\d)$")
+_ENDED = re.compile(r"M0*(?:2|30|99)(?!\d)")
+"""What ends a program or a subprogram: an O number behind it begins the next."""
 _PRINTS = re.compile(r"[BD]PRNT\[|POPEN|PCLOS")
 """Macro words that print to a port."""
 
@@ -38,10 +41,18 @@ class _Reader:
         self.starts: dict[str, int] = {}
         self.unit: tuple[str, int] = ("", 0)
         self.programs: list[str] = []
+        self.ended = False
 
     def place(self) -> int:
         """Return where the next instruction will stand."""
         return len(self.out.steps)
+
+    def begin_program(self, name: str) -> None:
+        """End what stands before a subprogram of LinuxCNC's M98; the first is the main program."""
+        before, start = self.unit
+        self.out.units.setdefault(before, (start, self.place()))
+        self.programs.append(before)
+        self.unit = (name, self.place())
 
     def close_unit(self, name: str) -> None:
         """End the unit that is open and begin another one."""
@@ -64,6 +75,14 @@ def linuxcnc_instructions(text: str, *, source: str) -> Instructions:
     return _instructions(reader, text, _linuxcnc_line)
 
 
+def okuma_instructions(text: str, *, source: str) -> Instructions:
+    """Return the instructions of a program of Okuma's OSP; its own language is refused at once."""
+    plain, refused = okuma_plain(text, source=source)
+    out = fanuc_instructions(plain, source=source)
+    out.problems += [] if refused is None else [refused]
+    return out
+
+
 def _instructions(
     reader: _Reader, text: str, read: Callable[[_Reader, WrittenLine, str], None]
 ) -> Instructions:
@@ -79,7 +98,7 @@ def _instructions(
         try:
             read(reader, line, found[2])
         except UnusableInput as error:
-            reader.out.problems.append(error)
+            reader.out.problems.append(of_line(error, line, plain))
     out, (name, start) = reader.out, reader.unit
     out.units.setdefault(name, (start, reader.place()))
     out.main = next((one for one in out.units if one in reader.programs), name)
@@ -153,7 +172,12 @@ def _to_label(line: WrittenLine, text: str) -> JumpToLabel:
 
 def _linuxcnc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
     found = _O_WORD.match(plain)
+    ended, reader.ended = reader.ended, _ENDED.search(plain) is not None
     if found is None:
+        program = re.fullmatch(r"O(\d+)", plain)
+        if program is not None and ended:
+            reader.begin_program(f"{int(program[1])}")
+            return
         reader.out.steps.append(RunLine(worded(line, plain)))
         return
     name = found[1].strip("<>").lower()

@@ -11,6 +11,8 @@ from autodb.nc.reading.targets import LETTERS, without
 
 Values = Mapping[str, Word]
 _TURNS = frozenset({"MIRROR", "AMIRROR", "SCALE", "ASCALE"})
+_MIRRORS = frozenset({"MIRROR", "AMIRROR"})
+"""These take an axis for its name alone, whatever number stands behind it."""
 _ROTATES = frozenset({"ROT", "AROT"})
 FRAMES = _TURNS | _ROTATES | {"TRANS", "ATRANS"}
 """Words of Sinumerik that shift coordinates, or turn, mirror or scale them."""
@@ -47,7 +49,8 @@ def shift_frame(state: ProgramState, names: set[str], values: Values, block: Pro
     Mirroring and scaling are refused, and turning on a lathe or about another axis than Z.
     """
     turns, rotates = names & _TURNS, names & _ROTATES
-    if turns and any(word.number for word in without(values, "N").values()):
+    numbers = [word.number for word in without(values, "N").values()]
+    if turns and ((numbers and turns & _MIRRORS) or any(one != 1.0 for one in numbers)):
         raise block.refusal(min(turns), "this mirrors or scales; program without it")
     if "ATRANS" in names and state.turned is not None:
         raise block.refusal("ATRANS", "this shifts turned coordinates; shift them before ROT")
@@ -60,6 +63,16 @@ def shift_frame(state: ProgramState, names: set[str], values: Values, block: Pro
         word = values.get(axis.upper())
         if word is not None and not turns:
             state.shift[axis] += state.factor(axis) * word_value(word)
+
+
+def refuse_axial_shift(codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
+    """Raise UnusableInput for Sinumerik's G58 and G59 with a place: they shift axes by it."""
+    word = next((codes[code] for code in ("G58", "G59") if code in codes), None)
+    if word is not None and names_axis(values):
+        raise block.refusal(
+            word.text,
+            "this shifts axes on some controls and selects an offset on others; use TRANS",
+        )
 
 
 def _rotate(state: ProgramState, name: str, values: Values, block: ProgramBlock) -> None:

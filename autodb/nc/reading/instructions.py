@@ -53,13 +53,15 @@ class Count:
 @dataclass
 class Call:
     """RunLine a unit with arguments, by number (#1 is the first) or by the names that the unit
-    gives its parameters, some times; an argument that is left out is None."""
+    gives its parameters, some times; an argument that is left out is None, as is one of
+    ``texts``."""
 
     line: WrittenLine
     unit: str
     arguments: tuple[Expression | None, ...] = ()
     times: Expression | None = None
     by_name: bool = False
+    texts: bool = False
 
 
 @dataclass

@@ -29,6 +29,8 @@ from autodb.nc.reading.controls import (
     FANUC_B,
     FANUC_C,
     LINUXCNC,
+    OF_FANUC,
+    OKUMA,
     SINUMERIK,
     Control,
 )
@@ -40,40 +42,30 @@ from autodb.nc.reading.frames import (
     FRAMES,
     move_in_machine,
     names_axis,
+    refuse_axial_shift,
     set_place,
     shift_frame,
     turn_plane,
 )
-from autodb.nc.reading.motions import carry_out_motion, nothing_left, word_not_read
+from autodb.nc.reading.motions import carry_out_motion, word_not_read
 from autodb.nc.reading.names import NAMES
+from autodb.nc.reading.rests import rest_s
 from autodb.nc.reading.runner import Runner
-from autodb.nc.reading.state import AXES, ProgramState, positive_value, word_value
+from autodb.nc.reading.state import (
+    AXES,
+    ProgramState,
+    feed_value,
+    positive_value,
+    word_value,
+)
 from autodb.nc.reading.targets import without
 from autodb.nc.reading.travels import PackedMoves
 
 Values = Mapping[str, Word]
-_LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@") | frozenset(
-    {
-        "CR",
-        "LIMS",
-        "TURN",
-        "SF",
-        ",R",
-        ",C",
-        ",A",
-        "RND",
-        "CHF",
-        "CHR",
-        "ANG",
-        "FRC",
-        "SPOS",
-        "RPL",
-        "S1",
-        "@",
-        "^",
-    }
-    | {"M1", "S2", "T1", "DL"}
-)
+_LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
+    "CR", "LIMS", "TURN", "SF", ",R", ",C", ",A", "RND", "CHF", "CHR", "ANG", "FRC", "SPOS", "RPL",
+    "S1", "M1", "S2", "T1", "DL",
+})  # fmt: skip
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
 _CALLS_OUTSIDE = frozenset({198.0})
 """M that call a program from outside of the control."""
@@ -113,10 +105,11 @@ class Interpreter:
         """Return what carries out each cycle of the control."""
         control, lathe = self.state.control, self.state.lathe
         drilled = dict.fromkeys(DRILLED - GROOVING, drilling.drill_holes)
-        if control is SINUMERIK:
+        if control in (SINUMERIK, OKUMA):
             return {}
+        taps = {"G33.1": drilling.rigid_tap} if control is LINUXCNC else {}
         if not lathe:
-            return {**drilled, "G74": drilling.drill_holes}
+            return {**drilled, **taps, "G74": drilling.drill_holes}
         cycles: dict[str, Callable[..., None]] = {
             **dict.fromkeys(DRILLED - GROOVING - ROUGHING, drilling.drill_on_lathe),
             **dict.fromkeys(ROUGHING, roughing.fanuc_roughing),
@@ -125,7 +118,7 @@ class Interpreter:
             "G32": threading.thread_pass,
         }
         if control is LINUXCNC:
-            own = {"G76": threading.linuxcnc_threads, "G73": drilling.drill_on_lathe}
+            own = {**taps, "G76": threading.linuxcnc_threads, "G73": drilling.drill_on_lathe}
             own |= {
                 f"G{n}{part}": roughing.linuxcnc_roughing for n in (70, 71, 72) for part in _PARTS
             }
@@ -142,17 +135,17 @@ class Interpreter:
         codes, values = self._sorted(block)
         state = self.state
         if "G4" in codes:
-            self._rest(values, block)
+            self.rests.append((block.line, rest_s(state, values, block)))
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
         if state.side is not None:
             self._compensated(codes, values, block)
         self._spindle(codes, values, block)
-        self._tool(codes, values)
+        self._tool(codes, values, block)
         later = state.lathe and cycle in ROUGHING and state.control is not LINUXCNC
         if "F" in values and "G10" not in codes and not later:
-            state.feed = positive_value(values["F"], block) * state.unit_mm
+            state.feed = feed_value(values["F"], state.unit_mm, block)
         self._marks(codes, block)
         rest = without(values, "S", "D", "H", "LIMS", "N", "O", "S1", "M1", "E", "DL")
         rest = rest if cycle else without(rest, "T", "F", *(self._letters(codes, rest, block)))
@@ -198,10 +191,19 @@ class Interpreter:
                     raise word_not_read(word, block, self.state)
             else:
                 key, into = code, codes
+            if key == "T" and key in into and self._readies(block):
+                continue
             if key in into and key != "N" and not key.startswith("M"):
                 raise block.refusal(word.text, f"this is a second {key} in the block; use one")
             into[key] = word
         return codes, values
+
+    def _readies(self, block: ProgramBlock) -> bool:
+        """Return whether the second T of a block readies the next tool (T1 T2 M6, of Mazak)."""
+        changes = any(word.code == "M6" for word in block.words)
+        if changes and self.state.control in OF_FANUC:
+            self.state.note("of two T beside M6 the first is changed in, the second only readied")
+        return changes and self.state.control in OF_FANUC
 
     def _code(self, word: Word) -> str | None:
         """Return what a word does, by its name in G-code system A; None where it is a value."""
@@ -232,15 +234,18 @@ class Interpreter:
     def _change(self, codes: Mapping[str, Word], block: ProgramBlock, cycle: str | None) -> None:
         """Take the modal words of a block, one of each group.
 
-        A feed or speed said under another unit or way of counting is not known any more.
+        A feed or speed said under another unit or way of counting is not known any more. On the way
+        to a machine's reference (G91 G28 Z0 G90) the last word of a group counts, as on Fanuc's
+        controls.
         """
         state = self.state
+        last = bool(codes.keys() & MACHINE) and state.control in OF_FANUC
         said: dict[int, str] = {}
         for code in codes:
             group = self._group_of.get(code)
             if group is None or code == cycle:
                 continue
-            if group in said:
+            if group in said and not last:
                 raise block.refusal(
                     codes[code].text,
                     f"'{codes[said[group]].text}' stands in this block too; use one of them",
@@ -316,7 +321,7 @@ class Interpreter:
         if "M5" in codes:
             self.state.turning, self.state.stopped = False, block.line
 
-    def _tool(self, codes: Mapping[str, Word], values: Values) -> None:
+    def _tool(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
         """Take tool and offsets; others shift the program's coordinates by what it does not say."""
         state = self.state
         if "T" in values:
@@ -325,6 +330,11 @@ class Interpreter:
         at_once = state.lathe and state.control is not LINUXCNC
         tool = state.called if changes or at_once else state.tool
         offset = next((code for code in codes if code in OFFSETS), state.offset)
+        if state.control is SINUMERIK:
+            refuse_axial_shift(codes, values, block)
+        if state.control is OKUMA:  # its G56 is a tool's length
+            chosen = "G15" in codes and "H" in values
+            offset = f"G15 {values['H'].text}" if chosen else state.offset
         by_edge = "D" in values and at_once and state.control is SINUMERIK
         edge = values["D"].text if by_edge else state.edge
         if offset != state.offset and state.offset is not None:
@@ -337,21 +347,6 @@ class Interpreter:
             if state.lathe:
                 state.place["y"] = 0.0
         state.tool, state.offset, state.edge = tool, offset, edge
-
-    def _rest(self, values: Values, block: ProgramBlock) -> None:
-        """Take a dwell: P in ms on Fanuc's controls, in s on LinuxCNC; X, U and F in s."""
-        nothing_left(without(values, "P", "X", "U", "F", "S", "N"), block, self.state)
-        seconds = 0.0
-        for letter, word in without(values, "N").items():
-            number = word_value(word)
-            if letter == "P":
-                whole = self.state.control is not LINUXCNC and "." not in word.written
-                seconds = number / 1000.0 if whole else number
-            elif letter == "S" and self.state.speed:
-                seconds = 60.0 * number / self.state.speed
-            else:
-                seconds = number
-        self.rests.append((block.line, max(seconds, 0.0)))
 
     def _once(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> bool:
         """Carry out what holds for its block alone; return whether the block is done."""

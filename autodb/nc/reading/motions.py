@@ -14,7 +14,7 @@ from autodb.errors import UnusableInput
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import REFUSED
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
-from autodb.nc.reading.corners import CORNERS
+from autodb.nc.reading.corners import CORNERS, PROFILE_CORNERS
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
 from autodb.nc.reading.state import (
     AXES,
@@ -37,6 +37,10 @@ from autodb.nc.reading.targets import (
 from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
 ROTARY = ("A", "B", "C")
+TURNS_ROTARY = (
+    "this turns a rotary axis; only moves of X, Y and Z are read: give what is cut at each of its "
+    "angles as a program of its own"
+)
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")
 _BY_ITSELF = {
@@ -52,6 +56,8 @@ _BY_ITSELF = {
 def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: ProgramState) -> None:
     """Raise UnusableInput naming the first value that nothing has taken; N and O number only."""
     for letter, word in without(values, *_NUMBERS).items():
+        if letter in ROTARY and (not state.lathe or state.control is LINUXCNC):
+            raise block.refusal(word.text, TURNS_ROTARY)
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
         raise block.refusal(word.text, f"{why}; leave it out")
 
@@ -109,12 +115,13 @@ def _corner(
     state: ProgramState, rest: dict[str, Word]
 ) -> tuple[tuple[str, float, str] | None, dict[str, Word]]:
     """Return the corner that a straight move states, and the words that are left."""
-    name = next((one for one in CORNERS if one in rest), None)
-    plain = name in ("R", "C")
+    kinds = PROFILE_CORNERS if state.in_profile else CORNERS
+    name = next((one for one in kinds if one in rest), None)
+    plain = name in ("R", "C") and not state.in_profile
     if name is None or (plain and not (state.lathe and state.control.system)):
         return None, rest
     size = abs(word_value(rest[name])) * state.unit_mm
-    return (CORNERS[name], size, state.plane), without(rest, name)
+    return (kinds[name], size, state.plane), without(rest, name)
 
 
 def _by_angle(
@@ -125,7 +132,7 @@ def _by_angle(
     stated = [axis for axis in ("x", "z") if values.keys() & set(LETTERS[axis])]
     here = state.place
     known = here["x"] is not None and here["z"] is not None
-    if word is None or not state.lathe or not known or not stated:
+    if word is None or not state.lathe or state.control is LINUXCNC or not known or not stated:
         return to, rest
     slope = tan(radians(word_value(word)))
     if stated == ["z"]:

@@ -28,6 +28,7 @@ MOST_AGAIN = 50_000
 """How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
+NO_SUBPROGRAM = "there is no subprogram of this name; put it into this file"
 _MACRO = dict(zip("ABCIJKDEFHMQRSTUVWXYZ", (
     1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ), strict=True))  # fmt: skip
@@ -106,7 +107,7 @@ class Runner:
 
     def _find(self, unit: str, at: ProgramBlock | WrittenLine) -> None:
         if not self.has(unit):
-            raise at.refusal(unit, "there is no subprogram of this name; put it into this file")
+            raise at.refusal(unit, NO_SUBPROGRAM)
 
     def _add(self, found: Instructions, unit: str) -> None:
         """Take the instructions of another file behind those that are there."""
@@ -206,7 +207,8 @@ class Runner:
         """Return where to go on after a jump or a counter."""
         if isinstance(step, Jump):
             holds = step.when is None or bool(self._of(step.line, step.when)) == step.holds
-            return step.to if holds else at + 1
+            open_ended = len(self.instructions.steps)  # nothing closes it, which is refused
+            return (step.to if step.to >= 0 else open_ended) if holds else at + 1
         if isinstance(step, Count):
             left = self.values.own.get(step.counter, 0.0) - 1.0
             to = left if step.to is None else self._of(step.line, step.to) or 0.0
@@ -278,8 +280,9 @@ class Runner:
         if "P" not in words and ("G65" in codes or "Q" not in words):
             raise block.refusal(block.words[0].text, "this calls nothing; state the number P")
         times = words["L"].number if "L" in words else None
+        again = 1.0 if times is None else times
         if "P" not in words:  # M98 Q calls a block of the same program
-            for _ in range(round(times or 1)):
+            for _ in range(round(again)):
                 yield from self._local(f"N{words['Q'].number or 0:.0f}", block)
             return
         number = words["P"].number or 0.0
@@ -287,11 +290,11 @@ class Runner:
         if "G65" in codes:
             own = {_MACRO[n]: w.number for n, w in words.items() if n in _MACRO and w.number}
         if "M98" in codes and times is None and number > 9999 and not self.has(f"{number:.0f}"):
-            times, number = divmod(number, 10000)
+            again, number = divmod(number, 10000)
         moves = tuple(word for word in block.words if word.name not in ("M", "P", "L"))
         if moves and "G65" not in codes:
             yield ProgramBlock(block.source, block.line, moves, block.optional)
-        for _ in range(round(times or 1)):
+        for _ in range(round(again)):
             if "M97" in codes:
                 yield from self._local(f"N{number:.0f}", block)
             else:
@@ -340,6 +343,10 @@ class Runner:
         if not step.by_name:
             return own | {k: one or 0.0 for k, one in enumerate(given, start=1)}
         self._find(step.unit, step.line)
+        if step.texts:
+            raise step.line.refusal(
+                step.unit, "a text as an argument is not read; write out its blocks"
+            )
         named = self.instructions.parameters.get(step.unit, ())
         if len(given) > len(named):
             raise step.line.refusal(

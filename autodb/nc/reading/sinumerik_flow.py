@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine, numbered_lines
+from autodb.nc.reading.blocks import WrittenLine, numbered_lines, of_line
 from autodb.nc.reading.expressions import Expression, expression, expression_at
 from autodb.nc.reading.instructions import (
     Call,
@@ -15,7 +15,7 @@ from autodb.nc.reading.instructions import (
     Return,
     RunLine,
 )
-from autodb.nc.reading.names import NAMES
+from autodb.nc.reading.names import NAMES, REFUSED_NAMES
 from autodb.nc.reading.sinumerik_lines import arguments_at, sinumerik_worded
 
 _SECTION = re.compile(r"%_N_(\w+?)_(?:MPF|SPF)|%_N_(\w+)|%(?:MPF|SPF)(\w*)")
@@ -25,7 +25,12 @@ _GOTO = re.compile(r"GOTO[FBCS]?\s+(\w+)$")
 _JUMPS = re.compile(r"(GOTO[FBCS]?\s+\w+)(?:\s+IF\b\s*(.+GOTO.+))?$")
 """A jump behind its condition, and the next condition of the same block with its own."""
 _CALLED = re.compile(r"(?:CALL\s+\"?)?(L\d+|[A-Z_]{2}\w*)\"?\s*(?:\((.*)\))?\s*(?:P=?\s*(\d+))?$")
-_DECLARED = re.compile(r"DEF\s+(?:REAL|INT|BOOL|CHAR|STRING(?:\[\d+\])?|AXIS|FRAME)\s+(.*)$")
+_OUTSIDE = re.compile(
+    r"EXTCALL\s*\(?\s*\"(?:[^\"]*[/\\:])?(?:_N_)?([^\"/\\:.]+?)(?:[._][SM]PF)?\"\s*\)?$"
+)
+"""A program outside of the control's memory, with or without its folder and ending."""
+_DECLARED = re.compile(r"DEF\s+(REAL|INT|BOOL|CHAR|STRING(?:\[\d+\])?|AXIS|FRAME)\s+(.*)$")
+_BETWEEN = re.compile(r",(?![^()\[\]]*[)\]])")
 _UNREAD = re.compile(r"(CASE|REPEATB?\s+\w+|SWITCH|SYNACT|WHEN|EVERY|ID=|DO\s)")
 _REPEAT = re.compile(r"REPEAT(B?)\s+(\w+)(?:\s+(?!P\s*=)(\w+))?(?:\s+P\s*=\s*(.+))?$")
 _CASE = re.compile(r"CASE\b\s*(.+?)\s*\bOF\b\s*(.+)$")
@@ -80,7 +85,7 @@ def sinumerik_instructions(text: str, *, source: str) -> Instructions:
         try:
             _line(flow, line, line.text)
         except UnusableInput as error:
-            flow.out.problems.append(error)
+            flow.out.problems.append(of_line(error, line, line.text))
     name, start = flow.unit
     flow.out.units.setdefault(name, (start, flow.place()))
     flow.out.main = next(iter(flow.out.units))
@@ -126,11 +131,18 @@ def _line(flow: _Flow, line: WrittenLine, text: str) -> None:
 def _plain(flow: _Flow, line: WrittenLine, text: str) -> None:
     declared = _DECLARED.match(text)
     if declared is not None:
-        if "=" in declared[1]:
-            flow.out.steps.append(RunLine(sinumerik_worded(line, declared[1])))
+        if declared[1] in ("REAL", "INT", "BOOL") or "=" in declared[2]:
+            begun = _begun(declared[2])
+            flow.out.steps += [RunLine(sinumerik_worded(line, begun))] if begun else []
+        return
+    outside = _OUTSIDE.match(text)
+    if outside is not None:
+        flow.out.steps.append(Call(line, outside[1], by_name=True))
         return
     called = _CALLED.match(text)
     if called is not None and called[1] not in NAMES and "=" not in text:
+        if called[1] in REFUSED_NAMES:
+            raise line.refusal(called[1], REFUSED_NAMES[called[1]])
         if _OF_CONTROL.match(called[1]):
             raise line.refusal(
                 called[1], "this cycle is not read; write out its moves as G0, G1, G2 and G3"
@@ -138,12 +150,20 @@ def _plain(flow: _Flow, line: WrittenLine, text: str) -> None:
         times = called[3]
         number = expression(times, packed=False) if times else None
         arguments = arguments_at(f"{called[2]})", 0)[0] if (called[2] or "").strip() else ()
-        if any(isinstance(one, str) for one in arguments):
-            raise line.refusal(called[1], "a text as an argument is not read; write out its blocks")
-        numbers = tuple(one for one in arguments if not isinstance(one, str))
-        flow.out.steps.append(Call(line, called[1], numbers, times=number, by_name=True))
+        numbers = tuple(None if isinstance(one, str) else one for one in arguments)
+        texts = any(isinstance(one, str) for one in arguments)
+        flow.out.steps.append(
+            Call(line, called[1], numbers, times=number, by_name=True, texts=texts)
+        )
         return
     flow.out.steps.append(RunLine(sinumerik_worded(line, text)))
+
+
+def _begun(names: str) -> str:
+    """Return variables that are declared with what each begins with: 0 where nothing is said."""
+    each = (one.strip() for one in _BETWEEN.split(names))
+    plain = (one for one in each if one and ("=" in one or "[" not in one))
+    return ",".join(one if "=" in one else f"{one}=0" for one in plain)
 
 
 def _procedure(flow: _Flow, line: WrittenLine, rest: str) -> None:

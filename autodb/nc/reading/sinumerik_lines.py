@@ -13,6 +13,7 @@ from autodb.nc.reading.blocks import (
     plain_word,
 )
 from autodb.nc.reading.expressions import Expression, Key, expression, expression_at
+from autodb.nc.reading.names import REFUSED_SETTINGS
 
 ADDRESSES = frozenset(
     {
@@ -139,6 +140,9 @@ def _assigned(
         at = counted.end() - 1
     value, end = expression_at(text, at, packed=False)
     if len(name) > 1 and name not in ADDRESSES:
+        why = REFUSED_SETTINGS.get(name.split("[")[0])
+        if why is not None:
+            raise line.refusal(text[found.start() : end].strip()[:40], why)
         settings.append((_key(name), value))
         return end
     written = text[at:end].strip()

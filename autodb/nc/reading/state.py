@@ -65,7 +65,8 @@ class ProgramState:
     None as places do; ``cycle``: that in force, with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
-    ``contours``: what CYCLE62 has called since a cycle took some.
+    ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
+    cycle of LinuxCNC runs, where A and C are corners.
     """
 
     lathe: bool
@@ -103,6 +104,7 @@ class ProgramState:
     cycle: str | None = None
     taken: dict[str, float] = field(default_factory=dict)
     contours: tuple[CalledContour, ...] = ()
+    in_profile: bool = False
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:
@@ -137,7 +139,7 @@ class ProgramState:
 
 def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
     """Return the feed of a cutting move; raises UnusableInput saying what is not stated."""
-    word = state.motion or block.words[0].text
+    word = state.cycle or state.motion or block.words[0].text
     if state.feed is None:
         raise block.refusal(
             word, f"no feed before this cutting move; state F after {state.feed_word}"
@@ -150,7 +152,7 @@ def feed_in_force(state: ProgramState, block: ProgramBlock) -> Feed:
 
 def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
     """Return the spindle speed of a cutting move; raises UnusableInput where there is none."""
-    word = state.motion or block.words[0].text
+    word = state.cycle or state.motion or block.words[0].text
     if state.stopped is not None:
         raise block.refusal(
             word, f"the spindle stopped with M5 in line {state.stopped}; start it with M3 or M4"
@@ -171,6 +173,11 @@ def word_value(word: Word) -> float:
     """Return the number of a word that has one."""
     assert word.number is not None  # sorted_words() refused
     return word.number
+
+
+def feed_value(word: Word, unit_mm: float, block: ProgramBlock) -> float | None:
+    """Return a feed F in mm; none for F0, which no move can be cut with; refused where negative."""
+    return positive_value(word, block) * unit_mm if word_value(word) else None
 
 
 def positive_value(word: Word, block: ProgramBlock) -> float:

@@ -22,6 +22,8 @@ OFF_CIRCLE_SHARE = 1e-3
 SPIRAL_MM = 0.1
 """How far Fanuc's controls let an arc end off its circle, as a spiral. Chosen: their makers leave
 it to a parameter, often to none at all; more is a slip of the program."""
+_WHOLE = 1000.0
+"""A place without a decimal point from which a note says how it was taken. Chosen: 1 m."""
 CENTRES = ("I", "J", "K")
 RADIUS = ("R", "CR")
 
@@ -123,7 +125,8 @@ def _target(
         if said is not None and word_value(said) == 0.0:  # there it stands
             return before
         raise block.refusal(said.text if said else "Y", ONLY_X_AND_Z)
-    if step is not None and not (state.lathe and state.control in (FANUC_A,)):
+    of_a = state.lathe and state.control is FANUC_A
+    if step is not None and not (of_a or state.in_profile):
         if state.control is not FANUC_A and not state.lathe:
             raise block.refusal(step.text, "this moves another axis; only X, Y and Z are read")
         raise block.refusal(
@@ -135,6 +138,11 @@ def _target(
         raise block.refusal(step.text, f"'{place.text}' moves this axis too; use one of them")
     word = place or step
     assert word is not None
+    if abs(word_value(word)) >= _WHOLE and state.control.system and "." not in word.written:
+        state.note(
+            "places of 1000 and more without a decimal point are taken as they stand, not in "
+            "thousandths as some controls count them"
+        )
     counts = word.step if word.step is not None else word is step or not state.absolute
     if not counts:
         return round(state.factor(axis) * word_value(word) + state.shift[axis], DECIMALS)

@@ -1,6 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +13,12 @@ from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
 from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
 from autodb.nc.reading.expressions import Key, Number, Values
+from autodb.nc.reading.foreign import refuse_other_language
 from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
+from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import Runner
+from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -81,11 +84,14 @@ def read_program(
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program's file; raises UnusableInput where there is none."""
+    """Return the text of a program's file, UTF-16 where it begins so; raises UnusableInput where
+    there is none."""
     try:
-        return path.read_bytes().decode("utf-8-sig", errors="replace")
+        said = path.read_bytes()
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
+    wide = said.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+    return said.decode("utf-16" if wide else "utf-8-sig", errors="replace")
 
 
 def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:
@@ -147,6 +153,7 @@ def carried_out(
 
     ``radius_of``: of a mill's tools, whose centre then goes beside compensated contours.
     """
+    refuse_other_language(text, source=source)
     written = CONTROLS[control] if control else control_of(text, source=source)
     instructions = written.instructions(text, source=source)
     own = written is LINUXCNC and source.lower().endswith(".ngc")
@@ -166,6 +173,8 @@ def carried_out(
         moves, problems = beside_contours(
             moves, radius_of, round_corners=not written.system, source=source
         )
+    if any(NO_SUBPROGRAM in str(problem) for problem in problems):
+        problems += missing_subprograms(runner)
     _refuse(source, [*instructions.problems, *problems])
     if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
@@ -214,19 +223,30 @@ def _of_control(control: Control, state: ProgramState) -> Callable[[Key], Number
         if key == "_rpm":
             return state.speed
         if control is LINUXCNC:
-            if isinstance(key, int):
-                return 0.0
-            setting = _SETTINGS.get(key)
-            return None if setting is None else setting(state)
-        return None
+            setting = None if isinstance(key, int) else _SETTINGS.get(key, _vacant)
+            return 0.0 if setting is None else setting(state)
+        return _of_sinumerik(key) if control is SINUMERIK else None
 
     return value
+
+
+def _vacant(_state: ProgramState) -> Number:
+    return None
+
+
+def _of_sinumerik(key: Key) -> Number:
+    """Return what Sinumerik knows of itself; what no program sets is not known."""
+    if key in _NOT_RUNNING:
+        return 0.0
+    raise ValueError(f"nothing in the program has set '{key}'; set it before this line")
 
 
 _PLACES: dict[Key, str] = {
     5420: "x", 5421: "y", 5422: "z", "_x": "x", "_y": "y", "_z": "z",
     5001: "x", 5002: "y", 5003: "z", 5041: "x", 5042: "y", 5043: "z",
 }  # fmt: skip
+_NOT_RUNNING = frozenset({"$P_SEARCH", "$P_SIM", "$P_ISTEST", "$P_DRYRUN"})
+"""Whether Sinumerik searches a block, simulates, tests or runs dry: not while it cuts."""
 _SETTINGS: dict[Key, Callable[[ProgramState], Number]] = {
     "_metric": lambda state: float(state.unit_mm == 1.0),
     "_imperial": lambda state: float(state.unit_mm != 1.0),

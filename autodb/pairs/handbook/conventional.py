@@ -24,7 +24,12 @@ from autodb.errors import UnusableInput, near_words
 from autodb.files.toml import read_toml
 from autodb.fitting.gaussian import NORMAL_95, Gaussian
 from autodb.pairs.card import SHAPE, Bounded, KienzleCard, level_of_bounds
-from autodb.pairs.handbook.material_groups import bare_name, grouped_names, material_of_group
+from autodb.pairs.handbook.material_groups import (
+    bare_name,
+    grouped_names,
+    material_of_group,
+    spellings,
+)
 from autodb.pairs.handbook.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
 from autodb.pairs.posterior import P1_SCATTER, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card
@@ -76,13 +81,15 @@ def material_named(name: str, folder: Path | None = None) -> StatedMaterial:
     Raises UnusableInput naming those there are.
     """
     there = materials(folder)
-    for material in there:
-        if bare_name(name) in map(bare_name, material.names):
-            return material
+    for spelt in spellings(name):
+        for material in there:
+            if spelt in map(bare_name, material.names):
+                return material
     grouped = material_of_group(name) if folder is None else None
     if grouped is not None:
         return grouped
-    names = [one for material in there for one in material.names]
+    names = [material.name for material in there]
+    names += [one for material in there for one in material.names[1:]]
     if folder is None:
         names += grouped_names()
     raise UnusableInput(

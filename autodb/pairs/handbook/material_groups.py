@@ -6,6 +6,8 @@ Kienzle's numbers over the groups of all conditions that it comes in, from below
 the greatest of them.
 """
 
+import re
+from collections.abc import Iterator
 from functools import cache
 from statistics import median
 from typing import Literal, TypeVar
@@ -14,6 +16,7 @@ from pydantic import Field, model_validator
 
 from autodb.assets import kit
 from autodb.files.toml import Positive, Section, read_toml
+from autodb.pairs.handbook.designations import groups_by_designation
 from autodb.pairs.handbook.stated import Kienzle, Size, StatedMaterial, StatedValue
 
 BEYOND = 0.4
@@ -21,7 +24,10 @@ BEYOND = 0.4
 Chosen: of five materials that other sources have values of four lie within, one 5 % above."""
 POWER = 0.05
 """The same of m_c, as a difference. Chosen."""
-PREFIXES = ("aisi", "sae", "uns", "din", "jis", "w.nr.", "wnr.", "astm", "en", "aw")
+PREFIXES = (
+    "aisi", "sae", "uns", "din", "jis", "w.nr.", "w.-nr.", "wnr.", "werkstoffnr.", "werkstoff-nr.",
+    "astm", "en", "aw",
+)  # fmt: skip
 """What may stand before a name, which says the system that it is of."""
 READ = "2026-11-27"
 
@@ -90,10 +96,39 @@ def plain_name(name: str) -> str:
 
 def bare_name(name: str) -> str:
     """Return a material's plain name without what says its system: AISI 304 is 304."""
-    bare = plain_name(name)
+    return _without_system(plain_name(name))
+
+
+def _without_system(plain: str) -> str:
     for prefix in PREFIXES:
-        bare = bare.removeprefix(prefix)
-    return bare
+        british = prefix == "en" and _BRITISH.fullmatch(plain)
+        plain = plain if british else plain.removeprefix(prefix).lstrip("-")
+    return plain
+
+
+def spellings(name: str) -> Iterator[str]:
+    """Yield the bare names that a name may stand for: as it is, and without condition and country.
+
+    A condition does not make another material here: 42CrMo4+QT, 42CrMo4V, 7075-T651, SUS304.
+    """
+    dashed = _without_system("".join(c for c in name.casefold() if c not in " _"))
+    yield from dict.fromkeys(
+        one.replace("-", "")
+        for one in (dashed, *(pattern.sub("", dashed) for pattern in _CONDITIONS))
+    )
+
+
+_BRITISH = re.compile(r"en\d{1,2}[a-z]?")
+"""Names of BS 970, whose EN is no European standard: EN8, EN24."""
+_CONDITIONS = (
+    re.compile(r"(?:\+[a-z0-9]+)+$"),
+    re.compile(r"(?<=\d)(?:-?t\d{1,4}|-h\d{2,3})$"),
+    re.compile(r"(?<=[a-z]\d)v$"),
+    re.compile(r"^sus(?=\d)|^(?:aw|al|a|alu)-?(?=\d{4})"),
+    re.compile(r"^(?:aw|al|a|alu)-?(?=\d{4})|(?<=\d)(?:-?t\d{1,4}|-h\d{2,3})$"),
+)
+"""Conditions by EN 10027-1, tempers by EN 515, quenched and tempered by DIN 17006; SUS of Japan,
+and what says aluminium before four digits."""
 
 
 def grouped_names() -> list[str]:
@@ -107,10 +142,18 @@ def material_of_group(name: str) -> StatedMaterial | None:
     A group is `VDI 6`, all of a letter `ISO P`.
     """
     known, bare = material_groups(), bare_name(name)
+    spelt = list(spellings(name))
     for one in known.named:
-        if bare in map(bare_name, one.names):
+        if not set(spelt).isdisjoint(map(bare_name, one.names)):
             of = [group for group in known.group if group.number in one.groups]
             return _stated(name, of, f"; of the group: {known.sources[one.source]}")
+    dashed = "".join(c for c in name.casefold() if c not in " _")
+    of_series = dashed.removeprefix("en").removeprefix("-")
+    for spelling in (_without_system(dashed), of_series, *spelt):
+        told = groups_by_designation(spelling)
+        if told is not None:
+            of = [group for group in known.group if group.number in told.groups]
+            return _stated(name, of, f"; of the group: by {told.by}")
     of = [
         group for group in known.group if bare in (f"vdi{group.number}", f"iso{group.iso.lower()}")
     ]

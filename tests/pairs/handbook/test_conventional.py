@@ -240,8 +240,8 @@ def test_p1_s_repeated_cut_lies_where_aluminium_is_expected(rake_deg: float) -> 
 
 
 def test_unknown_materials_are_refused_naming_those_there_are() -> None:
-    with pytest.raises(UnusableInput, match=r"'C46' \(did you mean .*C45"):
-        posterior_of_material("C46")
+    with pytest.raises(UnusableInput, match=r"'C4S' \(did you mean .*C45"):
+        posterior_of_material("C4S")
     with pytest.raises(UnusableInput, match=r"there are: .*C45"):
         posterior_of_material("xyz")
     with pytest.raises(UnusableInput, match="states the parameters of the law"):

@@ -102,8 +102,55 @@ def test_many_names_are_known_and_all_of_a_letter() -> None:
     assert steel.kienzle is not None
     assert (steel.kienzle.k_c11.lower, steel.kienzle.k_c11.upper) == (0.6 * 1350, 1.4 * 2500)
     assert material_of_group("steel bar") is None
-    with pytest.raises(UnusableInput, match=r"'1\.4302' \(did you mean 1\.43"):
-        material_named("1.4302")
+    with pytest.raises(UnusableInput, match=r"'1\.430l' \(did you mean 1\.43"):
+        material_named("1.430l")
+
+
+DESIGNATIONS = {
+    "P": "C35E C10 CK60 1.0536 S355J2+N E295 St44-2 25CrMo4 30CrNiMo8 60Si2Mn 1.6580 1.8509 "
+    "AISI_1018 SAE8620H 12L14 G86200 S20C SCM420 SNCM220 SUJ2 SKD61 SS400 Q345B 45# X40CrMoV5-1 "
+    "X210Cr12 1.2343 X20Cr13 1.4122 S41000 10SPb20 steel Vergütungsstahl EN8 P20",
+    "M": "X2CrNi18-9 X5CrNi1810 1.4307 SUS316L S31803 1.4410 Edelstahl",
+    "K": "EN-GJL-300 GG-35 GJS-400-15 0.7050 FCD700 EN-GJMB-350-10 GTS-35 Gusseisen",
+    "N": "EN_AW-2007 AlMg4,5Mn AlSi12 G-AlSi10Mg EN_AC-43000 A5052 6082-T6 3.2315 CuSn8 CW453K "
+    "C3604 C36000 Ms58 Aluminium",
+    "S": "2.4856 N06625 NiCr22Mo9Nb 3.7164 R50400 1.4980 Waspaloy Titan",
+}
+
+
+@pytest.mark.parametrize("letter", DESIGNATIONS)
+def test_a_designation_tells_its_group_by_how_it_is_built(letter: str) -> None:
+    for one in DESIGNATIONS[letter].split():
+        found = material_of_group(one.replace("_", " "))
+        assert found is not None, one
+        assert found.note is not None
+        assert found.note.startswith(f"{letter}:") or letter == "M", one
+
+
+@pytest.mark.parametrize(
+    ("name", "groups"),
+    [
+        ("C10", "1"), ("C60R", "4, 5"), ("1.1181", "1, 2, 3"), ("1.7218", "6, 7, 8, 9"),
+        ("X100CrMoV5", "10, 11"), ("X5CrNiCuNb16-4", "13"), ("GJL-150", "15, 16"), ("GGG-70", "18"),
+        ("AlSi17Cu4Mg", "25"), ("EN AW-5083", "21, 22"), ("A3003", "21"), ("C3604", "26, 27, 28"),
+    ],
+)  # fmt: skip
+def test_a_designation_s_groups(name: str, groups: str) -> None:
+    assert material_named(name).name == f"{name} (VDI 3323 group {groups})"
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["42CrM04", "60 HRC", "hardened steel", "POM", "1.430", "C1", "X", "12 mm", "D10", "insert"],
+)
+def test_a_name_that_says_no_composition_is_of_no_group(name: str) -> None:
+    assert material_of_group(name) is None
+
+
+def test_a_condition_makes_no_other_material() -> None:
+    for name, own in (("42CrMo4+QT", "42CrMo4"), ("42CrMo4V", "42CrMo4"), ("S235JR+N", "S235"),
+                      ("7075-T651", "Al 7075"), ("Al 7075-T6", "Al 7075")):  # fmt: skip
+        assert material_named(name).name == own
 
 
 def test_a_name_stands_once_and_in_a_known_group() -> None:

@@ -10,6 +10,10 @@ from autodb.nc.reading.names import CALLS
 
 _DRILLS = frozenset({"CYCLE840"} | {f"CYCLE8{n}" for n in range(1, 10)})
 _REMEDY = "this cycle is not read; write out its moves as G0, G1, G2 and G3"
+_SWIVELS = (
+    "this swivels or shifts the plane; only X, Y and Z of one position are read: give what is cut "
+    "in each as a program of its own"
+)
 Numbers = tuple[float | None, ...]
 
 
@@ -19,6 +23,10 @@ def call_cycles(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> 
     if "MCALL" in names:
         names.remove("MCALL")
         m.state.cycle = None
+        if names and names[0] in _PATTERNS:
+            raise block.refusal(
+                "MCALL", f"{names[0]} is a row of places, no cycle; call a cycle, then {names[0]}"
+            )
         if names:
             m.modal_call = (names[0], codes[names[0]])
             return
@@ -49,6 +57,9 @@ def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
         stock_removal.call_contour(m, word, block)
     elif name == "CYCLE952":
         stock_removal.cycle952(m, word, block)
+    elif name == "CYCLE800":
+        if any(numbers[4:13]):  # _X0 to _Z1: shifts and angles
+            raise block.refusal(name, _SWIVELS)
     elif name in _PATTERNS:
         for x, y in _PATTERNS[name](numbers, name, block):
             rapid_to(m, block, x=x + m.state.shift["x"], y=y + m.state.shift["y"])
@@ -73,6 +84,20 @@ def _ring(numbers: Numbers, name: str, block: ProgramBlock) -> list[tuple[float,
     return [(x + radius * cos(a), y + radius * sin(a)) for a in angles]
 
 
+def _grid(numbers: Numbers, name: str, block: ProgramBlock) -> list[tuple[float, float]]:
+    """Return the holes of CYCLE801(SPCA, SPCO, STA, DIS1, DIS2, NUM1, NUM2), of a frame if VARI."""
+    x, y, turn, apart, between, columns = _six(numbers, name, block)
+    more = [one or 0.0 for one in numbers[6:8]] + [0.0, 0.0]
+    rows, frame = int(more[0]), bool(more[1])
+    c, s = cos(radians(turn)), sin(radians(turn))
+    return [
+        (x + c * apart * k - s * between * n, y + s * apart * k + c * between * n)
+        for n in range(rows)
+        for k in range(int(columns))
+        if not frame or n in (0, rows - 1) or k in (0, int(columns) - 1)
+    ]
+
+
 def _six(numbers: Numbers, name: str, block: ProgramBlock) -> tuple[float, ...]:
     if len(numbers) < 6:
         raise block.refusal(name, "six numbers are needed; state place, angle, distances and count")
@@ -82,4 +107,5 @@ def _six(numbers: Numbers, name: str, block: ProgramBlock) -> tuple[float, ...]:
 _PATTERNS: dict[str, Callable[[Numbers, str, ProgramBlock], list[tuple[float, float]]]] = {
     "HOLES1": _row,
     "HOLES2": _ring,
+    "CYCLE801": _grid,
 }

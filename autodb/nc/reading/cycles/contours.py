@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 CHORD_MM = 0.05
 """Length of the lines that stand for an arc. Chosen: on a radius of 2 mm they are off by 0.2 µm."""
 _SAME_MM = 1e-7
+_BACK = -1.0 + 1e-9
+"""Cosine between two lines of a contour below which the second goes back on the first."""
 
 
 def chain(moves: Sequence[ProgramMove], *, along: int, across: int) -> Array:
@@ -45,8 +47,26 @@ def moved(places: Array, *, by: tuple[float, float], off_mm: float, side: float)
     normals *= np.where(side * normals.sum(axis=0)[1] < 0, -1.0, 1.0)
     ends = np.concatenate([shifted[:-1][kept], shifted[-1:]])
     before, after = np.vstack([normals[:1], normals]), np.vstack([normals, normals[-1:]])
-    mean = before + after
+    back = np.sum(before * after, axis=1) < _BACK  # it turns round: no place is beside both
+    mean = np.where(back[:, None], 2.0 * after, before + after)
     return np.asarray(ends + off_mm * 2.0 * mean / np.sum(mean * mean, axis=1)[:, None])
+
+
+def without_pockets(places: Array, side: float) -> Array:
+    """Return a contour bridged where it falls back behind what it has reached before.
+
+    ``side``: as of `runs_beyond`.
+    """
+    kept, top = [places[0]], float(places[0, 1])
+    for k, (along, across) in enumerate(places[1:].tolist()):
+        if side * (across - top) <= 0:
+            kept.append(np.array([along, top]))
+            continue
+        if side * (places[k, 1] - top) < 0:
+            kept.append(np.array([_crossing(places, k, top), top]))
+        kept.append(places[k + 1])
+        top = across
+    return np.array(kept)
 
 
 def runs_beyond(places: Array, level: float, side: float) -> Iterator[tuple[float, float, bool]]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
-from autodb.nc.reading.controls import LINUXCNC
+from autodb.nc.reading.controls import LINUXCNC, OF_FANUC
 from autodb.nc.reading.cycles.cycle_moves import (
     Carrying,
     feed_to,
@@ -29,6 +29,7 @@ one goes fast. Chosen: what LinuxCNC's G73 and G83 have."""
 MOST_PECKS = 20_000
 _FEED_OUT = frozenset({"G85", "G89"})
 _TAPS = frozenset({"G84", "G74"})
+_PECKS = frozenset({"G73", "G83"})
 _NAMES = "xyz"
 _TAKEN = tuple("RQPLKFSTNOHDIJECM")
 
@@ -103,6 +104,10 @@ def _take_levels(
         )
     if "Z" not in taken:
         raise block.refusal(block.words[0].text, "a cycle without a depth; state Z")
+    if state.control is LINUXCNC and state.cycle in _PECKS and not taken.get("Q"):
+        raise block.refusal(
+            state.cycle or "", "LinuxCNC takes no pecks without their depth; state Q, or use G81"
+        )
 
 
 def _hole(m: Carrying, block: ProgramBlock, code: str, deep: str) -> None:
@@ -114,14 +119,40 @@ def _hole(m: Carrying, block: ProgramBlock, code: str, deep: str) -> None:
     rapid_to(m, block, **{deep: top})
     if code in ("G73", "G83", "G83.1") and taken.get("Q", 0.0) > 0:
         pecks(m, block, deep, (top, taken["Z"], taken["Q"]), leaves=code == "G83")
+    elif code in _TAPS:
+        _tap(m, block, deep, (top, taken["Z"]))
     else:
-        pitched = code in _TAPS and m.state.feed_word == "G95" and m.state.feed
-        feed = PerRev(m.state.feed) if pitched and m.state.feed else None
-        feed_to(m, block, {deep: taken["Z"]}, feed=feed)
-        if code in _FEED_OUT or code in _TAPS:
-            feed_to(m, block, {deep: top}, feed=feed)
+        feed_to(m, block, {deep: taken["Z"]})
+        if code in _FEED_OUT:
+            feed_to(m, block, {deep: top})
     back = max(taken["before"], top) if m.state.to_start else top
     rapid_to(m, block, **{deep: back})
+
+
+def _tap(m: Carrying, block: ProgramBlock, deep: str, levels: tuple[float, float]) -> None:
+    """Tap a hole and come back; Fanuc's and Haas' cycles start a spindle that stands."""
+    state, (top, bottom) = m.state, levels
+    feed = PerRev(state.feed) if state.feed_word == "G95" and state.feed else None
+    kept = state.turning, state.stopped
+    if state.control in OF_FANUC:
+        state.turning, state.stopped = True, None
+    feed_to(m, block, {deep: bottom}, feed=feed)
+    feed_to(m, block, {deep: top}, feed=feed)
+    state.turning, state.stopped = kept
+
+
+def rigid_tap(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
+    """Tap with LinuxCNC's G33.1: to a place by K a revolution, and back to where that began."""
+    state = m.state
+    if not values.get("K") or not word_value(values["K"]):
+        raise block.refusal(code, "a thread without a pitch; state K")
+    axes = {n: w for n, w in values.items() if n in ("X", "Y", "Z", "@", "^")}
+    nothing_left(without(values, *axes, "K", "F", "S", "N", "I", "$"), block, state)
+    begin, to = known_start(m, block), targets(state, axes, block)
+    pitch = PerRev(abs(word_value(values["K"])) * state.unit_mm)
+    state.motion = None  # each further one states its K anew
+    feed_to(m, block, {a: mm for a, mm in to.items() if mm is not None}, feed=pitch)
+    feed_to(m, block, begin, feed=pitch)
 
 
 def pecks(

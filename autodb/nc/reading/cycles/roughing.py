@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from autodb.nc.reading.blocks import ProgramBlock, Word
+from autodb.nc.reading.controls import LINUXCNC
 from autodb.nc.reading.corners import CornerRecord
-from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond
+from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond, without_pockets
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
@@ -36,7 +37,8 @@ INDEX_OF = {"x": 0, "z": 2}
 class Passes:
     """How roughing goes: axes along and across the cut, depth, retract, allowances, mm.
 
-    ``by``: allowance along and across; ``off_mm``: square to the contour; ``start``: along, across.
+    ``by``: allowance along and across; ``off_mm``: square to the contour; ``start``: along, across;
+    ``pockets``: whether those alone are cut, or they are left; None: all is cut.
     """
 
     along: str
@@ -46,6 +48,7 @@ class Passes:
     by: tuple[float, float]
     off_mm: float
     start: tuple[float, float]
+    pockets: bool | None = None
 
 
 def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock) -> None:
@@ -58,7 +61,10 @@ def fanuc_roughing(m: Carrying, code: str, values: Mapping[str, Word], block: Pr
         if "F" in values:
             m.state.feed = word_value(values["F"]) * m.state.unit_mm
         begun = dict(m.state.place)
-        _follow(m, list(m.runner.contour(first, last, block)))
+        blocks = list(m.runner.contour(first, last, block))
+        if any((one.source, one.line) == (block.source, block.line) for one in blocks):
+            raise block.refusal(code, "a cycle inside its own contour; write it behind it")
+        _follow(m, blocks)
         for axis in ("x", "z"):
             go_rapid(m.state, {**m.state.place, axis: begun[axis]}, block, m.record)
     else:
@@ -93,6 +99,7 @@ def contour_of(
         raise block.refusal(block.words[0].text, "a cycle inside a contour; write it behind it")
     kept, record = m.state, m.record
     m.state, m.in_contour = copy.copy(kept), True
+    m.state.in_profile = kept.control is LINUXCNC
     m.state.place, m.state.shift = dict(kept.place), dict(kept.shift)
     if m.state.feed is None:
         m.state.feed = 1.0  # a contour's feeds are those of its finishing
@@ -154,6 +161,8 @@ def rough(m: Carrying, block: ProgramBlock, places: Array, how: Passes) -> None:
     """Cut a contour (n, 2) out at levels, and then along it; ends at the contour's last place."""
     side = 1.0 if how.start[1] >= places[:, 1].mean() else -1.0
     left = moved(places, by=how.by, off_mm=how.off_mm, side=side)
+    if how.pockets is False:
+        left = without_pockets(left, side)
     deepest = left[:, 1].min() if side > 0 else left[:, 1].max()
     level, count = how.start[1], 0
     while side * (level - deepest) > how.depth_mm * (1 + 1e-9):
@@ -164,6 +173,8 @@ def rough(m: Carrying, block: ProgramBlock, places: Array, how: Passes) -> None:
                 block.words[0].text, f"more than {MOST_PASSES} passes; make them deeper"
             )
         for begin, end, from_start in runs_beyond(left, level, side):
+            if how.pockets and from_start:
+                continue
             _pass(m, block, how, (begin, end, level), side, from_start=from_start)
     rapid_to(m, block, **{how.along: how.start[0]})
     rapid_to(m, block, **{how.across: float(left[0, 1])})
@@ -226,6 +237,10 @@ def _pattern(
         rapid_to(m, block, z=start["z"])
 
 
+_POCKETS = {".1": False, ".2": True}
+"""Whether LinuxCNC's G71.1, G71.2 and those of G72 leave pockets, or cut them alone."""
+
+
 def linuxcnc_roughing(
     m: Carrying, code: str, values: Mapping[str, Word], block: ProgramBlock
 ) -> None:
@@ -246,15 +261,14 @@ def linuxcnc_roughing(
     if code.startswith("G70"):
         times = max(int(word_value(values["P"])), 1) if "P" in values else 1
         first, last = length.get("D", 0.0), length.get("E", 0.0)
-        for k in range(times):
-            share = k / (times - 1) if times > 1 else 1.0
-            off = first + share * (last - first)
+        for k in range(times - 1, -1, -1):
+            off = last + k * (first - last) / times
             how = Passes(along, across, 1e9, length.get("R", 0.0), (0.0, 0.0), off, at)
             rough(m, block, places, how)
     else:
         how = Passes(
             along, across, length.get("I", 1.0), length.get("R", CLEAR_MM), (0.0, 0.0),
-            length.get("D", 0.0), at,
+            length.get("D", 0.0), at, _POCKETS.get(code[3:]),
         )  # fmt: skip
         rough(m, block, places, how)
     rapid_to(m, block, **{across: start[across]})

@@ -21,6 +21,7 @@ from autodb.nc.reading.cycles.roughing import (
     rough_and_finish,
 )
 from autodb.nc.reading.cycles.stated import StatedTurning
+from autodb.nc.reading.runner import NO_SUBPROGRAM
 from autodb.nc.reading.state import CalledContour
 
 _NAMES = (
@@ -56,6 +57,8 @@ def call_contour(m: Carrying, word: Word, block: ProgramBlock) -> None:
     else:
         called = CalledContour(unit, begin, end)
     m.state.contours = (*m.state.contours, called)
+    if called.unit is not None and not m.runner.has(called.unit):
+        raise block.refusal(called.unit, NO_SUBPROGRAM)
 
 
 _NEEDED = {0.0: (True, False), 1.0: (True, False), 2.0: (False, True), 3.0: (True, True)}
