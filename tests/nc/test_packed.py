@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from autodb.nc.reading.blocks import PackedLines, WrittenLine, worded
-from autodb.nc.reading.flow import fanuc_instructions
-from autodb.nc.reading.instructions import Jump, RunLine
+from autodb.nc.reading.lines.blocks import PackedLines, WrittenLine, worded
+from autodb.nc.reading.lines.flow import fanuc_instructions
+from autodb.nc.reading.lines.instructions import Jump, RunLine
 from autodb.nc.reading.paths import CuttingSpeed, FeedPerMinute, PerRev, Revolutions
 from autodb.nc.reading.travels import Circle, PackedMoves, ProgramMove, ToolPlace
 from autodb.nc.reading.turning_program import carried_out

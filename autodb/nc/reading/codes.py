@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any
 
 from autodb.nc.reading.controls import LINUXCNC, OKUMA, SINUMERIK, Control
-from autodb.nc.reading.names import REFUSED_NAMES
+from autodb.nc.reading.lines.names import REFUSED_NAMES
 
 INCH_MM = 25.4
 """Millimetres in an inch (exact by definition)."""

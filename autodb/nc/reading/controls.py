@@ -5,14 +5,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from autodb.nc.reading.flow import (
+from autodb.nc.reading.lines.flow import (
     fanuc_instructions,
     linuxcnc_instructions,
     okuma_instructions,
 )
-from autodb.nc.reading.foreign import is_okuma
-from autodb.nc.reading.instructions import Instructions
-from autodb.nc.reading.sinumerik_flow import sinumerik_instructions
+from autodb.nc.reading.lines.foreign import is_okuma
+from autodb.nc.reading.lines.instructions import Instructions
+from autodb.nc.reading.lines.sinumerik_flow import sinumerik_instructions
 
 
 @dataclass(frozen=True)

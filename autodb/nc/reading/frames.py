@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from math import radians
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import MACHINE
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.state import AXES, ProgramState, TurnedPlane, word_value
 from autodb.nc.reading.targets import LETTERS, without

@@ -8,7 +8,6 @@ nothing.
 from collections.abc import Callable, Mapping
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import (
     BOXES,
     DRILLED,
@@ -47,8 +46,9 @@ from autodb.nc.reading.frames import (
     shift_frame,
     turn_plane,
 )
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
+from autodb.nc.reading.lines.names import NAMES
 from autodb.nc.reading.motions import carry_out_motion, word_not_read
-from autodb.nc.reading.names import NAMES
 from autodb.nc.reading.rests import rest_s
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import (

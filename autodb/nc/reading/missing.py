@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import Word, WrittenLine
-from autodb.nc.reading.instructions import Call, RunLine
+from autodb.nc.reading.lines.blocks import Word, WrittenLine
+from autodb.nc.reading.lines.instructions import Call, RunLine
 from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner
 
 _CONTOURS = frozenset({"CYCLE95", "CYCLE62"})

@@ -11,10 +11,10 @@ from dataclasses import replace
 from math import radians, tan
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import REFUSED
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC
 from autodb.nc.reading.corners import CORNERS, PROFILE_CORNERS
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
 from autodb.nc.reading.state import (
     AXES,

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.controls import LINUXCNC
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.state import ProgramState, word_value
 from autodb.nc.reading.targets import without

@@ -7,9 +7,9 @@ other lines (a contour between two N numbers, or a subprogram) is run apart.
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass
 
-from autodb.nc.reading.blocks import ProgramBlock, Word, WrittenLine
-from autodb.nc.reading.expressions import Expression, Key, Number, Values
-from autodb.nc.reading.instructions import (
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word, WrittenLine
+from autodb.nc.reading.lines.expressions import Expression, Key, Number, Values
+from autodb.nc.reading.lines.instructions import (
     Call,
     Count,
     Instruction,

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 from math import cos, sin
 from typing import NamedTuple
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.controls import PLAIN, Control
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.paths import CuttingSpeed, Feed, FeedPerMinute, PerRev, Revolutions, Speed
 from autodb.nc.reading.travels import Beside
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import atan2, cos, hypot, radians, sin, sqrt
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.controls import FANUC_A, LINUXCNC, SINUMERIK
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.state import AXES, Places, PolarPlace, ProgramState, word_value
 from autodb.nc.reading.travels import PLANES, ToolPlace
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import numbered_lines
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf, beside_contours
 from autodb.nc.reading.controls import CONTROLS, LINUXCNC, SINUMERIK, Control, control_of
 from autodb.nc.reading.cycles.stated import NOTHING_STATED, StatedOfProgram
-from autodb.nc.reading.expressions import Key, Number, Values
-from autodb.nc.reading.foreign import refuse_other_language
-from autodb.nc.reading.instructions import Instructions
 from autodb.nc.reading.interpreter import Interpreter
+from autodb.nc.reading.lines.blocks import numbered_lines
+from autodb.nc.reading.lines.expressions import Key, Number, Values
+from autodb.nc.reading.lines.foreign import refuse_other_language
+from autodb.nc.reading.lines.instructions import Instructions
 from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
 from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner

@@ -7,8 +7,8 @@ along the axis). Systems B and C call them otherwise (``codes``).
 
 from collections.abc import Mapping
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import Carrying, feed_to, known_start, rapid_to
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value

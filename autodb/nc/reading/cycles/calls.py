@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from math import cos, radians, sin
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles import drilling, recessing, roughing, stock_removal, threading
 from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
-from autodb.nc.reading.names import CALLS
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
+from autodb.nc.reading.lines.names import CALLS
 
 _DRILLS = frozenset({"CYCLE840"} | {f"CYCLE8{n}" for n in range(1, 10)})
 _REMEDY = "this cycle is not read; write out its moves as G0, G1, G2 and G3"

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.compensation import RadiusOf
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles.stated import StatedOfProgram
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import feed_straight, go_rapid
 from autodb.nc.reading.paths import Feed
 from autodb.nc.reading.runner import Runner

@@ -7,7 +7,6 @@ to R (G83) or a little (G73).
 
 from collections.abc import Mapping, Sequence
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.codes import INCH_MM
 from autodb.nc.reading.controls import LINUXCNC, OF_FANUC
 from autodb.nc.reading.cycles.cycle_moves import (
@@ -17,6 +16,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value

@@ -6,7 +6,6 @@ The tool goes in by pecks, moves over by a step and goes in again until it has b
 
 from collections.abc import Mapping
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
@@ -16,6 +15,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.state import word_value
 from autodb.nc.reading.targets import targets
 

@@ -8,8 +8,8 @@ Z is a step, and L says how often all of it is made.
 
 from collections.abc import Mapping
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import Carrying, feed_to, known_start
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.state import feed_in_force, speed_in_force, word_value
 from autodb.nc.reading.targets import without

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, radians, sqrt, tan
 
-from autodb.nc.reading.blocks import ProgramBlock
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
@@ -20,6 +19,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
 )
 from autodb.nc.reading.cycles.stated import Blade
+from autodb.nc.reading.lines.blocks import ProgramBlock
 from autodb.nc.reading.motions import feed_straight
 
 OVERLAP = 0.95

@@ -10,7 +10,6 @@ import copy
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.controls import LINUXCNC
 from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles.contours import Array, chain, moved, runs_beyond, without_pockets
@@ -23,6 +22,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     known_start,
     rapid_to,
 )
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import go_rapid
 from autodb.nc.reading.state import word_value
 from autodb.nc.reading.travels import ProgramMove

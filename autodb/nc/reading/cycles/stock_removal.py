@@ -9,7 +9,6 @@ radius: the operating manual (Turning, 06/2019, 10.3) marks diameters, and these
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.contours import Array, chain
 from autodb.nc.reading.cycles.cycle_moves import CLEAR_MM, Carrying
 from autodb.nc.reading.cycles.roughing import (
@@ -21,6 +20,7 @@ from autodb.nc.reading.cycles.roughing import (
     rough_and_finish,
 )
 from autodb.nc.reading.cycles.stated import StatedTurning
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.runner import NO_SUBPROGRAM
 from autodb.nc.reading.state import CalledContour
 

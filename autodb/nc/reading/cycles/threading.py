@@ -8,7 +8,6 @@ Source: operator's manuals of these controls, as their makers describe the words
 from collections.abc import Mapping, Sequence
 from math import sqrt
 
-from autodb.nc.reading.blocks import ProgramBlock, Word
 from autodb.nc.reading.cycles.cycle_moves import (
     CLEAR_MM,
     Carrying,
@@ -18,6 +17,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     rapid_to,
     thousandths,
 )
+from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import carry_out_motion
 from autodb.nc.reading.paths import PerRev
 from autodb.nc.reading.state import word_value

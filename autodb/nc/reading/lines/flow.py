@@ -4,10 +4,10 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine, numbered_lines, of_line, worded
-from autodb.nc.reading.expressions import Expression, expression, expression_at
-from autodb.nc.reading.foreign import okuma_plain
-from autodb.nc.reading.instructions import (
+from autodb.nc.reading.lines.blocks import WrittenLine, numbered_lines, of_line, worded
+from autodb.nc.reading.lines.expressions import Expression, expression, expression_at
+from autodb.nc.reading.lines.foreign import okuma_plain
+from autodb.nc.reading.lines.instructions import (
     Call,
     Count,
     Instructions,

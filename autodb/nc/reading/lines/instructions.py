@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import PackedLines, WrittenLine
-from autodb.nc.reading.expressions import Expression
+from autodb.nc.reading.lines.blocks import PackedLines, WrittenLine
+from autodb.nc.reading.lines.expressions import Expression
 
 
 @dataclass(slots=True)

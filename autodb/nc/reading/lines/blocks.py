@@ -13,7 +13,7 @@ from itertools import pairwise
 from math import isfinite
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.expressions import Expression, Key, Variables, expression, value_at
+from autodb.nc.reading.lines.expressions import Expression, Key, Variables, expression, value_at
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _LITERAL = re.compile(rf"([A-Z@^]|,[ACR])({NUMBER})(?![.\d])")

@@ -4,9 +4,9 @@ import re
 from collections.abc import Callable
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import WrittenLine, numbered_lines, of_line
-from autodb.nc.reading.expressions import Expression, expression, expression_at
-from autodb.nc.reading.instructions import (
+from autodb.nc.reading.lines.blocks import WrittenLine, numbered_lines, of_line
+from autodb.nc.reading.lines.expressions import Expression, expression, expression_at
+from autodb.nc.reading.lines.instructions import (
     Call,
     Instructions,
     Jump,
@@ -15,8 +15,8 @@ from autodb.nc.reading.instructions import (
     Return,
     RunLine,
 )
-from autodb.nc.reading.names import NAMES, REFUSED_NAMES
-from autodb.nc.reading.sinumerik_lines import arguments_at, sinumerik_worded
+from autodb.nc.reading.lines.names import NAMES, REFUSED_NAMES
+from autodb.nc.reading.lines.sinumerik_lines import arguments_at, sinumerik_worded
 
 _SECTION = re.compile(r"%_N_(\w+?)_(?:MPF|SPF)|%_N_(\w+)|%(?:MPF|SPF)(\w*)")
 _NUMBERED = re.compile(r"[N:](\d+)\s*(.*)$", re.DOTALL)

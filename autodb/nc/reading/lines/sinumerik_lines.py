@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading.blocks import (
+from autodb.nc.reading.lines.blocks import (
     NUMBER,
     Setting,
     Word,
@@ -12,8 +12,8 @@ from autodb.nc.reading.blocks import (
     WrittenWord,
     plain_word,
 )
-from autodb.nc.reading.expressions import Expression, Key, expression, expression_at
-from autodb.nc.reading.names import REFUSED_SETTINGS
+from autodb.nc.reading.lines.expressions import Expression, Key, expression, expression_at
+from autodb.nc.reading.lines.names import REFUSED_SETTINGS
 
 ADDRESSES = frozenset(
     {

@@ -1,0 +1,1 @@
+"""From the text of an NC program to instructions, whatever control it is for."""
