@@ -12,6 +12,7 @@ from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
     Forces,
+    HarderCuts,
     causes_of,
     learnt_before,
     named_states,
@@ -39,6 +40,7 @@ from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.posterior import PairPosterior, PairTerms
 from autodb.pairs.prior import of_state
 from autodb.pairs.updating import posterior_of_readings
+from autodb.pairs.worn import wear_after
 from autodb.store import models
 from autodb.wording import stored_msgid
 
@@ -63,11 +65,13 @@ FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
 @dataclass
 class LearningOutcome:
     """``versions``: pair and state, version, cuts behind it; ``outliers``: outlying cuts, by id;
-    ``not_used``: what to say of what was not learnt from; ``shifts``: what a version moved.
+    ``harder``: runs of those of harder work; ``not_used``: what to say of what was not learnt from;
+    ``shifts``: what a version moved.
     """
 
     versions: list[tuple[str, int, int]] = field(default_factory=list)
     outliers: list[int] = field(default_factory=list)
+    harder: list[HarderCuts] = field(default_factory=list)
     not_used: list[str] = field(default_factory=list)
     shifts: list[ForceShift] = field(default_factory=list)
 
@@ -186,6 +190,7 @@ class _Pair:
             start = began(last)
             learnt = self._in_turn(posterior, parted.usual)
             self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
+        self._done.harder += parted.harder
         return parted.outliers
 
     def _usual_state(self) -> Forces:
@@ -214,6 +219,7 @@ class _Pair:
         posterior = start.posterior if base is None else as_posterior(base)
         parted = sorted_forces(posterior, fresh, before=before)
         self._add(start, base, parted.usual, causes=causes)
+        self._done.harder += parted.harder
         return parted.outliers
 
     def _but_of_states(self, *, but: Collection[str]) -> Forces:
@@ -279,9 +285,23 @@ class _Pair:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
             learnt = self._in_turn(start.posterior, every)
         else:
+            start = self._with_wear_so_far(start, [*before, *fresh], state)
             observed = as_observed([*before, *fresh], terms=start.posterior.terms)
             learnt = learn_averaging(start.posterior, observed).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
+
+    def _with_wear_so_far(self, start: Start, forces: Forces, state: str | None) -> Start:
+        """Return a start that knows how edges wear by all forces, as the last version says about.
+
+        Of versions without wear, and of other states, as it is.
+        """
+        terms, last = start.posterior.terms, self._latest(state)
+        if terms.wear is None or last is None:
+            return start
+        near, bare = as_posterior(last), replace(terms, wear=None)
+        before = replace(start.posterior, off_law=near.off_law, terms=bare)
+        wear = wear_after(before, as_observed(forces, terms=bare), near=near, wear=terms.wear)
+        return replace(start, posterior=replace(start.posterior, terms=replace(terms, wear=wear)))
 
     def _in_turn(
         self, posterior: PairPosterior, forces: Forces, *, known: Container[int] = ()
