@@ -31,8 +31,8 @@ from autodb.wording import stored_msgid
 Array = NDArray[np.float64]
 
 LOWER = stored_msgid(
-    "{pair}: around {centre} m/min {shares} lower than at other speeds, in {cuts} cuts of {count} "
-    "recordings, whatever the feed, the depth and the age of the edge: a built-up edge"
+    "{pair}: around {centre} m/min all forces are lower than at other speeds ({shares}), in {cuts} "
+    "cuts of {count} recordings, whatever the feed, the depth and the age of the edge"
 )
 
 
@@ -128,7 +128,7 @@ def _columns(
     half = NORMAL_95 * abs(change) / np.sqrt(2.0 * band.evidence)
     most_N = float(np.max(np.abs(expected_N[:, QUANTITY[component]])))
     apart = float(np.exp(0.5 * band.width))
-    shares = " and ".join(f"force.{n} is {-100 * fall:.0f} %" for n, fall in falls.items())
+    shares = " and ".join(f"{-100 * fall:.0f} % of force.{n}" for n, fall in falls.items())
     return {
         "channel": f"force.{component}",
         "term": BAND,

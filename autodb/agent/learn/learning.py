@@ -6,7 +6,13 @@ from dataclasses import dataclass, field, replace
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
+from autodb.agent.learn.confirmed_terms import (
+    held_causes,
+    learn_with,
+    opened,
+    terms_after,
+    to_learn,
+)
 from autodb.agent.learn.learnt_from import newest_states
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
@@ -40,7 +46,6 @@ from autodb.pairs.engaged import CUTTING_TIME
 from autodb.pairs.posterior import PairPosterior, PairTerms
 from autodb.pairs.prior import of_state
 from autodb.pairs.updating import posterior_of_readings
-from autodb.pairs.worn import wear_after
 from autodb.store import models
 from autodb.wording import stored_msgid
 
@@ -285,23 +290,21 @@ class _Pair:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
             learnt = self._in_turn(start.posterior, every)
         else:
-            start = self._with_wear_so_far(start, [*before, *fresh], state)
+            start = self._as_bent_now(start, [*before, *fresh], state)
             observed = as_observed([*before, *fresh], terms=start.posterior.terms)
             learnt = learn_averaging(start.posterior, observed).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
 
-    def _with_wear_so_far(self, start: Start, forces: Forces, state: str | None) -> Start:
-        """Return a start that knows how edges wear by all forces, as the last version says about.
+    def _as_bent_now(self, start: Start, forces: Forces, state: str | None) -> Start:
+        """Return a start whose wear and band have the shapes that all forces say.
 
-        Of versions without wear, and of other states, as it is.
+        About as the last version has them; of versions without either, and of other states, as is.
         """
-        terms, last = start.posterior.terms, self._latest(state)
-        if terms.wear is None or last is None:
+        last = self._latest(state)
+        if last is None or state is not None:
             return start
-        near, bare = as_posterior(last), replace(terms, wear=None)
-        before = replace(start.posterior, off_law=near.off_law, terms=bare)
-        wear = wear_after(before, as_observed(forces, terms=bare), near=near, wear=terms.wear)
-        return replace(start, posterior=replace(start.posterior, terms=replace(terms, wear=wear)))
+        terms = terms_after(start.posterior, forces, near=as_posterior(last))
+        return replace(start, posterior=replace(start.posterior, terms=terms))
 
     def _in_turn(
         self, posterior: PairPosterior, forces: Forces, *, known: Container[int] = ()

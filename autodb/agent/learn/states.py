@@ -13,6 +13,7 @@ from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.mismatches import is_cause, recordings_of
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging
@@ -171,8 +172,12 @@ def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
 
 
 def harder_cuts(posterior: PairPosterior, forces: Forces) -> HarderCuts | None:
-    """Return the run of one recording's cuts that is harder than expected; None: there is none."""
+    """Return the run of one recording's cuts that is harder than expected; None: there is none, or
+    not all say how long their edges have cut.
+    """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
+    if any(cut_before_s(cut) is None for cut in cuts):
+        return None
     run = harder_run(posterior, as_observed(forces, terms=posterior.terms))
     return None if run is None else HarderCuts(cuts[run.first : run.last + 1], run)
 

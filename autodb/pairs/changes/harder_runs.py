@@ -7,11 +7,12 @@ cuts S that is harder by a share g has g e_S more, so that by least squares
     g = e_S' C⁻¹ r / (e_S' C⁻¹ e_S),    sd = 1 / √(e_S' C⁻¹ e_S)
 
 of what is left, r. Each cut alone may be no surprise, since each alone may be the day's error; that
-all components rise alike, by more than the days differ, is one. The whole recording has half of the
-probability of a false alarm, all shorter runs the other. Components that rise by different shares
-are a sensor's doing, and are not called hard.
+all components rise, by more than the days differ, is one. The whole recording has half of the
+probability of a false alarm, all shorter runs the other. Where one component rises by less than
+half of what another does, a sensor may be why, and it is not called hard.
 
-Nothing is said where edges may wear and the posterior does not know how: wear raises forces, too.
+Nothing is said where edges may wear and nobody knows how: wear raises forces, too. So cuts have to
+say how long their edge has cut, and where that is not nothing, the posterior has to have wear.
 """
 
 from dataclasses import dataclass
@@ -30,8 +31,9 @@ Array = NDArray[np.float64]
 FEWEST, SHORTEST = 5, 10
 """Cuts of a whole recording, and of a run within one, at least. Chosen: fewer are outliers, each by
 itself, and the last cuts of an edge may rise by less than ten more steeply than wear was learnt."""
-ALIKE = 2.0
-"""Standard deviations that the shares of two components may be apart."""
+HALF, APART = 0.5, 2.0
+"""Share of the most that a component rises by, which all must rise by, within so many standard
+deviations. Chosen: a feed force and a cutting force go with hardness, but not quite alike."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,10 @@ class HarderRun:
 def harder_run(posterior: PairPosterior, observed: Observed) -> HarderRun | None:
     """Return the run of one recording's cuts that is harder than expected; None: there is none.
 
-    ``observed``: readings of cuts in the order in which they were made.
+    ``observed``: readings, in the order of time, of cuts that say how long their edges have cut.
     """
     cuts = np.unique(observed.cut)
-    worn = any(c.worn_s is not None and np.any(c.worn_s > 0.0) for c in observed.cuts)
-    if len(cuts) < FEWEST or (worn and posterior.wear is None):
+    if len(cuts) < FEWEST or (posterior.wear is None and not _are_fresh(observed)):
         return None
     expected, covariance = expected_of(posterior, observed)
     each = _Shares.of(observed, expected, covariance, observed.value - expected)
@@ -63,6 +64,11 @@ def harder_run(posterior: PairPosterior, observed: Observed) -> HarderRun | None
     if run is None or not _alike(observed, each, run):
         return None
     return run
+
+
+def _are_fresh(observed: Observed) -> bool:
+    """Say whether no edge of the cuts had cut before, as far as they say."""
+    return not any(one.worn_s is not None and np.any(one.worn_s > 0.0) for one in observed.cuts)
 
 
 @dataclass(frozen=True)
@@ -120,7 +126,7 @@ class _Shares:
 
 
 def _alike(observed: Observed, each: _Shares, run: HarderRun) -> bool:
-    """Say whether every component, and two at least, rise by one share in a run."""
+    """Say whether every component, and two at least, rise in a run by about one share."""
     inside = (each.cut >= run.first) & (each.cut <= run.last) & (observed.quantity != CHIP)
     kinds = np.unique(observed.quantity[inside])
     if len(kinds) < 2:
@@ -128,6 +134,6 @@ def _alike(observed: Observed, each: _Shares, run: HarderRun) -> bool:
     shares, covariance = each.of_each(inside[:, None] & (observed.quantity[:, None] == kinds))
     low, high = int(np.argmin(shares)), int(np.argmax(shares))
     between = np.zeros(len(kinds))
-    between[[low, high]] = -1.0, 1.0
-    apart = (shares[high] - shares[low]) / np.sqrt(between @ covariance @ between)
-    return bool(shares[low] > 0.0) and bool(apart < ALIKE)
+    between[[low, high]] = -1.0, HALF
+    apart = between @ shares / np.sqrt(between @ covariance @ between)
+    return bool(shares[low] > 0.0) and bool(apart < APART)
