@@ -64,3 +64,9 @@ def test_a_component_that_is_not_sensed_is_not_asked() -> None:
     assert found is not None
     assert found.change[0] < -0.2
     assert np.isnan(found.change[1])
+
+
+def test_where_nothing_is_sensed_or_no_speed_differs_there_is_none() -> None:
+    cuts = _cuts(1)
+    assert speed_band(replace(cuts, off=np.full_like(cuts.off, np.nan))) is None
+    assert speed_band(replace(cuts, speed_m_min=np.full_like(cuts.speed_m_min, 90.0))) is None
