@@ -70,8 +70,8 @@ FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
 @dataclass
 class LearningOutcome:
     """``versions``: pair and state, version, cuts behind it; ``outliers``: outlying cuts, by id;
-    ``harder``: runs of those of harder work; ``not_used``: what to say of what was not learnt from;
-    ``shifts``: what a version moved.
+    ``harder``: those of harder work, by recording; ``not_used``: what to say of what was not learnt
+    from; ``shifts``: what a version moved.
     """
 
     versions: list[tuple[str, int, int]] = field(default_factory=list)

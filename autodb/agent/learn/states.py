@@ -17,7 +17,7 @@ from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging
-from autodb.pairs.changes.harder_runs import HarderRun, harder_run
+from autodb.pairs.changes.harder_work import HarderWork, harder_work
 from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.updating import posterior_of_readings
@@ -35,7 +35,7 @@ class HarderCuts:
     """Cuts of one recording, in their order, all of whose forces are larger by a share."""
 
     cuts: list[models.Cut]
-    run: HarderRun
+    work: HarderWork
 
 
 @dataclass(frozen=True)
@@ -147,9 +147,9 @@ def sorted_forces(
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
             outlying |= outlying_cuts(posterior, rest)
-            run = harder_cuts(posterior, rest)
-            harder += [] if run is None else [run]
-            outlying |= set() if run is None else {cut.id for cut in run.cuts}
+            work = harder_cuts(posterior, rest)
+            harder += [] if work is None else [work]
+            outlying |= set() if work is None else {cut.id for cut in work.cuts}
         usual = [force for force in some if force.cut_id not in outlying]
         outliers += [force for force in some if force.cut_id in outlying]
         kept += usual
@@ -172,14 +172,14 @@ def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
 
 
 def harder_cuts(posterior: PairPosterior, forces: Forces) -> HarderCuts | None:
-    """Return the run of one recording's cuts that is harder than expected; None: there is none, or
-    not all say how long their edges have cut.
+    """Return one recording's cuts where they are harder than expected; None: they are not, or not
+    all say how long their edges have cut.
     """
     cuts = list({force.cut_id: force.cut for force in forces}.values())
     if any(cut_before_s(cut) is None for cut in cuts):
         return None
-    run = harder_run(posterior, as_observed(forces, terms=posterior.terms))
-    return None if run is None else HarderCuts(cuts[run.first : run.last + 1], run)
+    work = harder_work(posterior, as_observed(forces, terms=posterior.terms))
+    return None if work is None else HarderCuts(cuts, work)
 
 
 def named_states(session: Session, outliers: Forces) -> dict[str, Forces]:

@@ -20,7 +20,7 @@ from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
 from autodb.agent.learn.inferred_bands import infer_speed_band
 from autodb.agent.learn.inferred_edges import infer_edge_changes, newest_cuts, newest_forces
-from autodb.agent.learn.inferred_runs import open_harder_runs
+from autodb.agent.learn.inferred_hardness import open_harder_work
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
 from autodb.agent.learn.lots import name_lot
 from autodb.agent.learn.passes import (
@@ -163,7 +163,7 @@ class _Pass:
         self._done.versions += outcome.versions
         self._done.shifts += outcome.shifts
         self._done.set_aside += outcome.not_used
-        self._done.mismatches += open_harder_runs(self._session, found, outcome.harder)
+        self._done.mismatches += open_harder_work(self._session, found, outcome.harder)
         return outcome.outliers
 
     def _infer(self, pair: models.Pair, sensed: list[Calibrations]) -> None:

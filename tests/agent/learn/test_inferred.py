@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import select
 
 from autodb.agent.learn.learnt_from import excluded_cuts
-from autodb.agent.rows.mismatches import IN_BAND, IN_RUN
+from autodb.agent.rows.mismatches import IN_BAND, IN_HARDER
 from autodb.proofs.machines.lathe.process import STEEL, TrueCut, mean_forces_N
 from autodb.store import models, open_store
 from tests.conftest import Cli
@@ -87,11 +87,11 @@ def test_slow_cuts_with_lower_forces_are_a_band_that_is_predicted_once_confirmed
 def test_a_harder_file_is_named_excluded_and_learnt_once_rejected(cli: Cli) -> None:
     said = _refreshed(cli, band=0.0, hard=HARD)
     assert f"cuts 1 to 10 of file-{HARD}.csv take 2" in said
-    (run,) = (one for one in _rows() if IN_RUN in one[2])
+    (run,) = (one for one in _rows() if IN_HARDER in one[2])
     assert run[0] == "hard_spot"
-    assert len(run[2][IN_RUN]) == 10
+    assert len(run[2][IN_HARDER]) == 10
     assert _excluded() == 10
-    number = 1 + next(k for k, one in enumerate(_rows()) if IN_RUN in one[2])
+    number = 1 + next(k for k, one in enumerate(_rows()) if IN_HARDER in one[2])
     assert cli("mismatch", "reject", number).code == 0
     assert cli("refresh", "--machine", "lathe").code == 0
     assert _excluded() == 0
@@ -99,4 +99,4 @@ def test_a_harder_file_is_named_excluded_and_learnt_once_rejected(cli: Cli) -> N
 
 def test_usual_files_are_neither(cli: Cli) -> None:
     _refreshed(cli, band=0.0, hard=None)
-    assert [one for one in _rows() if one[2].keys() & {IN_BAND, IN_RUN}] == []
+    assert [one for one in _rows() if one[2].keys() & {IN_BAND, IN_HARDER}] == []

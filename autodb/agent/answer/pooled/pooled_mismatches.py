@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session, selectinload
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooled.asked_before import GROWN, AskedBefore, KeptInquiry, kept_inquiry
 from autodb.agent.answer.pooled.pooling import PooledCuts, cuts_of_pair
-from autodb.agent.learn.inferred_runs import inferred_run_cuts
+from autodb.agent.learn.inferred_hardness import inferred_harder_cuts
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.mismatches import is_cause, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import latest
@@ -167,13 +167,13 @@ class _PairPools:
     def _excluded_of(self, pair: models.Pair) -> Sequence[models.Cut]:
         """Return the excluded ones among a pair's newest cuts, asked for once.
 
-        But those of runs of harder cuts: what they are was found as they were learnt.
+        But those of harder work: what they are was found while the pair was learnt.
         """
         if pair.id not in self._excluded:
             every = excluded_cuts(
                 self.session, self.owner.id, pair.id, upto=self._strange.upto, newest=LOOKED_BACK
             )
-            known = inferred_run_cuts(self.session, pair.id)
+            known = inferred_harder_cuts(self.session, pair.id)
             self._excluded[pair.id] = [cut for cut in every if cut.id not in known]
         return self._excluded[pair.id]
 

@@ -1,4 +1,4 @@
-"""Runs of harder cuts, found while a pair is learnt: one mismatch each, that waits for a person.
+"""Files of harder work, found while a pair is learnt: one mismatch each, that waits for a person.
 
 They are excluded from what the pair learns until a person rejects it, or says of which lot of the
 material they are.
@@ -12,7 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.states import HarderCuts
-from autodb.agent.rows.mismatches import IN_RUN, mismatch_line
+from autodb.agent.rows.mismatches import IN_HARDER, mismatch_line
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recorded_edges import edge_label
 from autodb.agent.rows.sensed_forces import PairForces
@@ -27,13 +27,13 @@ HARDER = stored_msgid(
 )
 
 
-def open_harder_runs(session: Session, found: PairForces, runs: list[HarderCuts]) -> list[str]:
-    """Open a mismatch for each run of harder cuts of a pair; return what to say.
+def open_harder_work(session: Session, found: PairForces, harder: list[HarderCuts]) -> list[str]:
+    """Open a mismatch for each file of harder cuts of a pair; return what to say.
 
     None that is known already is opened again.
     """
-    said, known = [], inferred_run_cuts(session, found.pair.id)
-    for one in runs:
+    said, known = [], inferred_harder_cuts(session, found.pair.id)
+    for one in harder:
         if {cut.id for cut in one.cuts} & known:
             continue
         columns = _columns(one, found)
@@ -44,8 +44,8 @@ def open_harder_runs(session: Session, found: PairForces, runs: list[HarderCuts]
     return said
 
 
-def inferred_run_cuts(session: Session, pair_id: int) -> set[int]:
-    """Return the cuts of a pair, by id, of runs of harder cuts that nobody has rejected."""
+def inferred_harder_cuts(session: Session, pair_id: int) -> set[int]:
+    """Return the cuts of a pair, by id, found to be harder, which nobody has rejected."""
     rows = session.scalars(
         select(models.Mismatch.found_in).where(
             models.Mismatch.pairs.any(models.Pair.id == pair_id),
@@ -53,31 +53,31 @@ def inferred_run_cuts(session: Session, pair_id: int) -> set[int]:
             models.Mismatch.found_in.is_not(None),
         )
     )
-    return {int(cut) for one in rows if one is not None for cut in one.get(IN_RUN, ())}
+    return {int(cut) for one in rows if one is not None for cut in one.get(IN_HARDER, ())}
 
 
 def _columns(one: HarderCuts, found: PairForces) -> dict[str, Any]:
-    run, half = one.run, NORMAL_95 * one.run.sd
+    work, half = one.work, NORMAL_95 * one.work.sd
     numbers = [cut.number for cut in one.cuts]
     component, size_N = _largest(found, {cut.id for cut in one.cuts})
-    beside = size_N / (1.0 + run.share)
+    beside = size_N / (1.0 + work.share)
     ends = {"first": min(numbers), "last": max(numbers)}
     return {
         "channel": f"force.{component}",
         "term": HARD_SPOT.name,
         "kind": "missing",
-        "confidence": 1.0 - run.chance,
+        "confidence": 1.0 - work.chance,
         "parameters": {
-            "size": _within(run.share * beside, half * beside, "N"),
-            "factor": _within(1.0 + run.share, half, "1"),
+            "size": _within(work.share * beside, half * beside, "N"),
+            "factor": _within(1.0 + work.share, half, "1"),
             **{name: _within(number, 0.0, "1") for name, number in ends.items()},
         },
         "statement": HARDER.format(
             pair=pair_name(found.pair),
             file=Path(one.cuts[0].recording.path).name,
-            share=f"{100.0 * run.share:.0f}",
-            low=f"{100.0 * (run.share - half):.0f}",
-            high=f"{100.0 * (run.share + half):.0f}",
+            share=f"{100.0 * work.share:.0f}",
+            low=f"{100.0 * (work.share - half):.0f}",
+            high=f"{100.0 * (work.share + half):.0f}",
             **{name: f"{number:g}" for name, number in ends.items()},
         ),
         "alternatives": [],
@@ -90,7 +90,7 @@ def _columns(one: HarderCuts, found: PairForces) -> dict[str, Any]:
             "cuts": len(one.cuts),
             "excluded": len(one.cuts),
             "edges": sorted({label for cut in one.cuts if (label := edge_label(cut))}),
-            IN_RUN: [cut.id for cut in one.cuts],
+            IN_HARDER: [cut.id for cut in one.cuts],
         },
     }
 
