@@ -147,9 +147,13 @@ def log_evidence_near(posterior: PairPosterior, observed: Observed, near: PairPo
     noise = model.noise(seen, near.scatter)
     columns = design @ root_of(prior.state.covariance) / noise[:, None]
     off = observed.value - seen.expected + design @ (there - prior.state.mean)
-    triangle = np.linalg.cholesky(columns @ columns.T + np.eye(len(noise)))
-    left = dtrtrs(triangle, off / noise, lower=1)[0]
-    return float(-0.5 * left @ left - np.sum(np.log(np.diag(triangle))) - np.sum(np.log(noise)))
+
+    # By QR, as a step: normal equations lose what a wide prior leaves open to rounding
+    open_, known = columns.shape[1], np.vstack([columns, np.eye(columns.shape[1])])
+    left = np.concatenate([off / noise, np.zeros(open_)])
+    whole = np.abs(np.linalg.qr(np.column_stack([known, left]), mode="r"))
+    volume = np.sum(np.log(noise)) + np.sum(np.log(np.diag(whole)[:open_]))
+    return float(-0.5 * whole[open_, open_] ** 2 - volume)
 
 
 @dataclass(frozen=True)

@@ -111,9 +111,12 @@ def wear_after(
 
     Edges that cut longer than any before bend the curve otherwise. Powers and what edges differ by
     are weighed as in ``learn_worn``, by evidence that is linearised at the posterior ``near``.
-    ``start`` and the readings as there.
+    ``start`` and the readings as there. Where no edge of them has cut, as it was.
     """
-    longest_s = max(float(c.worn_s.max()) for c in observed.cuts if c.worn_s is not None)
+    used_s = [float(one.worn_s.max()) for one in observed.cuts if one.worn_s is not None]
+    longest_s = max(used_s, default=0.0)
+    if longest_s <= 0.0:
+        return wear
 
     def evidence(one: Wear) -> float:
         before = replace(start, terms=replace(start.terms, wear=one))

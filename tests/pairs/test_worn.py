@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from autodb.cutting import shear
 from autodb.cutting.elements import cut_forces, edge_parts
+from autodb.fitting.gaussian import Gaussian
+from autodb.pairs.averaging import log_evidence
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.posterior import LAW_BENDS, OWN, WEAR, PairTerms
+from autodb.pairs.posterior import LAW_BENDS, OWN, WEAR, PairPosterior, PairTerms
 from autodb.pairs.prior import of_relative
-from autodb.pairs.updating import posterior_of_readings
+from autodb.pairs.updating import log_evidence_near, posterior_of_readings
 from autodb.pairs.worn import learn_worn, wear_after, with_wear
 from tests.helpers.turned_pairs import prior, truth, turn
 from tests.helpers.worn_pairs import WEARS, week, worn_posterior
@@ -119,12 +121,37 @@ def test_later_cuts_bend_wear_otherwise() -> None:
     assert 1.5 <= found.power <= 3.0
     assert found.reference_s == 1200.0
     assert found.between < 0.1
+    fresh = tuple(replace(one, worn_s=None) for one in observed.cuts)
+    unworn = replace(observed, cuts=fresh)
+    assert wear_after(prior(), unworn, near=near, wear=early) == early
     again = posterior_of_readings(
         replace(prior(), terms=PairTerms(found)), with_wear(observed, found)
     )
     place = again.columns(WEAR)
     sd = np.sqrt(np.diag(again.state.covariance)[place])
     assert (np.abs(again.state.mean[place] - WEARS.size) < 4.0 * sd).all()
+
+
+def test_evidence_near_a_posterior_is_that_of_learning_but_for_a_constant() -> None:
+    """Of two powers, where the law is known so well that it is as good as linear."""
+    _, observed = week(12, wear=replace(WEARS, between=0.0))
+    whole, near = [], posterior_of_readings(
+        replace(prior(), terms=PairTerms(WEARS)), with_wear(observed, WEARS)
+    )  # fmt: skip
+    for power in (1.5, 2.5):
+        wear = replace(WEARS, power=power)
+        before, readings = replace(prior(), terms=PairTerms(wear)), with_wear(observed, wear)
+        learnt = posterior_of_readings(before, readings, near=near)
+        near_by = log_evidence_near(before, readings, near)
+        whole.append((log_evidence(before, learnt, readings), near_by))
+    exact, linear = np.array(whole).T
+    assert_allclose(np.diff(linear), np.diff(exact), atol=1.0)
+    assert np.isfinite(log_evidence_near(replace(before, state=_wide(before)), readings, near))
+
+
+def _wide(posterior: PairPosterior) -> Gaussian:
+    """Return a state of which next to nothing is known."""
+    return Gaussian(posterior.state.mean, 1e12 * posterior.state.covariance)
 
 
 def test_what_the_power_leaves_open_is_in_the_interval() -> None:
