@@ -39,6 +39,9 @@ WIDEST = (0.5, 0.5)
 """Standard deviations of ln centre, in widths, and of ln width where evidence does not bend down.
 Chosen: as good as not known."""
 
+TOLD = 0.5
+"""Share of WIDEST that standard deviations are less than where evidence bends. Chosen."""
+
 
 def with_terms(observed: Observed, terms: PairTerms) -> Observed:
     """Return readings that also know what confirmed terms move."""
@@ -102,7 +105,8 @@ def band_after(
     """Return where a band lies by all readings, of a pair of which it was known before as ``band``.
 
     Cuts at speeds that none was made at before move its flanks. Shapes are weighed by evidence that
-    is linearised at the posterior ``near``; ``start`` and the readings as in ``learn_banded``.
+    is linearised at the posterior ``near``; ``start`` and the readings as in ``learn_banded``. It
+    stays where it was if readings do not tell, or would have it beyond the speeds that were cut.
     """
     known: dict[tuple[float, float], float] = {}
 
@@ -113,7 +117,16 @@ def band_after(
             known[at] = log_evidence_near(_banded(start, shape), observed, near)
         return known[at]
 
-    return _climbed((float(np.log(band.centre_m_min)), float(np.log(band.width))), after)
+    found = _climbed((float(np.log(band.centre_m_min)), float(np.log(band.width))), after)
+    speeds = np.concatenate([mean_speed_m_min(cuts) for cuts in observed.cuts])
+    cut = bool(speeds.min() <= found.centre_m_min <= speeds.max())
+    return found if cut and _is_told(found) else band
+
+
+def _is_told(band: SpeedBand) -> bool:
+    """Say whether evidence bends about a band, so that where it lies is known at all."""
+    sd = np.sqrt(np.diag(np.array(band.covariance))) / band.width
+    return bool(np.all(sd < TOLD * np.array(WIDEST)))
 
 
 def _climbed(middle: tuple[float, float], after: Callable[[float, float], float]) -> SpeedBand:

@@ -81,6 +81,21 @@ def test_later_cuts_move_a_band(banded: PairPosterior) -> None:
     assert abs(np.log(found.centre_m_min / CENTRE)) < 0.1
 
 
+def test_a_band_stays_where_readings_do_not_tell_it() -> None:
+    """Of cuts at one speed, or of readings that hold no band and would have it anywhere."""
+    was = SpeedBand(CENTRE, 0.2)
+    start = replace(prior(), terms=PairTerms(band=was))
+    one_speed = turn(np.linspace(0.1, 0.4, 12), np.full(12, 2.0), speed=np.full(12, 150.0))
+    for cuts in (one_speed, cuts_of(31, 40)):
+        plain = sensed(truth(1), cuts, 31)
+        near = posterior_of_readings(start, plain)
+        found = band_after(prior(), plain, near=near, band=was)
+        speeds = mean_speed_m_min(cuts)
+        assert found == was or speeds.min() <= found.centre_m_min <= speeds.max()
+        sd = np.sqrt(np.diag(np.array(found.covariance)))
+        assert (sd < 0.25 * found.width).all()
+
+
 def test_means_alone_are_those_of_the_forecast(banded: PairPosterior) -> None:
     cuts = cuts_of(3, 6)
     assert_allclose(expected_means(banded, cuts), forecast(banded, cuts).mean, rtol=1e-9)
