@@ -15,8 +15,14 @@ tests of tools 3, 11, 13, 15 and 16 show at 0.27 to 0.39 mm. T_L is 900 s, the l
 reference conditions; most shops plan for longer, so that few edges grow faster.
 
 Where the posterior has wear, an edge that is said to be older than any that was seen is that, or
-was changed and nobody set its counter back: the interval runs from what a new edge takes to what
-one of this age does.
+was changed and nobody set its counter back. Of edges whose lives are spread evenly up to one that
+nobody knows, the next of n reaches T, given that it reaches the longest seen, T_r, with
+
+    p = (T_r / T)^n
+
+The value is the mean of both accounts with that probability: of an edge of age T, and of one that
+was changed at T_r and has cut T - T_r since. The interval runs from what a new edge takes to what
+one of age T does.
 
 **Nobody has decided what some cuts were.** Of a pair with an open mismatch some cuts are excluded:
 they were not as learnt. Until a person says what they were, the next cut may be of either kind, and
@@ -39,7 +45,7 @@ wear where edges are as old, what nobody can place everywhere; the newest cuts t
 interval runs between the mixture's 2.5 and 97.5 %, and never inside of what was learnt.
 
 Sources: mixture of predictive distributions, Gneiting and Ranjan 2013 (Electron. J. Statist. 7);
-local weights, Nadaraya 1964.
+local weights, Nadaraya 1964; the largest of even draws, with its scale's prior 1/T (Pareto).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -66,6 +72,8 @@ FORCES = ("force_x_N", "force_y_N", "force_z_N")
 FIELDS = tuple(each.field for each in QUANTITIES)
 PARTS = ("peaks", "start", "end")
 TANGENTIAL = 1
+EDGES = 4
+"""n, edges that a pair's oldest is the oldest of. Chosen: those of a few days."""
 HALF_LIFE = 30.0
 """A, cuts of the pair after which a cut tells half as much. Chosen: a shop's day or two."""
 PLACED = {SPEED: (0.0, 0.12), CUTTING_TIME: (60.0, 0.35), FLANK_WEAR: (0.05, 0.35)}
@@ -103,21 +111,45 @@ def with_room_for_wear(cut: PredictedCut, *, cut_s: float, seen_s: float) -> Pre
     return _stretched(cut, {name: _grown(cut, name, g * older) for name, g in growth.items()})
 
 
+def chance_as_old(cut_s: float, *, seen_s: float) -> float:
+    """Return how probable an edge is as old as is said, s, where the oldest seen was younger."""
+    return min(1.0, (seen_s / cut_s) ** EDGES) if cut_s > 0.0 else 1.0
+
+
 def holding_too(one: _Predicted, other: _Predicted) -> _Predicted:
     """Return what is predicted with intervals that hold another account of it, too."""
-    its = {name: getattr(other, name) for name in FIELDS}
 
-    def wide(own: Interval, name: str) -> Interval:
-        return Interval(own.value, min(own.low, its[name].low), max(own.high, its[name].high))
+    def wide(own: Interval, its: Interval) -> Interval:
+        return Interval(own.value, min(own.low, its.low), max(own.high, its.high))
 
-    held = _with(one, wide, deep=False)
-    if isinstance(held, PredictedCut) and isinstance(other, PredictedCut):
+    return _of_both(one, other, wide)
+
+
+def mean_of_both(one: _Predicted, other: _Predicted, share: float) -> _Predicted:
+    """Return what is predicted with values that are the mean of two accounts; ends stay.
+
+    ``share``: the probability of the first.
+    """
+
+    def mean(own: Interval, its: Interval) -> Interval:
+        value = share * own.value + (1.0 - share) * its.value
+        return Interval(value, min(own.low, value), max(own.high, value))
+
+    return _of_both(one, other, mean)
+
+
+def _of_both(
+    one: _Predicted, other: _Predicted, both: Callable[[Interval, Interval], Interval]
+) -> _Predicted:
+    """Return what is predicted with each interval made of those of two accounts of it."""
+    changed = _with(one, lambda own, name: both(own, getattr(other, name)), deep=False)
+    if isinstance(changed, PredictedCut) and isinstance(other, PredictedCut):
         parts = {name: (getattr(one, name), getattr(other, name)) for name in PARTS}
-        both = {
-            n: a if a is None or b is None else holding_too(a, b) for n, (a, b) in parts.items()
+        made = {
+            n: a if a is None or b is None else _of_both(a, b, both) for n, (a, b) in parts.items()
         }
-        return replace(held, **both)
-    return held
+        return replace(changed, **made)
+    return changed
 
 
 def _grown(cut: PredictedCut, name: str, grown: float) -> Reach:

@@ -17,7 +17,7 @@ from autodb.pairs.averaging import log_evidence
 from autodb.pairs.modelled import mean_speed_m_min
 from autodb.pairs.observed import CHIP, Observed
 from autodb.pairs.posterior import PairPosterior, PairTerms, SpeedBand, open_lot
-from autodb.pairs.updating import posterior_of_readings
+from autodb.pairs.updating import log_evidence_near, posterior_of_readings
 from autodb.pairs.worn import with_wear
 from autodb.terms.chip import BUILT_UP_EDGE
 
@@ -38,6 +38,9 @@ ROUNDS = 4
 WIDEST = (0.5, 0.5)
 """Standard deviations of ln centre, in widths, and of ln width where evidence does not bend down.
 Chosen: as good as not known."""
+
+TOLD = 0.5
+"""Share of WIDEST that standard deviations are less than where evidence bends. Chosen."""
 
 
 def with_terms(observed: Observed, terms: PairTerms) -> Observed:
@@ -92,6 +95,45 @@ def learn_banded(
     tried = product(np.log(inside or [np.median(speeds)]).tolist(), np.log(WIDTHS).tolist())
     some = list(tried) if hint is None else [(float(np.log(hint[0])), float(np.log(hint[1])))]
     middle = max(some, key=lambda at: after(*at))
+    band = _climbed(middle, after)
+    return posterior_of_readings(_banded(start, band), observed, near=near)
+
+
+def band_after(
+    start: PairPosterior, observed: Observed, *, near: PairPosterior, band: SpeedBand
+) -> SpeedBand:
+    """Return where a band lies by all readings, of a pair of which it was known before as ``band``.
+
+    Cuts at speeds that none was made at before move its flanks. Shapes are weighed by evidence that
+    is linearised at the posterior ``near``; ``start`` and the readings as in ``learn_banded``. It
+    stays where it was if readings do not tell, or would have it beyond the speeds that were cut.
+    """
+    known: dict[tuple[float, float], float] = {}
+
+    def after(ln_centre: float, ln_width: float) -> float:
+        at = round(ln_centre, 6), round(ln_width, 6)
+        if at not in known:
+            shape = SpeedBand(float(np.exp(at[0])), float(np.exp(at[1])))
+            known[at] = log_evidence_near(_banded(start, shape), observed, near)
+        return known[at]
+
+    found = _climbed((float(np.log(band.centre_m_min)), float(np.log(band.width))), after)
+    speeds = np.concatenate([mean_speed_m_min(cuts) for cuts in observed.cuts])
+    cut = bool(speeds.min() <= found.centre_m_min <= speeds.max())
+    return found if cut and _is_told(found) else band
+
+
+def _is_told(band: SpeedBand) -> bool:
+    """Say whether evidence bends about a band, so that where it lies is known at all."""
+    sd = np.sqrt(np.diag(np.array(band.covariance))) / band.width
+    return bool(np.all(sd < TOLD * np.array(WIDEST)))
+
+
+def _climbed(middle: tuple[float, float], after: Callable[[float, float], float]) -> SpeedBand:
+    """Return the likeliest band about a shape, ln centre and ln width, with its covariance.
+
+    ``after``: the log evidence of such a shape.
+    """
     for _ in range(ROUNDS):
         best = max(_around(middle), key=lambda at: after(*at))
         if best == middle:
@@ -100,10 +142,8 @@ def learn_banded(
     found, covariance = _top(middle, [after(*at) for at in _around(middle)])
     width = float(np.exp(found[1]))
     to_width = np.diag([1.0, width])
-    spread = to_width @ covariance @ to_width
-    (one, two), (_, four) = spread.tolist()
-    band = SpeedBand(float(np.exp(found[0])), width, ((one, two), (two, four)))
-    return posterior_of_readings(_banded(start, band), observed, near=near)
+    (one, two), (_, four) = (to_width @ covariance @ to_width).tolist()
+    return SpeedBand(float(np.exp(found[0])), width, ((one, two), (two, four)))
 
 
 def _banded(start: PairPosterior, band: SpeedBand) -> PairPosterior:

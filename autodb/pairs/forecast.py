@@ -146,23 +146,26 @@ def _banded(known: PairPosterior, cuts: PairCuts, parts: Array) -> InBand:
 class Worn:
     """What wear adds to cuts (n,): means (n, 5), and what edges differ by (n, 5), a signed sd.
 
-    ``slopes`` (n, 5, 2) by w along and across the edge; ``turned`` (n, 3): what a radian of the
-    direction of the latter changes in forces.
+    ``bent`` (n, 5): what a standard deviation of the power's logarithm changes, signed; ``slopes``
+    (n, 5, 2) by w along and across the edge; ``turned`` (n, 3): what a radian of the direction of
+    the latter changes in forces.
     """
 
     mean: Array
     apart: Array
+    bent: Array
     slopes: Array
     turned: Array
 
     @property
     def own(self) -> Array:
-        """Variance (n, 5) of edges that differ."""
-        return self.apart**2
+        """Variance (n, 5) of edges that differ, and of how wear bends."""
+        return self.apart**2 + self.bent**2
 
     def over(self, steps: Shares) -> "Worn":
         """Return the means over steps that one edge makes."""
-        return Worn(*map(steps.means, (self.mean, self.apart, self.slopes, self.turned)))
+        each = self.mean, self.apart, self.bent, self.slopes, self.turned
+        return Worn(*map(steps.means, each))
 
 
 def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
@@ -170,12 +173,13 @@ def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
     count = cuts.elements.count
     if posterior.wear is None or cuts.worn_s is None:
         none = np.zeros((count, 5))
-        return Worn(none, none, np.zeros((count, 5, 2)), none[:, :3])
+        return Worn(none, none, none, np.zeros((count, 5, 2)), none[:, :3])
     grown = edge_parts(cuts.elements) * posterior.wear.grown(cuts.worn_s)[:, None, None]
     size = posterior.state.mean[posterior.columns(WEAR)]
     mean = grown[..., :2] @ size
     apart = posterior.wear.between * (grown[..., :2] @ np.array(posterior.wear.size))
-    return Worn(mean, apart, grown[..., :2], grown[:, :3, 2] * size[1])
+    bent = mean * posterior.wear.bends(cuts.worn_s)[:, None]
+    return Worn(mean, apart, bent, grown[..., :2], grown[:, :3, 2] * size[1])
 
 
 def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array, ...]:

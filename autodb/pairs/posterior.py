@@ -149,7 +149,17 @@ class Wear:
         """Return what is reached of w after cutting times."""
         return np.asarray((worn_s / self.reference_s) ** self.power)
 
+    def bends(self, worn_s: Array) -> Array:
+        """Return by what share of itself wear differs after cutting times, for an sd of the power.
 
+        d ln(T/T_r)^p / d ln p = p ln(T/T_r): none at T_r, where w is learnt.
+        """
+        used = np.maximum(worn_s, TINY_S) / self.reference_s
+        return np.asarray(self.power * self.power_sd * np.log(used))
+
+
+TINY_S = 1e-3
+"""Time on an edge below which there is none, s."""
 BAND, LOT = "built_up_edge", "lot"
 """Key of what a band of speeds changes; what keys begin with of what one lot's forces are more by.
 """

@@ -135,6 +135,27 @@ def expected_of(posterior: PairPosterior, observed: Observed) -> tuple[Array, Ar
     return seen.expected, columns @ columns.T + np.diag(own**2)
 
 
+def log_evidence_near(posterior: PairPosterior, observed: Observed, near: PairPosterior) -> float:
+    """Return the logarithm of the probability of readings, but for a constant, linearised.
+
+    At what a posterior ``near`` found of the same state, with its scatter: one step of algebra in
+    place of a search, exact in all that moves readings linearly, as wear does.
+    """
+    prior, model = met(posterior, observed)
+    there = _begun(prior, near).mean
+    seen, design = model.steep(there)
+    noise = model.noise(seen, near.scatter)
+    columns = design @ root_of(prior.state.covariance) / noise[:, None]
+    off = observed.value - seen.expected + design @ (there - prior.state.mean)
+
+    # By QR, as a step: normal equations lose what a wide prior leaves open to rounding
+    open_, known = columns.shape[1], np.vstack([columns, np.eye(columns.shape[1])])
+    left = np.concatenate([off / noise, np.zeros(open_)])
+    whole = np.abs(np.linalg.qr(np.column_stack([known, left]), mode="r"))
+    volume = np.sum(np.log(noise)) + np.sum(np.log(np.diag(whole)[:open_]))
+    return float(-0.5 * whole[open_, open_] ** 2 - volume)
+
+
 @dataclass(frozen=True)
 class ReadingErrors:
     """Standard deviations (m,) of what makes readings differ from the law: ``own`` of each reading,

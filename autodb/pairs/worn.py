@@ -21,7 +21,7 @@ from autodb.cutting.elements import edge_parts
 from autodb.pairs.averaging import log_evidence
 from autodb.pairs.observed import CHIP, Observed, PairCuts
 from autodb.pairs.posterior import EDGE, WEAR, WORN, PairPosterior, Shared, Wear
-from autodb.pairs.updating import posterior_of_readings
+from autodb.pairs.updating import log_evidence_near, posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -93,8 +93,7 @@ def learn_worn(
 
     bends = {power: after(Wear(power, longest_s)) for power in POWERS}
     logs = [log for log, _ in bends.values()]
-    ln_power = _mean(np.log(POWERS), logs)
-    spread = np.sqrt(_mean((np.log(POWERS) - ln_power) ** 2, logs))
+    ln_power, spread = _moments(np.log(POWERS), logs)
     power = float(np.exp(ln_power))
     log, bent = after(Wear(power, longest_s))
     along, across = bent.state.mean[bent.columns(WEAR)]
@@ -103,6 +102,42 @@ def learn_worn(
     apart = [after(replace(wear, between=share))[0] for share in BETWEEN]
     between = _mean(np.array([0.0, *BETWEEN]), [log, *apart])
     return after(replace(wear, between=between))[1]
+
+
+def wear_after(
+    start: PairPosterior, observed: Observed, *, near: PairPosterior, wear: Wear
+) -> Wear:
+    """Return how edges wear by all readings, of a pair of which it was known before as ``wear``.
+
+    Edges that cut longer than any before bend the curve otherwise. Powers and what edges differ by
+    are weighed as in ``learn_worn``, by evidence that is linearised at the posterior ``near``.
+    ``start`` and the readings as there. Where no edge of them has cut, as it was.
+    """
+    used_s = [float(one.worn_s.max()) for one in observed.cuts if one.worn_s is not None]
+    longest_s = max(used_s, default=0.0)
+    if longest_s <= 0.0:
+        return wear
+
+    def evidence(one: Wear) -> float:
+        before = replace(start, terms=replace(start.terms, wear=one))
+        return log_evidence_near(before, with_wear(observed, one), near)
+
+    along, across = near.state.mean[near.columns(WEAR)] * float(wear.grown(np.array(longest_s)))
+    size = float(along), float(across)
+    tried = [Wear(power, longest_s, wear.between, size) for power in POWERS]
+    ln_power, spread = _moments(np.log(POWERS), [evidence(one) for one in tried])
+    found = Wear(
+        float(np.exp(ln_power)), longest_s, 0.0, size, float(np.hypot(spread, HALF_A_STEP))
+    )
+    shares = (0.0, *BETWEEN)
+    apart = [evidence(replace(found, between=share)) for share in shares]
+    return replace(found, between=_mean(np.array(shares), apart))
+
+
+def _moments(values: Array, log: Sequence[float]) -> tuple[float, float]:
+    """Return mean and standard deviation of values by what readings say of each."""
+    mean = _mean(values, log)
+    return mean, float(np.sqrt(_mean((values - mean) ** 2, log)))
 
 
 def _mean(values: Array, log: Sequence[float]) -> float:

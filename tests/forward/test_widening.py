@@ -14,7 +14,9 @@ from autodb.forward.widening import (
     GROWN,
     LIFE_S,
     UndecidedCuts,
+    chance_as_old,
     holding_too,
+    mean_of_both,
     placed,
     wider,
     with_room_for_wear,
@@ -150,6 +152,24 @@ def test_two_accounts_are_held_at_each_moment() -> None:
         assert held.power_W.low == other.power_W.low
     assert holding_too(worn, worn) == worn
     assert holding_too(worn, _predicted()).start == worn.start
+
+
+def test_values_are_the_mean_of_both_accounts_by_their_probability() -> None:
+    worn = replace(_predicted(), start=Moment(60.0, 1000.0, 188.0, *FORCES))
+    new = _scaled(worn, 0.6)
+    both = mean_of_both(holding_too(worn, new), new, 0.25)
+    assert both.start is not None
+    for one, own in ((both, worn), (both.start, worn)):
+        assert one.force_y_N.value == pytest.approx(0.7 * own.force_y_N.value)
+        assert one.power_W.value == pytest.approx(0.7 * own.power_W.value)
+        assert one.force_y_N.high == own.force_y_N.high
+    assert mean_of_both(worn, new, 1.0) == worn
+
+
+def test_an_edge_far_beyond_the_oldest_was_hardly_never_changed() -> None:
+    assert chance_as_old(900.0, seen_s=900.0) == 1.0
+    assert chance_as_old(500.0, seen_s=900.0) == 1.0
+    assert chance_as_old(1800.0, seen_s=900.0) == pytest.approx(1.0 / 16.0)
 
 
 def _scaled(cut: PredictedCut, by: float) -> PredictedCut:

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces
-from autodb.pairs.confirmed import learn_banded, with_terms
+from autodb.pairs.confirmed import band_after, learn_banded, with_terms
 from autodb.pairs.forecast import Forecast, expected_means, forecast
 from autodb.pairs.modelled import Modelled, inside_band, mean_speed_m_min, moved_band
 from autodb.pairs.observed import Observed, PairCuts
@@ -67,6 +67,33 @@ def test_a_band_is_found_where_it_is_and_predicted_inside_and_outside(
         error, spread, _ = off(banded, cuts, real)
         assert (np.abs(error) < 3.0 * spread).all()
         assert np.abs(error).mean() < 0.5 * np.abs(off(blind, cuts, real)[0]).mean()
+
+
+def test_later_cuts_move_a_band(banded: PairPosterior) -> None:
+    """To where learning finds it, from a shape that few cuts had said."""
+    was = SpeedBand(1.08 * CENTRE, 0.14)
+    terms = replace(prior(), terms=PairTerms(band=was))
+    near = posterior_of_readings(terms, banded_week(22))
+    found, there = band_after(prior(), banded_week(22), near=near, band=was), banded.terms.band
+    assert there is not None
+    sd = np.sqrt(np.diag(np.array(there.covariance)))
+    assert abs(np.log(found.centre_m_min / there.centre_m_min)) < 2.0 * sd[0]
+    assert abs(np.log(found.centre_m_min / CENTRE)) < 0.1
+
+
+def test_a_band_stays_where_readings_do_not_tell_it() -> None:
+    """Of cuts at one speed, or of readings that hold no band and would have it anywhere."""
+    was = SpeedBand(CENTRE, 0.2)
+    start = replace(prior(), terms=PairTerms(band=was))
+    one_speed = turn(np.linspace(0.1, 0.4, 12), np.full(12, 2.0), speed=np.full(12, 150.0))
+    for cuts in (one_speed, cuts_of(31, 40)):
+        plain = sensed(truth(1), cuts, 31)
+        near = posterior_of_readings(start, plain)
+        found = band_after(prior(), plain, near=near, band=was)
+        speeds = mean_speed_m_min(cuts)
+        assert found == was or speeds.min() <= found.centre_m_min <= speeds.max()
+        sd = np.sqrt(np.diag(np.array(found.covariance)))
+        assert (sd < 0.25 * found.width).all()
 
 
 def test_means_alone_are_those_of_the_forecast(banded: PairPosterior) -> None:

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from autodb.cutting import shear
 from autodb.cutting.elements import cut_forces, edge_parts
+from autodb.fitting.gaussian import Gaussian
+from autodb.pairs.averaging import log_evidence
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import forecast, worn
 from autodb.pairs.observed import PairCuts
-from autodb.pairs.posterior import LAW_BENDS, OWN, WEAR, PairTerms
+from autodb.pairs.posterior import LAW_BENDS, OWN, WEAR, PairPosterior, PairTerms
 from autodb.pairs.prior import of_relative
-from autodb.pairs.updating import posterior_of_readings
-from autodb.pairs.worn import learn_worn, with_wear
+from autodb.pairs.updating import log_evidence_near, posterior_of_readings
+from autodb.pairs.worn import learn_worn, wear_after, with_wear
 from tests.helpers.turned_pairs import prior, truth, turn
 from tests.helpers.worn_pairs import WEARS, week, worn_posterior
 
@@ -107,6 +109,60 @@ def test_wear_is_distinguished_from_the_law() -> None:
         posterior_of_readings(prior(), observed, near=near), replace(ahead, worn_s=None)
     )
     assert (np.abs(expected.mean - real) < np.abs(blind.mean - real))[0, 1:3].all()
+
+
+def test_later_cuts_bend_wear_otherwise() -> None:
+    """What the first confirmation found of young edges is not the last word."""
+    _, observed = week(12, wear=replace(WEARS, between=0.0))
+    early = replace(WEARS, power=0.6, reference_s=500.0, between=0.2)
+    terms = PairTerms(early)
+    near = posterior_of_readings(replace(prior(), terms=terms), with_wear(observed, early))
+    found = wear_after(prior(), observed, near=near, wear=early)
+    assert 1.5 <= found.power <= 3.0
+    assert found.reference_s == 1200.0
+    assert found.between < 0.1
+    fresh = tuple(replace(one, worn_s=None) for one in observed.cuts)
+    unworn = replace(observed, cuts=fresh)
+    assert wear_after(prior(), unworn, near=near, wear=early) == early
+    again = posterior_of_readings(
+        replace(prior(), terms=PairTerms(found)), with_wear(observed, found)
+    )
+    place = again.columns(WEAR)
+    sd = np.sqrt(np.diag(again.state.covariance)[place])
+    assert (np.abs(again.state.mean[place] - WEARS.size) < 4.0 * sd).all()
+
+
+def test_evidence_near_a_posterior_is_that_of_learning_but_for_a_constant() -> None:
+    """Of two powers, where the law is known so well that it is as good as linear."""
+    _, observed = week(12, wear=replace(WEARS, between=0.0))
+    whole, near = [], posterior_of_readings(
+        replace(prior(), terms=PairTerms(WEARS)), with_wear(observed, WEARS)
+    )  # fmt: skip
+    for power in (1.5, 2.5):
+        wear = replace(WEARS, power=power)
+        before, readings = replace(prior(), terms=PairTerms(wear)), with_wear(observed, wear)
+        learnt = posterior_of_readings(before, readings, near=near)
+        near_by = log_evidence_near(before, readings, near)
+        whole.append((log_evidence(before, learnt, readings), near_by))
+    exact, linear = np.array(whole).T
+    assert_allclose(np.diff(linear), np.diff(exact), atol=1.0)
+    assert np.isfinite(log_evidence_near(replace(before, state=_wide(before)), readings, near))
+
+
+def _wide(posterior: PairPosterior) -> Gaussian:
+    """Return a state of which next to nothing is known."""
+    return Gaussian(posterior.state.mean, 1e12 * posterior.state.covariance)
+
+
+def test_what_the_power_leaves_open_is_in_the_interval() -> None:
+    operation, tool, cut = CUTS[0]
+    open_ = worn_posterior(replace(WEARS, power_sd=0.3))
+    for used_s, share in ((600.0, 0.6 * np.log(2.0)), (1200.0, 0.0), (2400.0, 0.6 * np.log(2.0))):
+        aged = made(operation, tool, cut, **{"tool.cutting_time": used_s})
+        alike, wider = forecast(worn_posterior(), aged), forecast(open_, aged)
+        more = share * np.abs(worn(open_, aged).mean)
+        assert_allclose(wider.mean, alike.mean, rtol=1e-12)
+        assert_allclose(np.sqrt(wider.sd**2 - alike.sd**2), more, rtol=1e-6, atol=1e-3)
 
 
 def test_edges_that_differ_are_known_to_and_forgotten() -> None:

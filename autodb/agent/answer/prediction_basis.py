@@ -37,7 +37,14 @@ from autodb.forward.cut_figures import CutFigures, cut_figures
 from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width
-from autodb.forward.widening import UndecidedCuts, holding_too, wider, with_room_for_wear
+from autodb.forward.widening import (
+    UndecidedCuts,
+    chance_as_old,
+    holding_too,
+    mean_of_both,
+    wider,
+    with_room_for_wear,
+)
 from autodb.pairs.engaged import CUTTING_TIME
 from autodb.store import models
 from autodb.wording import phrase
@@ -112,6 +119,15 @@ class PredictionBasis:
         known = replace(self.known, posterior=replace(self.known.posterior, lot=lot))
         return self if lot is None else replace(self, known=known)
 
+    def of_known_power(self) -> "PredictionBasis":
+        """Return what answers rest on were the power that wear grows with known as it is."""
+        posterior = self.known.posterior
+        if posterior.wear is None:
+            return self
+        wear = replace(posterior.wear, power_sd=0.0)
+        posterior = replace(posterior, terms=replace(posterior.terms, wear=wear))
+        return replace(self, known=replace(self.known, posterior=posterior))
+
     def with_tool(self, stated: Mapping[str, float]) -> "PredictionBasis":
         """Return what answers rest on where this is stated of the tool, and nobody said before.
 
@@ -147,14 +163,34 @@ class PredictionBasis:
         ]
         if not older:
             return found
-        new, _ = self.predict([_of_new_edge(cuts[number]) for number in older])
-        held = dict(zip(older, map(holding_too, (found[k] for k in older), new), strict=True))
+        told = [cuts[number] for number in older]
+        new, since = (
+            self.predict([_as_used(cut, used_s) for cut, used_s in zip(told, ages, strict=True)])[0]
+            for ages in ([0.0] * len(told), [self._since_change_s(cut) for cut in told])
+        )
+        held = {
+            number: mean_of_both(holding_too(found[number], fresh), other, self._as_old(cut))
+            for number, cut, fresh, other in zip(older, told, new, since, strict=True)
+        }
         return tuple(held.get(number, one) for number, one in enumerate(found))
+
+    def _as_old(self, cut: JobCut) -> float:
+        """Return how probable a cut's edge is as old as is said."""
+        return chance_as_old(cut.cutting_time_s or 0.0, seen_s=self._oldest_s)
+
+    def _since_change_s(self, cut: JobCut) -> float:
+        """Return for how long a cut's edge has cut if it was changed when as old as the oldest."""
+        return min((cut.cutting_time_s or 0.0) - self._oldest_s, self._oldest_s)
+
+    @property
+    def _oldest_s(self) -> float:
+        """The longest that an edge had cut of those that wear was learnt of; none: no bound."""
+        wear = self.known.posterior.wear
+        return float("inf") if wear is None else wear.reference_s
 
     def _is_older(self, cut: JobCut) -> bool:
         """Say whether a cut's edge is older than any that wear was learnt of."""
-        wear = self.known.posterior.wear
-        return wear is not None and (cut.cutting_time_s or 0.0) > wear.reference_s
+        return (cut.cutting_time_s or 0.0) > self._oldest_s
 
     def widened(
         self, cuts: Sequence[PredictedCut], stated: Sequence[Mapping[str, float]] = ()
@@ -281,5 +317,5 @@ def _used_beyond(session: Session, known: KnownPair) -> Iterable[UsedBeyond]:
         yield UsedBeyond(row.component, row.id, row.axis, row.version, number)
 
 
-def _of_new_edge(cut: JobCut) -> JobCut:
-    return cut.model_copy(update={"cutting_time_s": 0.0})
+def _as_used(cut: JobCut, used_s: float) -> JobCut:
+    return cut.model_copy(update={"cutting_time_s": used_s})

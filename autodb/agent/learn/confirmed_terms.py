@@ -18,12 +18,12 @@ from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.sense.sensed import as_observed
 from autodb.cutting.shear import NAMES
 from autodb.fitting.gaussian import Gaussian
-from autodb.pairs.confirmed import learn_banded, with_terms
+from autodb.pairs.confirmed import band_after, learn_banded, with_terms
 from autodb.pairs.engaged import RPM, SPEED
 from autodb.pairs.posterior import BAND, WEAR, PairPosterior, PairTerms
 from autodb.pairs.prior import any_metal
 from autodb.pairs.updating import posterior_of_readings
-from autodb.pairs.worn import learn_worn
+from autodb.pairs.worn import learn_worn, wear_after
 from autodb.store import models
 from autodb.terms.chip import HARD_SPOT
 from autodb.terms.vocabulary import all_terms
@@ -125,6 +125,24 @@ def learn_with(
         hint = next(filter(None, map(_hint, causes)), None)
         return learn_banded(before, observed, near=near, hint=hint, progress=progress)
     return posterior_of_readings(before, observed, near=near)
+
+
+def terms_after(start: PairPosterior, forces: Forces, *, near: PairPosterior) -> PairTerms:
+    """Return the terms of a start with wear and band bent as forces say, near a posterior of them.
+
+    What the first confirmation found of few edges and speeds is not the last word.
+    """
+    terms, before = start.terms, replace(start, off_law=near.off_law)
+    if terms.wear is not None:
+        bare = replace(terms, wear=None)
+        observed = as_observed(forces, terms=bare)
+        wear = wear_after(replace(before, terms=bare), observed, near=near, wear=terms.wear)
+        terms = replace(terms, wear=wear)
+    if terms.band is not None:
+        observed = as_observed(forces, terms=terms)
+        band = band_after(replace(before, terms=terms), observed, near=near, band=terms.band)
+        terms = replace(terms, band=band)
+    return terms
 
 
 def _hint(cause: models.Mismatch) -> tuple[float, float] | None:

@@ -68,23 +68,30 @@ class NewestCuts:
         return as_posterior(self.learnt).wear is None and wears(self.read)
 
 
-def newest_cuts(
+def newest_forces(
     session: Session,
     machine_id: int,
     pair: models.Pair,
     calibrations: Sequence[Calibrations],
     *,
     upto: int,
-) -> NewestCuts | None:
-    """Return a pair's newest cuts; None: too few of them, or nothing is learnt of it.
+) -> PairForces:
+    """Return the forces of a pair's newest cuts.
 
     ``calibrations`` as in ``forces_of_pair``; ``upto``: the last cut that counts, by id.
     """
-    usual = latest(session, machine_id, pair.id)
+    after = _newest_after(session, machine_id, pair.id, upto)
+    return forces_of_pair(session, machine_id, pair, calibrations, cuts=(after, upto))
+
+
+def newest_cuts(session: Session, machine_id: int, found: PairForces) -> NewestCuts | None:
+    """Return a pair's newest cuts; None: too few of them, or nothing is learnt of it.
+
+    ``found``: their forces.
+    """
+    usual = latest(session, machine_id, found.pair.id)
     if usual is None:
         return None
-    after = _newest_after(session, machine_id, pair.id, upto)
-    found = forces_of_pair(session, machine_id, pair, calibrations, cuts=(after, upto))
     cuts = list({force.cut_id: force.cut for force in found.forces}.values())
     cuts = [cut for cut in cuts if cut_before_s(cut) is not None]
     if len(cuts) <= 2 * AROUND:

@@ -6,12 +6,19 @@ from dataclasses import dataclass, field, replace
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.learn.confirmed_terms import held_causes, learn_with, opened, to_learn
+from autodb.agent.learn.confirmed_terms import (
+    held_causes,
+    learn_with,
+    opened,
+    terms_after,
+    to_learn,
+)
 from autodb.agent.learn.learnt_from import newest_states
 from autodb.agent.learn.shifted import ForceShift, shifts
 from autodb.agent.learn.starting import start_of
 from autodb.agent.learn.states import (
     Forces,
+    HarderCuts,
     causes_of,
     learnt_before,
     named_states,
@@ -63,11 +70,13 @@ FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
 @dataclass
 class LearningOutcome:
     """``versions``: pair and state, version, cuts behind it; ``outliers``: outlying cuts, by id;
-    ``not_used``: what to say of what was not learnt from; ``shifts``: what a version moved.
+    ``harder``: those of harder work, by recording; ``not_used``: what to say of what was not learnt
+    from; ``shifts``: what a version moved.
     """
 
     versions: list[tuple[str, int, int]] = field(default_factory=list)
     outliers: list[int] = field(default_factory=list)
+    harder: list[HarderCuts] = field(default_factory=list)
     not_used: list[str] = field(default_factory=list)
     shifts: list[ForceShift] = field(default_factory=list)
 
@@ -186,6 +195,7 @@ class _Pair:
             start = began(last)
             learnt = self._in_turn(posterior, parted.usual)
             self._keep(start, last, parted.usual, learnt, causes=last.mismatches)
+        self._done.harder += parted.harder
         return parted.outliers
 
     def _usual_state(self) -> Forces:
@@ -214,6 +224,7 @@ class _Pair:
         posterior = start.posterior if base is None else as_posterior(base)
         parted = sorted_forces(posterior, fresh, before=before)
         self._add(start, base, parted.usual, causes=causes)
+        self._done.harder += parted.harder
         return parted.outliers
 
     def _but_of_states(self, *, but: Collection[str]) -> Forces:
@@ -279,9 +290,21 @@ class _Pair:
             every = sorted([*before, *fresh], key=lambda force: force.cut_id)
             learnt = self._in_turn(start.posterior, every)
         else:
+            start = self._as_bent_now(start, [*before, *fresh], state)
             observed = as_observed([*before, *fresh], terms=start.posterior.terms)
             learnt = learn_averaging(start.posterior, observed).past()
         self._keep(start, base, fresh, learnt, state=state, causes=causes)
+
+    def _as_bent_now(self, start: Start, forces: Forces, state: str | None) -> Start:
+        """Return a start whose wear and band have the shapes that all forces say.
+
+        About as the last version has them; of versions without either, and of other states, as is.
+        """
+        last = self._latest(state)
+        if last is None or state is not None:
+            return start
+        terms = terms_after(start.posterior, forces, near=as_posterior(last))
+        return replace(start, posterior=replace(start.posterior, terms=terms))
 
     def _in_turn(
         self, posterior: PairPosterior, forces: Forces, *, known: Container[int] = ()

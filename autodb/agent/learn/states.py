@@ -13,9 +13,11 @@ from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from autodb.agent.rows.mismatches import is_cause, recordings_of
+from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.sense.sensed import as_observed
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.pairs.averaging import learn_averaging
+from autodb.pairs.changes.harder_work import HarderWork, harder_work
 from autodb.pairs.outlying import outlier_test
 from autodb.pairs.posterior import PairPosterior
 from autodb.pairs.updating import posterior_of_readings
@@ -29,11 +31,20 @@ Forces = list[models.SensedForce]
 
 
 @dataclass(frozen=True)
+class HarderCuts:
+    """Cuts of one recording, in their order, all of whose forces are larger by a share."""
+
+    cuts: list[models.Cut]
+    work: HarderWork
+
+
+@dataclass(frozen=True)
 class SortedForces:
-    """Forces of a pair's usual state, and those of cuts that are not of it."""
+    """Forces of a pair's usual state, those of cuts that are not of it, and which are harder."""
 
     usual: Forces
     outliers: Forces
+    harder: list[HarderCuts]
 
 
 @dataclass(frozen=True)
@@ -127,6 +138,7 @@ def sorted_forces(
     """
     known = before or LearntBefore()
     posterior, kept, outliers, usual = start, Forces(), Forces(), Forces()
+    harder: list[HarderCuts] = []
     for some in _by_recording(forces):
         if usual:  # of the recording before; nobody asks for what the last of them would teach
             taught = posterior_of_readings if posterior.cuts else learn_averaging
@@ -135,10 +147,13 @@ def sorted_forces(
         rest = [force for force in some if not known.decides(force)]
         if rest and posterior.cuts >= ENOUGH:
             outlying |= outlying_cuts(posterior, rest)
+            work = harder_cuts(posterior, rest)
+            harder += [] if work is None else [work]
+            outlying |= set() if work is None else {cut.id for cut in work.cuts}
         usual = [force for force in some if force.cut_id not in outlying]
         outliers += [force for force in some if force.cut_id in outlying]
         kept += usual
-    return SortedForces(kept, outliers)
+    return SortedForces(kept, outliers, harder)
 
 
 def _by_recording(forces: Sequence[models.SensedForce]) -> list[Forces]:
@@ -154,6 +169,17 @@ def outlying_cuts(posterior: PairPosterior, forces: Forces) -> set[int]:
     cut_ids = {int(at): force.cut_id for at, force in zip(observed.cut, forces, strict=False)}
     found = outlier_test(posterior, observed)
     return {cut_ids[k] for k, improbable in enumerate(found.outlying) if improbable}
+
+
+def harder_cuts(posterior: PairPosterior, forces: Forces) -> HarderCuts | None:
+    """Return one recording's cuts where they are harder than expected; None: they are not, or not
+    all say how long their edges have cut.
+    """
+    cuts = list({force.cut_id: force.cut for force in forces}.values())
+    if any(cut_before_s(cut) is None for cut in cuts):
+        return None
+    work = harder_work(posterior, as_observed(forces, terms=posterior.terms))
+    return None if work is None else HarderCuts(cuts, work)
 
 
 def named_states(session: Session, outliers: Forces) -> dict[str, Forces]:

@@ -18,7 +18,9 @@ from autodb.agent.answer.pooled.asked_before import AskedBefore
 from autodb.agent.answer.pooled.pooled_mismatches import NotUsual, open_mismatches
 from autodb.agent.ingest.entries import inbox_entries
 from autodb.agent.ingest.inbox import Inbox
-from autodb.agent.learn.inferred_edges import infer_edge_changes, newest_cuts
+from autodb.agent.learn.inferred_bands import infer_speed_band
+from autodb.agent.learn.inferred_edges import infer_edge_changes, newest_cuts, newest_forces
+from autodb.agent.learn.inferred_hardness import open_harder_work
 from autodb.agent.learn.learning import AT_ONCE, learn_pair
 from autodb.agent.learn.lots import name_lot
 from autodb.agent.learn.passes import (
@@ -154,17 +156,26 @@ class _Pass:
         after = span.old if self._goes_on(pair) else 0
         cuts = (after, span.upto)
         found = forces_of_pair(self._session, self._owner.id, pair, sensed, cuts=cuts)
-        newest = newest_cuts(self._session, self._owner.id, pair, sensed, upto=span.upto)
-        if newest is not None:
-            self._done.mismatches += infer_edge_changes(self._session, newest)
-            self._wearing += [pair.id] if newest.show_wear else []
+        self._infer(pair, sensed)
         outcome = learn_pair(
             self._session, self._owner.id, found, old=span.old, progress=self._progress
         )
         self._done.versions += outcome.versions
         self._done.shifts += outcome.shifts
         self._done.set_aside += outcome.not_used
+        self._done.mismatches += open_harder_work(self._session, found, outcome.harder)
         return outcome.outliers
+
+    def _infer(self, pair: models.Pair, sensed: list[Calibrations]) -> None:
+        """Look in a pair's newest cuts for what nobody wrote down, before they are learnt."""
+        session, owner, upto = self._session, self._owner, self.span.upto
+        recent = newest_forces(session, owner.id, pair, sensed, upto=upto)
+        newest = newest_cuts(session, owner.id, recent)
+        if newest is not None:
+            self._done.mismatches += infer_edge_changes(session, newest)
+            self._wearing += [pair.id] if newest.show_wear else []
+        if pair.id not in self._wearing:  # what nothing is known of yet would pass for other things
+            self._done.mismatches += infer_speed_band(session, owner.id, recent, upto=upto)
 
     def _goes_on(self, pair: models.Pair) -> bool:
         """Say whether new cuts change a pair's posterior; what was learnt is left as it is."""

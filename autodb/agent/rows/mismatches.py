@@ -15,6 +15,8 @@ SINCE = "since"
 
 NEW_EDGE = "new_edge"
 """Of what an edge change was inferred in: the first cut, by id, that a new edge made."""
+IN_BAND, IN_HARDER = "in_band", "harder"
+"""Of what a band of speeds, and harder work, were inferred in: their cuts, by id."""
 
 LINES = {
     ("", ""): stored_msgid("mismatch {number}: {channel}: {term} ({kind})"),

@@ -8,7 +8,8 @@ that was written down, and for how long that had cut, T. Each component c grows 
 Where the edge was changed unseen before a cut k, T has begun anew there: T - T_k from it on. This
 is compared, all components together and with robust fits (Student's t, 4 degrees of freedom), with
 no change, and with a step that stays (other work, a calibration that drifted) in place of it; the
-cuts around it must show half of the fall, since real wear bends as no power of T does.
+cuts around it must show half of the fall, since real wear bends as no power of T does. Other powers
+p are tried, too: what a pair has learnt of p may be from wrong counters.
 
 Source: robust regression by t likelihoods, Lange, Little and Taylor 1989.
 """
@@ -27,6 +28,8 @@ BEATS = 6.0
 """Log likelihood by which a change must beat none. Chosen: odds of 400, for some 100 places."""
 STEP_BEATS = 1.0
 """Log likelihood by which a step that stays may be better, with its share for each component."""
+BENDS = (1.0, 2.0)
+"""Powers that are tried beside the one that cuts come with: steady, and late. Chosen."""
 AROUND = 4
 """Cuts on an edge before its change, and after, at least."""
 DROP = 0.1
@@ -92,6 +95,17 @@ def edge_changes(cuts: EdgeCuts) -> list[EdgeChange]:
 
 
 def _best(cuts: EdgeCuts) -> EdgeChange | None:
+    """Return the surest change, of any power; None where there is none."""
+    powers = dict.fromkeys((cuts.power, *BENDS))
+    found = [_surest(replace(cuts, power=power)) for power in powers]
+    return max((one for one in found if one is not None), key=_evidence, default=None)
+
+
+def _evidence(change: EdgeChange) -> float:
+    return change.evidence
+
+
+def _surest(cuts: EdgeCuts) -> EdgeChange | None:
     """Return the surest change; None where there is none."""
     none, _ = _fitted(cuts, None)
     tried = [(*_fitted(cuts.changed(k), None), k) for k in _places(cuts)]

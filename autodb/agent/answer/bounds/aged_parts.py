@@ -60,7 +60,8 @@ class AgedPart:
 def part_of_cuts(basis: PredictionBasis, job: Job) -> AgedPart:
     """Return the part that a job's cuts make.
 
-    Raises UnusableInput where several cuts do not state how far they go.
+    At ages by the power that wear grows with as it is: lives weigh several. Raises UnusableInput
+    where several cuts do not state how far they go.
     """
     once, _ = basis.predict(job.cut)
     times = [one.time_s for one in once]
@@ -75,6 +76,7 @@ def part_of_cuts(basis: PredictionBasis, job: Job) -> AgedPart:
             )
         )
     ways = [cut.path_mm for cut in job.cut]
+    of_known_power = basis.of_known_power()
 
     def at_ages(which: Sequence[int], ages_s: Array) -> list[list[PredictedCut]]:
         rows = [
@@ -82,7 +84,7 @@ def part_of_cuts(basis: PredictionBasis, job: Job) -> AgedPart:
             for k in which
             for age in ages_s.tolist()
         ]
-        return _by_cut(basis.predict(rows, aged=True)[0], len(ages_s))
+        return _by_cut(of_known_power.predict(rows, aged=True)[0], len(ages_s))
 
     return AgedPart(
         once=once,
@@ -101,7 +103,8 @@ def part_of_program(basis: PredictionBasis, program: Followed, which: Sequence[i
     """Return the part that some lines of a program make, by their places: those of one edge."""
     from autodb.forward.along import ProgramLine, predict_lines
 
-    posterior, tool = basis.known.posterior, basis.known.tool
+    known = basis.of_known_power().known
+    posterior, tool = known.posterior, known.tool
     own = [program.lines[k] for k in which]
 
     def aged(line: ProgramLine, age_s: float) -> ProgramLine:

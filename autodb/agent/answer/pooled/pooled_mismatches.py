@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session, selectinload
 from autodb.agent.answer.explaining import Key, cause_columns, key_of
 from autodb.agent.answer.pooled.asked_before import GROWN, AskedBefore, KeptInquiry, kept_inquiry
 from autodb.agent.answer.pooled.pooling import PooledCuts, cuts_of_pair
+from autodb.agent.learn.inferred_hardness import inferred_harder_cuts
 from autodb.agent.learn.learnt_from import excluded_cuts
 from autodb.agent.rows.mismatches import is_cause, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import latest
@@ -164,11 +165,16 @@ class _PairPools:
         return PooledCuts(pair, cuts, frozenset(cut.id for cut in excluded), about)
 
     def _excluded_of(self, pair: models.Pair) -> Sequence[models.Cut]:
-        """Return the excluded ones among a pair's newest cuts, asked for once."""
+        """Return the excluded ones among a pair's newest cuts, asked for once.
+
+        But those of harder work: what they are was found while the pair was learnt.
+        """
         if pair.id not in self._excluded:
-            self._excluded[pair.id] = excluded_cuts(
+            every = excluded_cuts(
                 self.session, self.owner.id, pair.id, upto=self._strange.upto, newest=LOOKED_BACK
             )
+            known = inferred_harder_cuts(self.session, pair.id)
+            self._excluded[pair.id] = [cut for cut in every if cut.id not in known]
         return self._excluded[pair.id]
 
     def _recordings_of(
