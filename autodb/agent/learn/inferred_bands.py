@@ -128,7 +128,7 @@ def _columns(
     half = NORMAL_95 * abs(change) / np.sqrt(2.0 * band.evidence)
     most_N = float(np.max(np.abs(expected_N[:, QUANTITY[component]])))
     apart = float(np.exp(0.5 * band.width))
-    shares = " and ".join(f"{-100 * fall:.0f} % of force.{n}" for n, fall in falls.items())
+    shares = ", ".join(f"force.{name} {100 * fall:.0f} %" for name, fall in falls.items())
     return {
         "channel": f"force.{component}",
         "term": BAND,
