@@ -32,10 +32,11 @@ BINS = 240
 SHORTEST = 3
 ALIKE = 0.3
 """Share of the strongest component's change that half of them at least have in other material."""
-FEWEST_OF_A_RUN = 12
-"""Cuts of a table at least in which a component's factor may come and go. Chosen."""
 LONGEST = 0.6
 """Share of the cuts that a run may hold; a longer one is the usual state."""
+FEWEST_OF_A_RUN, LONGEST_OF_ONE = 12, 0.3
+"""Cuts of a table at least in which a component's factor may come and go, and the share of them in
+which it may: a longer run is found where it drifts. Chosen."""
 FEWEST_TURNS, MOST_TURNS, STEP = 2.5, 100.0, 0.25
 """How often in the table something may come round, and how finely that is searched."""
 
@@ -110,7 +111,7 @@ def steps_of_gain(stack: Stack, left: Array, component: int, number: int) -> lis
     start = int(starts[np.argmax(_fall(cross, power, starts, np.array(n)))])
     found = [gain_step(stack, component, start, number)]
     if n >= FEWEST_OF_A_RUN:
-        run = _strongest_run(cross, power)
+        run = _strongest_run(cross, power, longest=LONGEST_OF_ONE)
         found.append(gain_run(stack, component, *run, number))
     return found
 
@@ -156,27 +157,31 @@ def _on_all(columns: LawColumns) -> Allowed:
     return allowed
 
 
-def _strongest_run(cross: Array, power: Array) -> tuple[int, int]:
+def _strongest_run(cross: Array, power: Array, *, longest: float = LONGEST) -> tuple[int, int]:
     n = len(cross) - 1
     edges = np.unique(np.linspace(0, n, min(BINS, n) + 1).astype(np.intp))
-    gains = _fall_in_run(cross, power, edges[:, None], edges[None, :])
+    gains = _fall_in_run(cross, power, edges[:, None], edges[None, :], longest)
     i, j = np.unravel_index(int(np.argmax(gains)), gains.shape)
     start, end = int(edges[i]), int(edges[j])
     reach = int(np.ceil(n / len(edges))) + 1
     for _ in range(3):
         starts = np.arange(max(0, start - reach), min(end - SHORTEST, start + reach) + 1)
-        start = int(starts[np.argmax(_fall_in_run(cross, power, starts, np.array(end)))])
+        start = int(starts[np.argmax(_fall_in_run(cross, power, starts, np.array(end), longest))])
         ends = np.arange(max(start + SHORTEST, end - reach), min(n, end + reach) + 1)
-        end = int(ends[np.argmax(_fall_in_run(cross, power, np.array(start), ends))])
+        end = int(ends[np.argmax(_fall_in_run(cross, power, np.array(start), ends, longest))])
     return start, end
 
 
 def _fall_in_run(
-    cross: Array, power: Array, start: NDArray[np.intp], end: NDArray[np.intp]
+    cross: Array,
+    power: Array,
+    start: NDArray[np.intp],
+    end: NDArray[np.intp],
+    longest: float,
 ) -> Array:
     """Return the fall of the sum of squares by a factor in a run that is one; −∞ for others."""
     n, span = len(cross) - 1, end - start
-    outside = (span < SHORTEST) | (span > LONGEST * n)
+    outside = (span < SHORTEST) | (span > longest * n)
     return np.asarray(np.where(outside, -np.inf, _fall(cross, power, start, end)))
 
 
