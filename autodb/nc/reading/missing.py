@@ -25,7 +25,7 @@ def missing_subprograms(runner: Runner) -> Iterator[UnusableInput]:
 
 
 def _named(line: WrittenLine) -> Iterator[str]:
-    """Yield what a line calls: M98 and M198 by number, contours of cycles by name."""
+    """Yield what a line calls: M98 and G65 by number, contours of cycles by name."""
     words = {word.name: word for word in line.words}
     called = words.get("P")
     if isinstance(called, Word) and any(
