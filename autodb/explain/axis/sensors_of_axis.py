@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.axis.friction import turning_columns
 from autodb.explain.axis.loads import RICHER
+from autodb.explain.axis.read_off import READ_OFF
 from autodb.explain.axis.signals import BRAKING, AxisSignals
 from autodb.explain.axis.unknown import BAR
 from autodb.explain.engine.candidates import (
@@ -36,16 +37,17 @@ STEP_S, STEP_ROWS = 0.04, 2.0
 
 def gain_candidate(s: AxisSignals) -> Candidate:
     """Every contribution scales alike with a factor that changes: steadily, settling, in a step or
-    over a ramp. The simulation is right before; what it lacks has its size in most rows, so that a
-    change that comes early, or goes, leaves it that.
+    over a ramp. The simulation is right before; friction, mass and weight that it lacks have their
+    size at the mean factor where they act, so that a change that comes early leaves them that.
     """
-    lacking = sum((s.found[term] for term in s.joined), start=np.zeros_like(s.effort))
     like = s.frame
+    lacking = [s.found[term] for term in sorted(s.joined & READ_OFF)]
     rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(like.t_s[-1] - like.t_s[0])
 
     def scaled(change: Callable[[Array], Array]) -> Array:
-        usual = float(np.median(change(_run(like))))
-        return s.effort * change(_run(s)) - lacking * usual
+        changed = change(_run(s))
+        usual = (part * float(changed @ part**2) / float(part @ part) for part in lacking)
+        return s.effort * changed - sum(usual, start=np.zeros_like(s.effort))
 
     def settling(time_constant: float) -> Array:
         return scaled(lambda run: -np.expm1(-run / time_constant))
