@@ -146,13 +146,11 @@ def gain_run(stack: Stack, component: int, start: int, end: int, number: int) ->
 
 
 def _on_all(columns: LawColumns) -> Allowed:
-    """Return whether a factor of each component goes the same way in most of them, of two in both:
-    what one has alone is its sensor's.
-    """
+    """Return whether a factor of each component goes the same way in most of them."""
 
     def allowed(coefficients: Array) -> bool:
         most = coefficients[np.argmax(np.abs(coefficients) * columns.strength)]
-        return bool(np.sort(coefficients / most)[(len(coefficients) - 1) // 2] > ALIKE)
+        return bool(np.median(coefficients / most) > ALIKE)
 
     return allowed
 
