@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.mismatches import IN_BAND, mismatch_line, recordings_of
+from autodb.agent.rows.mismatches import IN_BAND, around, mismatch_line, recordings_of
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.rows.sensed_forces import QUANTITY, PairForces, as_cuts, operation_of
@@ -135,15 +135,15 @@ def _columns(
         "kind": "missing",
         "confidence": 1.0 / (1.0 + float(np.exp(-0.5 * band.evidence))),
         "parameters": {
-            "size": _within(-change * most_N, half * most_N, "N"),
-            "change": _within(change, half, "1"),
+            "size": around(-change * most_N, half * most_N, "N"),
+            "change": around(change, half, "1"),
             "centre": {
                 "value": band.centre_m_min,
                 "low": band.centre_m_min / apart,
                 "high": band.centre_m_min * apart,
                 "unit": "m/min",
             },
-            "width": _within(band.width, 0.5 * band.width, "1"),
+            "width": around(band.width, 0.5 * band.width, "1"),
         },
         "statement": LOWER.format(
             pair=pair_name(pair),
@@ -165,7 +165,3 @@ def _columns(
             IN_BAND: [cut.id for cut in inside],
         },
     }
-
-
-def _within(value: float, half: float, unit: str) -> dict[str, Any]:
-    return {"value": value, "low": value - half, "high": value + half, "unit": unit}

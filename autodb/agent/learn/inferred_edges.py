@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 
 from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.edges_in_use import conditions_in_use
-from autodb.agent.rows.mismatches import NEW_EDGE, mismatch_line
+from autodb.agent.rows.mismatches import NEW_EDGE, around, mismatch_line
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.recorded_edges import cut_before_s, edge_label
 from autodb.agent.rows.sensed_forces import (
@@ -197,7 +197,7 @@ def _columns(
     forces = {f.component: abs(f.value_N or 0.0) for f in found.forces if f.cut_id == cut.id}
     size = fell[channel] * forces[channel]
     half = NORMAL_95 * size / sqrt(2.0 * change.evidence)
-    shares = " and ".join(f"{100 * share:.0f} % of force.{name}" for name, share in fell.items())
+    shares = ", ".join(f"force.{name} {-100 * share:.0f} %" for name, share in fell.items())
     label, used_s = edge_label(cut), cut_before_s(cut)
     after = int(np.sum(read.edge[change.cut :] == read.edge[change.cut]))
     return {
@@ -205,9 +205,7 @@ def _columns(
         "term": WEAR,
         "kind": "mistuned",
         "confidence": 1.0 / (1.0 + len(cuts) * exp(-change.evidence)),
-        "parameters": {
-            "size": {"value": size, "low": size - half, "high": size + half, "unit": "N"}
-        },
+        "parameters": {"size": around(size, half, "N")},
         "statement": EDGE_CHANGED.format(
             pair=pair_name(found.pair),
             edge=label or IN_USE,

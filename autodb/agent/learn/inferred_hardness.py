@@ -12,7 +12,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.states import HarderCuts
-from autodb.agent.rows.mismatches import IN_HARDER, mismatch_line
+from autodb.agent.rows.mismatches import IN_HARDER, around, mismatch_line
 from autodb.agent.rows.posteriors import pair_name
 from autodb.agent.rows.recorded_edges import edge_label
 from autodb.agent.rows.sensed_forces import PairForces
@@ -68,9 +68,9 @@ def _columns(one: HarderCuts, found: PairForces) -> dict[str, Any]:
         "kind": "missing",
         "confidence": 1.0 - work.chance,
         "parameters": {
-            "size": _within(work.share * beside, half * beside, "N"),
-            "factor": _within(1.0 + work.share, half, "1"),
-            **{name: _within(number, 0.0, "1") for name, number in ends.items()},
+            "size": around(work.share * beside, half * beside, "N"),
+            "factor": around(1.0 + work.share, half, "1"),
+            **{name: around(number, 0.0, "1") for name, number in ends.items()},
         },
         "statement": HARDER.format(
             pair=pair_name(found.pair),
@@ -100,7 +100,3 @@ def _largest(found: PairForces, cuts: Collection[int]) -> tuple[str, float]:
     own = [force for force in found.forces if force.cut_id in cuts]
     most = max(own, key=lambda force: abs(force.value_N or 0.0))
     return most.component, abs(most.value_N or 0.0)
-
-
-def _within(value: float, half: float, unit: str) -> dict[str, Any]:
-    return {"value": value, "low": value - half, "high": value + half, "unit": unit}

@@ -1,6 +1,7 @@
 """What mismatches were found in and what was decided of them, in words."""
 
 from collections.abc import Iterable
+from typing import Any
 
 from autodb.store import models
 from autodb.terms.sensor import GAIN
@@ -95,3 +96,8 @@ def decided_words(status: str, term: str | None, by: str | None) -> str:
 def recordings_of(causes: Iterable[models.Mismatch]) -> set[int]:
     """Return the recordings, by id, that mismatches were found in."""
     return {one.id for row in causes for one in row.recordings}
+
+
+def around(value: float, half: float, unit: str) -> dict[str, Any]:
+    """Return a parameter of a mismatch as it is stored: a value, and so far to both sides of it."""
+    return {"value": value, "low": value - half, "high": value + half, "unit": unit}
