@@ -84,6 +84,7 @@ class ToolSection(Section):
     kappa_deg: Finite | None = None
     rake_deg: Finite | None = None
     inclination_deg: Finite | None = None
+    included_deg: Finite | None = None
     corner_radius_mm: Finite | None = None
     point_angle_deg: Finite | None = None
 
@@ -188,7 +189,7 @@ def _with_tool_file(path: Path, side: SideFile) -> SideFile:
     """Return a side file whose [tool] also says what its tool file says."""
     if side.tool.file is None:
         return side
-    tool = read_tool(path.parent / side.tool.file)
+    tool = read_tool(path.parent / side.tool.file, side.tool.name)
     known = geometry_of(tool).model_dump(exclude_none=True)
     known |= {"name": tool.name, "kind": tool.kind}
     said = side.tool.model_dump(exclude_none=True)

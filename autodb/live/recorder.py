@@ -142,7 +142,7 @@ def with_file(tool: ToolSection, beside: Path) -> ToolSection:
     """Return a tool with what its tool file says; raises UnusableInput."""
     if tool.file is None:
         return tool
-    read = read_tool(beside / tool.file)
+    read = read_tool(beside / tool.file, tool.name)
     known = geometry_of(read).model_dump(exclude_none=True)
     known |= {"name": read.name, "kind": read.kind}
     said = tool.model_dump(exclude_none=True, exclude={"file"})

@@ -52,7 +52,7 @@ def _bit(folder: Path, **changed: Any) -> Path:
         (
             {"shape": "Iso_shape_C.fcstd", "parameter": {"TipRadius": "0.40 mm"}},
             "turning_insert",
-            {"nose_radius_mm": 0.4},
+            {"nose_radius_mm": 0.4, "included_deg": 80.0},
         ),
     ],
 )

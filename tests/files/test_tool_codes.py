@@ -3,7 +3,7 @@
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.files.tool import geometry_of_code
+from autodb.files.tool_sources.designations import geometry_of_code
 
 KNOWN = {
     "CNMG120408": (80, 0.8, None),

@@ -167,7 +167,7 @@ def _geometry_of(side: SideFile) -> dict[str, Any]:
 
 _GEOMETRY = (
     *("kind", "diameter_mm", "teeth", "helix_deg", "corner_radius_mm", "point_angle_deg"),
-    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg"),
+    *("nose_radius_mm", "kappa_deg", "rake_deg", "inclination_deg", "included_deg"),
 )
 
 

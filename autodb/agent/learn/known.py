@@ -9,7 +9,7 @@ from autodb.agent.rows.catalogue import numbers_of
 from autodb.agent.rows.machines import Owner
 from autodb.agent.rows.posteriors import LAW, as_posterior, latest
 from autodb.errors import UnusableInput
-from autodb.files.tool import geometry_of_code
+from autodb.files.tool_sources.designations import geometry_of_code
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models

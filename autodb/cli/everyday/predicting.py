@@ -37,7 +37,8 @@ ToolPath = Annotated[
     typer.Option(
         "--tool-file",
         metavar="FILE",
-        help="What is known of the tool: a tool file (TOML), or a tool bit of FreeCAD (.fctb).",
+        help="What is known of the tool: a tool file (TOML), a tool bit of FreeCAD (.fctb), or a "
+        "catalogue's data: ISO 13399 (.p21), GTC (.zip), DIN 4000 (.xml, .csv).",
     ),
 ]
 
@@ -143,7 +144,7 @@ def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
     from autodb.errors import UnusableInput
     from autodb.files.tool import geometry_of, read_tool
 
-    file = read_tool(path)
+    file = read_tool(path, name)
     if name is not None and file.name != name:
         raise UnusableInput(
             phrase(
