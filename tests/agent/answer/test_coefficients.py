@@ -62,7 +62,7 @@ def test_a_tool_has_each_known_number_once(kind: str) -> None:
     numbers = {
         "diameter_mm": 10.0, "teeth": 4, "helix_deg": 30.0, "corner_radius_mm": 0.5,
         "point_angle_deg": 118.0, "nose_radius_mm": 0.8, "kappa_deg": 93.0, "rake_deg": -6.0,
-        "inclination_deg": -7.0,
+        "inclination_deg": -7.0, "included_deg": 80.0,
     }  # fmt: skip
     made = tool_of(models.Tool(name="t", kind=kind, **numbers))
     ours = {code.symbol: code.ours[kind] for code in ISO_13399 if kind in code.ours}
