@@ -59,15 +59,16 @@ def test_a_factor_that_goes_on_in_a_table_of_one_component_is_a_gain(
 ) -> None:
     """A drift adds as much to the lightest cut, and wear begins anew with each edge."""
     made, rng = truths.cuts(CUTS, seed=seed), np.random.default_rng(seed)
-    force = STRENGTH_N_MM2["force.y"] * made["depth"] * made["feed"]
-    place, since = np.arange(CUTS) // (CUTS // EDGES), np.arange(CUTS) % (CUTS // EDGES)
-    known = {
-        "cut": made["cut"] + 1.0, "t": 60.0 * np.arange(CUTS), "tool.edge": place + 1.0,
+    force: Array = np.asarray(STRENGTH_N_MM2["force.y"] * made["depth"] * made["feed"])
+    number = np.arange(CUTS, dtype=np.float64)
+    place, since = number // (CUTS // EDGES), number % (CUTS // EDGES)
+    known: dict[str, Array] = {
+        "cut": made["cut"] + 1.0, "t": 60.0 * number, "tool.edge": place + 1.0,
         "tool.cutting_time": 60.0 * since, "cutting.feed": made["feed"],
         "cutting.depth": made["depth"], "cutting.speed": made["speed"],
     }  # fmt: skip
     grown = 1.0 + share * np.linspace(0.0, 1.0, CUTS)
-    sensed = force * grown * (1.0 + rng.normal(0.0, SCATTER, CUTS))
+    sensed: Array = np.asarray(force * grown * (1.0 + rng.normal(0.0, SCATTER, CUTS)))
     table = CutTable(Path("cuts.csv"), known | {"force.y": sensed})
     simulation = CutTable(Path("simulation.csv"), {"cut": known["cut"], "force.y": force})
     answer = explain(table, simulation, includes=["shear"]).explanation.channels["force.y"]
