@@ -162,7 +162,8 @@ class _Answers:
                 choice, sure, size, where=stored_msgid("These cuts"), apart=self.apart(choice)
             )
         others = tuple(c for c in self.choices if c is not choice)
-        effect = EffectInCuts(self.stack, self.own, choice, others)
+        known = choice.candidate.term in self.includes
+        effect = EffectInCuts(self.stack, self.own, choice, others, simulated=known)
         values = {"size": size, **effect_parameters(effect, component)}
         statement = next(t.statement for t in all_terms() if t.name == choice.candidate.term)
         return named_entry(

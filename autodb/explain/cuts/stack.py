@@ -249,27 +249,35 @@ def _check(table: CutTable, name: str, simulation: Array) -> None:
         )
 
 
-def edge_read_off(simulation: Array, known: Conditions) -> tuple[Array, Array]:
+def edge_read_off(
+    simulation: Array, known: Conditions, softening: Array | None = None
+) -> tuple[Array, Array]:
     """Return the edge coefficient [N/mm] of each component (C, n) of a simulation, and its shape.
 
-    Read by regression on a_p·h^q and a_p·(1 − e^(−h/h_p)) with the power q and the rounding h_p
-    that fit best; the shape (C, n) [mm] is a_p times what is in brackets. Zero where the thickness
-    is not known or hardly varies.
+    Read by regression on a_p·h^q s and a_p·(1 − e^(−h/h_p)) with the power q and the rounding h_p
+    that fit best, s the chip's ``softening`` by the speed (C, n), 1 without; the shape (C, n) [mm]
+    is a_p times what is in brackets. Zero where the thickness is not known or hardly varies.
     """
     thickness, count = known.thickness_mm, len(simulation)
     plain = np.tile(known.depth_mm, (count, 1))
     if thickness is None or float(np.ptp(np.log(thickness))) < 0.05:
         return np.zeros(count), plain
-    found = [_edge_of(part, known.depth_mm, thickness) for part in simulation]
+    factors = np.ones_like(simulation) if softening is None else softening
+    found = [
+        _edge_of(part, known.depth_mm, thickness, factor)
+        for part, factor in zip(simulation, factors, strict=True)
+    ]
     return np.array([value for value, _ in found]), np.array([shape for _, shape in found])
 
 
-def _edge_of(simulation: Array, depth_mm: Array, thickness_mm: Array) -> tuple[float, Array]:
+def _edge_of(
+    simulation: Array, depth_mm: Array, thickness_mm: Array, softening: Array
+) -> tuple[float, Array]:
     best, found, length = np.inf, 0.0, depth_mm
     for rounding in ROUNDINGS_MM:
         shape = depth_mm * (-np.expm1(-thickness_mm / rounding) if rounding else 1.0)
         for power in POWERS:
-            design = np.column_stack([depth_mm * thickness_mm**power, shape])
+            design = np.column_stack([depth_mm * thickness_mm**power * softening, shape])
             inner = design.T @ design
             if np.linalg.cond(inner) > 1e12:
                 continue

@@ -199,9 +199,7 @@ def drift_candidates(stack: Stack) -> list[Candidate]:
 
 
 def gain_candidates(stack: Stack) -> list[Candidate]:
-    """Return a factor on one component that changes with the time; none where there is but one."""
-    if len(stack.names) < 2:
-        return []
+    """Return a factor on one component that changes with the time."""
     found = []
     for i, name in enumerate(stack.names):
         forms = tuple(
