@@ -42,6 +42,11 @@ ROWS = 8000
 """Rows at most, means of more: laws that are clearly needed are seen in fewer. Chosen."""
 DEALT = 5
 """Smaller blocks a fold is made of, at least, where an effect is confined to a stretch. Chosen."""
+FEWEST = 5
+"""Blocks in which a law must act for these to be judged alone. Chosen."""
+ELSEWHERE = 0.05
+"""Share of a law's squares, in blocks beside those that hold most, with which it is confined to
+these. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
 SLOW = (16, 32, 64)
@@ -184,20 +189,41 @@ class PlainRows:
         """Return the sum of squares of each fold, predicted by a fit to the others, (BLOCKS,).
 
         A fold is a contiguous block; where one is to be ``like`` an effect that is confined to a
-        stretch, it is many small ones, so that each fold holds a part of the stretch.
+        stretch, or that the motion confines to one, it is many small ones, so that each fold holds
+        a part of the stretch.
         """
         at = self._at(choices)
         return self._folds_like(like).by_fold(at, self._weight[at])
 
+    def confined(self, candidate: Candidate) -> bool:
+        """Whether an effect is confined to a stretch, or does next to all in few of the blocks."""
+        return self._parts_of(candidate) > 1
+
     def _folds_like(self, like: Candidate | None) -> Folds:
-        if like is None or like.interval is None:
+        parts = 1 if like is None else self._parts_of(like)
+        if parts == 1:
             return self._folds
-        column = self._rows[:, self._places[like.key, 0][0]]
-        inside = int(np.count_nonzero(np.abs(column) > HALF * np.abs(column).max()))
-        parts = min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
         if parts not in self._dealt:
             self._dealt[parts] = Folds(self._rows, 0, blocks=parts * BLOCKS, folds=BLOCKS)
         return self._dealt[parts]
+
+    def _parts_of(self, candidate: Candidate) -> int:
+        """Return how many blocks a fold is made of, so that each holds a part of what an effect
+        does: one where that is done in many of the contiguous ones.
+        """
+        numbers = range(len(candidate.forms))
+        places = [self._places[candidate.key, n] for n in numbers if (candidate.key, n) in self._places]
+        if not places:
+            return 1
+        column = self._rows[:, places[0][0]]
+        most = len(column) // BLOCKS
+        if candidate.interval is not None:
+            inside = int(np.count_nonzero(np.abs(column) > HALF * np.abs(column).max()))
+            return min(max(DEALT, len(column) // max(inside, 1)), most)
+        squares = np.array([np.sum(part**2) for part in np.array_split(column, BLOCKS)])
+        held = np.cumsum(np.sort(squares)[::-1])
+        few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
+        return 1 if few >= FEWEST else min(max(DEALT, -(-2 * BLOCKS // few)), most)
 
     def acts_in(
         self, choices: Sequence[Choice], number: int, *, like: Candidate | None = None
