@@ -50,9 +50,9 @@ WORKING_HZ = 250.0
 the drive show."""
 WORKING_ROWS = 60_000
 """Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
-FINE_ROWS = 1000
-"""Rows that a short recording keeps, whatever its rate: of a stroke on a drive's oscilloscope those
-at ``WORKING_HZ`` are too few. Chosen."""
+FINE_ROWS = 500
+"""Rows that a short recording keeps, whatever its rate: two seconds at ``WORKING_HZ``. Of a stroke
+on a drive's oscilloscope those at that rate are too few. Chosen."""
 SHORTEST_ROWS = 200
 GLITCH = 1000.0
 GLITCH_ROWS = 20

@@ -209,21 +209,23 @@ class PlainRows:
 
     def _parts_of(self, candidate: Candidate) -> int:
         """Return how many blocks a fold is made of, so that each holds a part of what an effect
-        does: one where that is done in many of the contiguous ones.
+        does: one where that is done in many of the contiguous ones, or comes and goes too seldom
+        for each to see it anew.
         """
-        numbers = range(len(candidate.forms))
-        places = [self._places[candidate.key, n] for n in numbers if (candidate.key, n) in self._places]
-        if not places:
+        keys = [(candidate.key, number) for number in range(len(candidate.forms))]
+        at = next((self._places[key][0] for key in keys if key in self._places), None)
+        if at is None:
             return 1
-        column = self._rows[:, places[0][0]]
-        most = len(column) // BLOCKS
+        column, most = np.abs(self._rows[:, at]), len(self._rows) // BLOCKS
         if candidate.interval is not None:
-            inside = int(np.count_nonzero(np.abs(column) > HALF * np.abs(column).max()))
+            inside = int(np.count_nonzero(column > HALF * column.max()))
             return min(max(DEALT, len(column) // max(inside, 1)), most)
-        squares = np.array([np.sum(part**2) for part in np.array_split(column, BLOCKS)])
-        held = np.cumsum(np.sort(squares)[::-1])
+        held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
         few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
-        return 1 if few >= FEWEST else min(max(DEALT, -(-2 * BLOCKS // few)), most)
+        comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
+        if few >= FEWEST or comes < FEWEST:
+            return 1
+        return min(max(DEALT, -(-2 * BLOCKS // few)), most)
 
     def acts_in(
         self, choices: Sequence[Choice], number: int, *, like: Candidate | None = None
