@@ -37,5 +37,5 @@ def test_half_a_second_in_which_nothing_is_missing_names_nothing_surely() -> Non
 
 
 def test_too_few_rows_are_refused() -> None:
-    with pytest.raises(UnusableInput, match="150 rows are too few .* at least 200 rows"):
+    with pytest.raises(UnusableInput, match=r"150 rows are too few .* at least 200 rows"):
         _stroke(mass=0.0008, rows=150)
