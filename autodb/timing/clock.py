@@ -116,8 +116,8 @@ def clock(
     honest = None if rows.shared else _stamps_are_right(t_s, even + slow, places)
     alike = float(np.std(fast)) <= INDEPENDENT * float(np.std(np.diff(fast))) / np.sqrt(2.0)
     if not rows.shared and (honest or not alike):
-        known = _by_its_speed(np.maximum.accumulate(t_s), even + slow, speeds)
-        return _unless_kinked(_as_stamped(t_s, off, rows), () if known else places, UNEVENLY)
+        borne_out = _by_its_speed(np.maximum.accumulate(t_s), even + slow, speeds)
+        return _unless_kinked(_as_stamped(t_s, off, rows), () if borne_out else places, UNEVENLY)
     return _unless_kinked(_by_number(even, slow, fast, rows, wanders=wanders), places, EVENLY)
 
 
