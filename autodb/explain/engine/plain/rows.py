@@ -125,6 +125,7 @@ class PlainRows:
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
         self._dealt: dict[int, Folds] = {}
+        self._in_time = bench.gap > 0
         self._slow_of: dict[tuple[str, int], float] = {}
         self._weight = np.zeros(rows.shape[1])
         self._rows = rows
@@ -210,7 +211,7 @@ class PlainRows:
     def _parts_of(self, candidate: Candidate) -> int:
         """Return how many blocks a fold is made of, so that each holds a part of what an effect
         does: one where that is done in many of the contiguous ones, or comes and goes too seldom
-        for each to see it anew.
+        for each to see it anew, as in rows that are no course of time (those have no gap).
         """
         keys = [(candidate.key, number) for number in range(len(candidate.forms))]
         at = next((self._places[key][0] for key in keys if key in self._places), None)
@@ -223,7 +224,7 @@ class PlainRows:
         held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
         few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
         comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
-        if few >= FEWEST or comes < FEWEST:
+        if not self._in_time or few >= FEWEST or comes < FEWEST:
             return 1
         return min(max(DEALT, -(-2 * BLOCKS // few)), most)
 
