@@ -45,8 +45,7 @@ DEALT = 5
 FEWEST = 5
 """Blocks in which a law must act for these to be judged alone. Chosen."""
 ELSEWHERE = 0.05
-"""Share of a law's squares, in blocks beside those that hold most, with which it is confined to
-these. Chosen."""
+"""Share of a law's squares beside the blocks that it is confined to, at most. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
 SLOW = (16, 32, 64)
@@ -190,8 +189,7 @@ class PlainRows:
         """Return the sum of squares of each fold, predicted by a fit to the others, (BLOCKS,).
 
         A fold is a contiguous block; where one is to be ``like`` an effect that is confined to a
-        stretch, or that the motion confines to one, it is many small ones, so that each fold holds
-        a part of the stretch.
+        stretch, it is many small ones, so that each fold holds a part of the stretch.
         """
         at = self._at(choices)
         return self._folds_like(like).by_fold(at, self._weight[at])
@@ -211,20 +209,23 @@ class PlainRows:
     def _parts_of(self, candidate: Candidate) -> int:
         """Return how many blocks a fold is made of, so that each holds a part of what an effect
         does: one where that is done in many of the contiguous ones, or comes and goes too seldom
-        for each to see it anew, as in rows that are no course of time (those have no gap).
+        for each to see it anew, as in rows that are no course of time (those have no gap), or has
+        a shape that was searched for, which follows what neighbours have in common.
         """
-        keys = [(candidate.key, number) for number in range(len(candidate.forms))]
-        at = next((self._places[key][0] for key in keys if key in self._places), None)
-        if at is None:
+        forms = range(len(candidate.forms))
+        first = next((n for n in forms if (candidate.key, n) in self._places), None)
+        if first is None:
             return 1
-        column, most = np.abs(self._rows[:, at]), len(self._rows) // BLOCKS
+        column = np.abs(self._rows[:, self._places[candidate.key, first][0]])
+        most = len(column) // BLOCKS
         if candidate.interval is not None:
             inside = int(np.count_nonzero(column > HALF * column.max()))
             return min(max(DEALT, len(column) // max(inside, 1)), most)
+        searched = not candidate.static or candidate.forms[first].tries > 1
         held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
         few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
         comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
-        if not self._in_time or few >= FEWEST or comes < FEWEST:
+        if searched or not self._in_time or few >= FEWEST or comes < FEWEST:
             return 1
         return min(max(DEALT, -(-2 * BLOCKS // few)), most)
 
