@@ -217,17 +217,16 @@ class PlainRows:
         if first is None:
             return 1
         column = np.abs(self._rows[:, self._places[candidate.key, first][0]])
-        most = len(column) // BLOCKS
         if candidate.interval is not None:
             inside = int(np.count_nonzero(column > HALF * column.max()))
-            return min(max(DEALT, len(column) // max(inside, 1)), most)
+            return min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
         searched = not candidate.static or candidate.forms[first].tries > 1
         held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
         few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
         comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
         if searched or not self._in_time or few >= FEWEST or comes < FEWEST:
             return 1
-        return min(max(DEALT, -(-2 * BLOCKS // few)), most)
+        return min(max(DEALT, -(-2 * BLOCKS // few)), len(column) // BLOCKS)
 
     def acts_in(
         self, choices: Sequence[Choice], number: int, *, like: Candidate | None = None
