@@ -31,7 +31,7 @@ from autodb.reports.explanation_plots import (
     where_words,
 )
 from autodb.reports.said_in_pages import told
-from autodb.terms.vocabulary import effect_called, statement_parts, vocabulary
+from autodb.terms.vocabulary import effect_called, statement_parts, title_of, vocabulary
 from autodb.wording import (
     ENGLISH,
     Worded,
@@ -348,7 +348,7 @@ def _cause_words(cause: Cause) -> str:
     """Return a cause in shop words; of own terms of which one is off, all of them."""
     if cause.term == UNKNOWN and cause.kind == "mistuned":
         return listed((term_words(name) for name in cause.alternatives), phrase(" or "))
-    return term_words(cause.term)
+    return phrase(title_of(cause.term, cause.variables))
 
 
 def certainty(cause: Cause) -> tuple[str, int]:

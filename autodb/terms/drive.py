@@ -183,6 +183,7 @@ GRAVITY = Contribution(
 TILT = Contribution(
     name="gravity",
     form="tilt",
+    title="a weight that turns with the axis",
     channels=("rotary",),
     inputs=("position",),
     function=tilt,

@@ -6,7 +6,7 @@ A term from elsewhere is added with ``add_term``, or named by an entry point of 
 it runs, so that every command knows it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -222,6 +222,15 @@ def effect_called(name: str) -> NamedEffect:
         if one.name == name:
             return one
     return replace(NO_NAME, name=name, title=name.replace("_", " "))
+
+
+def title_of(name: str, variables: Collection[str]) -> str:
+    """Return what an effect that depends on some variables is called: of several forms that one's
+    which needs a signal where it does, as a weight that turns does beside a constant load.
+    """
+    forms = [one for one in all_terms() if one.name == name and one.title]
+    alike = [one for one in forms if bool(one.needs) == bool(variables)]
+    return alike[0].title if len(forms) > 1 and alike else effect_called(name).title
 
 
 def term_called(name: str, form: str = "") -> Term:

@@ -26,6 +26,9 @@ EVEN = 1e-4
 """Share of a step by which even stamps may be off: at 100 mm/s and 1 ms a place is off by 10 nm."""
 CLEARLY = 0.8
 """Ratio of the squared roughness of places under two accounts, below which one is right. Chosen."""
+GIVEN = 0.5
+"""Share of the squared ways from row to row that a recorded speed may leave, to tell the stamps
+right: of a joint that sticks and slips on a slow bus it leaves a quarter. Chosen."""
 SLOW_STAMPS = 101
 """Stamps over which a clock that wanders is smoothed. Chosen."""
 STEADY_RATE = 0.002
@@ -77,8 +80,16 @@ class Clock:
     unfit: str = ""
 
 
-def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
-    """Say when rows with the stamps ``t_s`` (n,) were taken; ``places`` (n,) each."""
+def clock(
+    t_s: Array,
+    rows: Numbered,
+    places: Sequence[Array],
+    speeds: Sequence[tuple[Array, Array]] = (),
+) -> Clock:
+    """Say when rows with the stamps ``t_s`` (n,) were taken; ``places`` (n,) each.
+
+    ``speeds``: places whose speed was recorded, with it, in their unit a second.
+    """
     since = t_s - rows.step_s * rows.number
     first = float(np.median(since))
     if abs(first - t_s[0]) < EVEN * rows.step_s + 0.5 * rows.resolution_s:
@@ -105,7 +116,8 @@ def clock(t_s: Array, rows: Numbered, places: Sequence[Array]) -> Clock:
     honest = None if rows.shared else _stamps_are_right(t_s, even + slow, places)
     alike = float(np.std(fast)) <= INDEPENDENT * float(np.std(np.diff(fast))) / np.sqrt(2.0)
     if not rows.shared and (honest or not alike):
-        return _unless_kinked(_as_stamped(t_s, off, rows), places, UNEVENLY)
+        borne_out = _by_its_speed(np.maximum.accumulate(t_s), even + slow, speeds)
+        return _unless_kinked(_as_stamped(t_s, off, rows), () if borne_out else places, UNEVENLY)
     return _unless_kinked(_by_number(even, slow, fast, rows, wanders=wanders), places, EVENLY)
 
 
@@ -136,6 +148,21 @@ def _unless_kinked(found: Clock, places: Sequence[Array], most: float) -> Clock:
         bent=localized(f"{100 * bent**0.5:.2g}"),
     )
     return replace(found, unfit=unfit)
+
+
+def _by_its_speed(stamped: Array, even: Array, speeds: Sequence[tuple[Array, Array]]) -> bool:
+    """Say whether recorded speeds give most of what places move from stamp to stamp, and clearly
+    less of it on even steps: the stamps are right, though an axis that sticks and slips is no
+    smooth one.
+    """
+    one = other = whole = 0.0
+    for place, speed in speeds:
+        moved, mean = np.diff(place), 0.5 * (speed[1:] + speed[:-1])
+        size = float(moved @ moved) or 1.0
+        one += float(np.sum((moved - mean * np.diff(stamped)) ** 2)) / size
+        other += float(np.sum((moved - mean * np.diff(even)) ** 2)) / size
+        whole += 1.0
+    return bool(one < GIVEN * whole and one < CLEARLY * other)
 
 
 def _slow(off: Array, many: int) -> Array:

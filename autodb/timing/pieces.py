@@ -77,8 +77,16 @@ def run_of(
         found = numbered(t)
     if found is None:
         return None
-    at = clock(t, found, [channels[name][rows] for name in places])
+    here = {name: channels[name][rows] for name in places}
+    speeds = [(here[name], channels[of][rows]) for name, of in _speeds(places, channels)]
+    at = clock(t, found, list(here.values()), speeds)
     return Run(rows, found, at, (*findings, *at.findings))
+
+
+def _speeds(places: Sequence[str], channels: Mapping[str, Array]) -> list[tuple[str, str]]:
+    """Return the places whose speed was recorded on every row, with the name of that."""
+    named = [(name, f"{name.rpartition('.')[0]}.velocity") for name in places]
+    return [(p, v) for p, v in named if v in channels and np.isfinite(channels[v]).all()]
 
 
 def _without_copies(

@@ -210,10 +210,8 @@ def _warm_detail(s: AxisSignals, times: list[float]) -> Array:
     """Return what friction over time may be beside one law: freely over time, and each term's."""
     along = s.friction[:, None] * spline(s.t_s, 14)
     slow = s.velocity[:, None] * spline(s.t_s, 4)
-    driven = np.column_stack(
-        [s.friction * warmth(s.t_s, s.velocity, time_constant_s=T) for T in times[:4]]
-    )
-    return np.column_stack([along, slow, driven])
+    driven = [s.friction * warmth(s.t_s, s.velocity, time_constant_s=T) for T in times[:4]]
+    return np.column_stack([along, slow, *driven])
 
 
 def _falls(factor: Array) -> bool:

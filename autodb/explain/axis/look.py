@@ -50,7 +50,9 @@ WORKING_HZ = 250.0
 the drive show."""
 WORKING_ROWS = 60_000
 """Long recordings are searched in fewer rows: some 600 columns of them take 0.3 GiB a copy."""
-SHORTEST_S = 2.0
+FINE_ROWS = 500
+"""Rows that a short recording keeps, whatever its rate: two seconds at ``WORKING_HZ``. Of a stroke
+on a drive's oscilloscope those at that rate are too few. Chosen."""
 SHORTEST_ROWS = 200
 GLITCH = 1000.0
 GLITCH_ROWS = 20
@@ -227,7 +229,8 @@ class AxisField:
 
 def _factor(recording: Recording) -> int:
     rows = len(recording) / WORKING_ROWS
-    return max(1, int(recording.timing.rate_hz / WORKING_HZ), int(np.ceil(rows)))
+    finest = min(recording.timing.rate_hz / WORKING_HZ, len(recording) / FINE_ROWS)
+    return max(1, int(finest), int(np.ceil(rows)))
 
 
 def _own_columns(signals: AxisSignals) -> dict[str, Array]:
@@ -312,16 +315,13 @@ def _considered(inquiry: Inquiry) -> tuple[Considered, ...]:
 
 def _check(recording: Recording, channel: str, measured: Array, simulation: Array) -> None:
     """Refuse what no search can judge: too short, or a glitch that outweighs everything."""
-    seconds = (len(recording) - 1) * recording.timing.step_s
-    if seconds < SHORTEST_S or len(recording) < SHORTEST_ROWS:
+    if len(recording) < SHORTEST_ROWS:
         raise UnusableInput(
             phrase(
-                "{file}: {n} rows over {seconds} s are too short to hold parts out of the fit; "
-                "record at least {shortest} s and {shortest_rows} rows",
+                "{file}: {n} rows are too few to hold parts out of the fit; record at least "
+                "{shortest_rows} rows",
                 file=recording.path,
                 n=len(recording),
-                seconds=localized(f"{seconds:.3g}"),
-                shortest=localized(f"{SHORTEST_S:g}"),
                 shortest_rows=SHORTEST_ROWS,
             )
         )

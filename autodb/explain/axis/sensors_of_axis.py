@@ -41,7 +41,7 @@ def gain_candidate(s: AxisSignals) -> Candidate:
     size at the mean factor where they act, so that a change that comes early leaves them that.
     """
     like = s.frame
-    lacking = [s.found[term] for term in sorted(s.joined & READ_OFF)]
+    lacking = [s.found[term] for term in sorted(s.joined & READ_OFF) if np.any(s.found[term])]
     rise = max(STEP_S, STEP_ROWS * s.scales.step_s) / float(like.t_s[-1] - like.t_s[0])
 
     def scaled(change: Callable[[Array], Array]) -> Array:

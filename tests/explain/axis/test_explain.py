@@ -370,7 +370,7 @@ def test_what_does_not_fit_together_says_so(
     assert "did you mean coulomb" in line
     few = {name: recording[name][:150] for name in ("t", "x.position", "x.current")}
     csv.write_csv(pa.table(few), tmp_path / "few.csv")
-    assert "too short" in refused("explain", tmp_path / "few.csv", "--simulation", files[1])
+    assert "too few to hold" in refused("explain", tmp_path / "few.csv", "--simulation", files[1])
     glitch = recording["x.current"].copy()
     glitch[77] = 1e6
     table = {name: recording[name] for name in ("t", "x.position")} | {"x.current": glitch}

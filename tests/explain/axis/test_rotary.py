@@ -13,6 +13,7 @@ from autodb.explain.answer import Cause
 from autodb.explain.axis.moves import LIBRARY, Reach
 from autodb.explain.axis.signals import axis_signals
 from autodb.records.tables import Recording
+from autodb.reports.explanation import headline
 from autodb.terms.drive import tilt
 from tests.conftest import Cli
 from tests.helpers.campaigns import first
@@ -107,6 +108,29 @@ def test_a_weight_comes_before_a_spring_that_does_as_well(fitted: bool) -> None:
     assert (weight.term, weight.alternatives) == ("gravity", ("spring",))
     assert 0.8 <= weight.confidence <= 0.95
     assert weight.parameters["level"].value == pytest.approx(13.2, rel=0.15)
+
+
+def test_a_weight_is_likelier_where_a_spring_does_hardly_better() -> None:
+    """A joint that turns by 140° and whose weight, as the arm beyond it folds, is nearly straight
+    over the angle: the two differ by less than real effects leave either by."""
+    rng, t = np.random.default_rng(3), np.arange(0.0, 25.0, 0.01)
+    turn = 2.0 * np.pi * t / 12.5
+    angle = 62.0 * np.sin(turn) + 9.0 * np.sin(3.0 * turn + 1.0) - 5.0 * np.cos(2.0 * turn)
+    line = 0.0145 * angle
+    weight = 13.2 * (0.35 * np.sin(np.radians(angle)) + 0.65 * line)
+    friction = 2.8 * np.tanh(np.gradient(angle, t) / 0.5)
+    torque = weight + friction + 0.5 * np.sin(2.7 * turn) + rng.normal(0.0, 0.1, len(t))
+    done = explain(
+        Recording(Path("r.csv"), {"t": t, "a.angle": angle, "a.drive_torque": torque}),
+        Recording(Path("s.csv"), {"t": t, "a.drive_torque": friction}),
+        includes=["coulomb"],
+    )
+    first = done.explanation.channels["a.drive_torque"].missing[0]
+    assert (first.term, first.alternatives) == ("gravity", ("spring",))
+    assert first.confidence == pytest.approx(0.8, abs=0.02)  # of odds 4 : 1
+    assert headline(done.explanation.channels["a.drive_torque"]).startswith(
+        "The cause (likely, 80 %): a weight that turns with the axis is missing"
+    )
 
 
 def test_a_constant_load_beside_a_weight_is_an_entry_of_its_own() -> None:

@@ -146,7 +146,9 @@ def _better_account(
     """
     if {c.candidate.key for c in rival} <= {c.candidate.key for c in found}:
         return list(found)
-    like = confined_one([*found, *rival])
+    whole = (PlainRows(bench, [c.candidate for c in a], a) for a in (found, rival))
+    both = zip(whole, (found, rival), strict=True)
+    like = next(filter(None, (confined_one(rows, account) for rows, account in both)), None)
     confined = [] if like is None else [like]
     squares, prices = [], []
     for account in (found, rival):

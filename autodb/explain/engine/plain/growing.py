@@ -15,6 +15,7 @@ from autodb.explain.engine.plain.rows import (
     ALONE,
     BLOCKS,
     DISCREPANCY,
+    FEWEST,
     NEEDED,
     PlainRows,
     beside,
@@ -34,8 +35,6 @@ CLEAR = 2.0 * GAIN
 """Share that is clear, for a law with nothing to search for. Chosen."""
 IN_BLOCKS = 6
 """Blocks, of BLOCKS, of which each must be predicted better with it. Chosen."""
-FEWEST = 5
-"""Blocks in which a law must act for the others not to count. Chosen."""
 MOST = 5
 """Laws at most."""
 
@@ -96,13 +95,14 @@ def _more_usual(
     ]
     if not usual:
         return []
-    none, whole = (float(rows.squares(c).sum()) for c in (others, [*others, law]))
+    like = law.candidate
+    none, whole = (float(rows.squares(c, like=like).sum()) for c in (others, [*others, law]))
     enough = whole + DISCREPANCY * (none - whole)
     return [
         choice
         for choice in usual
         if rows.own_share([*others, law, choice]) <= ALONE
-        or float(rows.squares([*others, choice]).sum()) <= enough
+        or float(rows.squares([*others, choice], like=like).sum()) <= enough
     ]
 
 
@@ -179,7 +179,7 @@ def merged_laws(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """
     found = list(choices)
     while len(found) > 1:
-        like = confined_one(found)
+        like = confined_one(rows, found)
         whole, taken = rows.squares(found, like=like), {c.candidate.key for c in found}
         best, instead = 0.0, found
         for pair in combinations(found, 2):
@@ -219,9 +219,9 @@ def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
     return -rms_fall(whole, without)
 
 
-def confined_one(choices: Sequence[Choice]) -> Candidate | None:
+def confined_one(rows: PlainRows, choices: Sequence[Choice]) -> Candidate | None:
     """Return the first candidate of some choices that is confined to a stretch, if one is."""
-    return next((c.candidate for c in choices if c.candidate.interval is not None), None)
+    return next((c.candidate for c in choices if rows.confined(c.candidate)), None)
 
 
 def completed(rows: PlainRows, found: Sequence[Choice]) -> list[Choice]:

@@ -101,7 +101,7 @@ def _ahead(
     more = rival[1].shape.tries / choice.shape.tries
     fall += 2.0 * TEMPER * max(0.0, float(np.log(more)))
     as_well = alike or _as_well(none, whole, rival[0], like, candidate)
-    if as_well and candidate.static and not richer:
+    if as_well and candidate.static and not (richer and alike):
         fall = max(fall, 0.0) + 2.0 * TEMPER * float(np.log(like.usual / candidate.usual))
     if like.static and ((richer > 0.0 and alike) or not candidate.static):
         fall = max(fall, 0.0) + RARE

@@ -42,6 +42,10 @@ ROWS = 8000
 """Rows at most, means of more: laws that are clearly needed are seen in fewer. Chosen."""
 DEALT = 5
 """Smaller blocks a fold is made of, at least, where an effect is confined to a stretch. Chosen."""
+FEWEST = 5
+"""Blocks in which a law must act for these to be judged alone. Chosen."""
+ELSEWHERE = 0.05
+"""Share of a law's squares beside the blocks that it is confined to, at most. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
 SLOW = (16, 32, 64)
@@ -120,6 +124,7 @@ class PlainRows:
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
         self._dealt: dict[int, Folds] = {}
+        self._in_time = bench.gap > 0
         self._slow_of: dict[tuple[str, int], float] = {}
         self._weight = np.zeros(rows.shape[1])
         self._rows = rows
@@ -189,15 +194,39 @@ class PlainRows:
         at = self._at(choices)
         return self._folds_like(like).by_fold(at, self._weight[at])
 
+    def confined(self, candidate: Candidate) -> bool:
+        """Whether an effect is confined to a stretch, or does next to all in few of the blocks."""
+        return self._parts_of(candidate) > 1
+
     def _folds_like(self, like: Candidate | None) -> Folds:
-        if like is None or like.interval is None:
+        parts = 1 if like is None else self._parts_of(like)
+        if parts == 1:
             return self._folds
-        column = self._rows[:, self._places[like.key, 0][0]]
-        inside = int(np.count_nonzero(np.abs(column) > HALF * np.abs(column).max()))
-        parts = min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
         if parts not in self._dealt:
             self._dealt[parts] = Folds(self._rows, 0, blocks=parts * BLOCKS, folds=BLOCKS)
         return self._dealt[parts]
+
+    def _parts_of(self, candidate: Candidate) -> int:
+        """Return how many blocks a fold is made of, so that each holds a part of what an effect
+        does: one where that is done in many of the contiguous ones, or comes and goes too seldom
+        for each to see it anew, as in rows that are no course of time (those have no gap), or has
+        a shape that was searched for, which follows what neighbours have in common.
+        """
+        forms = range(len(candidate.forms))
+        first = next((n for n in forms if (candidate.key, n) in self._places), None)
+        if first is None:
+            return 1
+        column = np.abs(self._rows[:, self._places[candidate.key, first][0]])
+        if candidate.interval is not None:
+            inside = int(np.count_nonzero(column > HALF * column.max()))
+            return min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
+        searched = not candidate.static or candidate.forms[first].tries > 1
+        held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
+        few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
+        comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
+        if searched or not self._in_time or few >= FEWEST or comes < FEWEST:
+            return 1
+        return min(max(DEALT, -(-2 * BLOCKS // few)), len(column) // BLOCKS)
 
     def acts_in(
         self, choices: Sequence[Choice], number: int, *, like: Candidate | None = None
