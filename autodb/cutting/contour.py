@@ -179,12 +179,12 @@ def _with_alike_joined(row: ContourEngagement) -> ContourEngagement:
 
 
 def engaged_beside(
-    piece: Piece, stock: Stock, *, source: str, edge_mm: float
+    piece: Piece, stock: Stock, *, source: str, edge_mm: float, mirror_mm: float | None = None
 ) -> tuple[ContourEngagement, Stock]:
     """Return the engagement of a piece that cuts with its corner alone, however steep it goes."""
     depth_mm, outer_mm, after = _beside(piece, stock, 0.0)
     _refuse_deeper(piece, depth_mm, edge_mm, source)
-    return engagement_rows(piece, depth_mm, outer_mm, source), after
+    return engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm), after
 
 
 def _refuse_farther(moves: Sequence[Move], source: str) -> None:

@@ -122,6 +122,21 @@ class Stock:
         return float(np.pi / 3 * np.sum(np.diff(whole.edges_mm)[first:] * (a * a + a * b + b * b)))
 
 
+def hollow_mm3(outer: Stock, inner: Stock, *, from_mm: float) -> float:
+    """Return the volume in front of z between two surfaces, mm³: none where the inner is larger.
+
+    So a bore that is longer than what a face has left.
+    """
+    edges = np.concatenate([outer.edges_mm, inner.edges_mm, [from_mm]])
+    around, bore = (one.divided(edges, cell_mm=float(np.ptp(edges))) for one in (outer, inner))
+    bore = replace(
+        bore,
+        low_mm=np.minimum(bore.low_mm, around.low_mm),
+        high_mm=np.minimum(bore.high_mm, around.high_mm),
+    )
+    return around.volume_mm3(from_mm=from_mm) - bore.volume_mm3(from_mm=from_mm)
+
+
 def bar(radius_mm: float, *, face_mm: float = 0.0) -> Stock:
     """Return a cylinder from its face towards the chuck.
 

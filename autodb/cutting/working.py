@@ -5,7 +5,7 @@ Each tool meets the stock as those before have left it, and has an engaged edge 
 - outside: as ``contour`` says;
 - boring: the same seen in a mirror, x' = C − x, in which the bore is turned from outside;
 - grooving and parting: the blade's front, as wide as there is stock before it: [z, z + w] where the
-  program states the corner towards the chuck;
+  program states the corner towards the chuck; in the mirror where it begins within the bore;
 - a thread: the two flanks of a V of 60°, each pass as deep as it is beyond the one before;
 - a drill on the axis: its whole width, where there is no hole yet.
 
@@ -30,7 +30,7 @@ from autodb.cutting.contour import (
     piece_ends_mm,
 )
 from autodb.cutting.pieces import Piece, pieces
-from autodb.cutting.stock import Stock
+from autodb.cutting.stock import Stock, hollow_mm3
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, Linear, Move, Point, Rapid
 from autodb.wording import phrase
@@ -82,9 +82,9 @@ class Work:
             self.bored,
             low_mm=MIRROR_MM - self.bored.low_mm,
             high_mm=MIRROR_MM - self.bored.high_mm,
-            behind_mm=0.0,
+            behind_mm=MIRROR_MM - self.bored.behind_mm,
         )
-        return self.outer.volume_mm3(from_mm=from_mm) - inner.volume_mm3(from_mm=from_mm)
+        return hollow_mm3(self.outer, inner, from_mm=from_mm)
 
 
 @dataclass(frozen=True)
@@ -237,29 +237,46 @@ def _grooving(
                 line=moves[0].line,
             )
         )
+    feeds = [move for move in moves if not isinstance(move, Rapid)]
+    bores = _in_bore(feeds, tool, work.bored)
+    stock = work.bored if bores else work.outer
     rows, wide = [], []
-    for move in moves:
-        if isinstance(move, Rapid):
-            continue
-        for piece in pieces(move, step_mm=step_mm):
-            found, width, outer = _plunged(piece, work.outer, tool, source)
+    for move in feeds:
+        for piece in pieces(_mirrored(move) if bores else move, step_mm=step_mm):
+            found, width, stock = _plunged(
+                piece, stock, tool, source, mirror_mm=MIRROR_MM if bores else None
+            )
             rows.append(found)
             wide.append(width)
-            work = replace(work, outer=outer)
-    return rows, wide, work
+    return rows, wide, replace(work, bored=stock) if bores else replace(work, outer=stock)
+
+
+def _in_bore(feeds: Sequence[Move], tool: WorkTool, bored: Stock) -> bool:
+    """Return whether a blade begins within the bore, where it first has stock beside it."""
+    for move in feeds:
+        cells = _under(tool, move.start.z_mm, bored)
+        seen_mm = np.maximum(bored.low_mm[cells], bored.high_mm[cells])
+        if seen_mm.size:
+            bore_mm = MIRROR_MM - float(seen_mm.max())
+            return bore_mm > TOUCH_MM and 0 <= move.start.x_mm < bore_mm + TOUCH_MM
+    return False
 
 
 def _plunged(
-    piece: Piece, stock: Stock, tool: WorkTool, source: str
+    piece: Piece, stock: Stock, tool: WorkTool, source: str, *, mirror_mm: float | None
 ) -> tuple[ContourEngagement, Array, Stock]:
-    """Return what a blade does on a piece of its way: in, or along with its side."""
+    """Return what a blade does on a piece of its way: in, or along with its side.
+
+    ``mirror_mm``: piece and stock are mirrored about this radius, in which a bore is an outside.
+    """
     width = tool.width_mm or 0.0
     if not piece.square:
         deep = int(np.argmin(piece.x_mm))
         below = _under(tool, float(piece.z_mm[deep]), stock)
         row, after = engaged_beside(
-            _seen_at_corner(piece, tool), stock, source=source, edge_mm=max(width, tool.edge_mm)
-        )
+            _seen_at_corner(piece, tool), stock, source=source, edge_mm=max(width, tool.edge_mm),
+            mirror_mm=mirror_mm,
+        )  # fmt: skip
         after = _lowered(after, below, float(piece.x_mm[deep]))
         return row, np.zeros(row.x_mm.size), after
     cells = _under(tool, float(piece.z_mm[0]), stock)
@@ -267,10 +284,11 @@ def _plunged(
     sizes = np.diff(stock.edges_mm)[cells]
     chip = (inside[None, :] > np.abs(piece.middle_x_mm)[:, None] + 1e-9) @ sizes
     inwards = piece.x_mm[-1] < piece.x_mm[0]
+    chip = np.where(piece.middle_x_mm > 0, chip, 0.0)  # beyond the axis all has been cut
     chip = chip if inwards else np.zeros_like(chip)
-    after = _lowered(stock, cells, abs(float(piece.x_mm[-1]))) if inwards else stock
+    after = _lowered(stock, cells, max(float(piece.x_mm[-1]), 0.0)) if inwards else stock
     outer = np.abs(piece.middle_x_mm)
-    return engagement_rows(piece, chip, outer, source), chip, after
+    return engagement_rows(piece, chip, outer, source, mirror_mm=mirror_mm), chip, after
 
 
 def _under(tool: WorkTool, z_mm: float, stock: Stock) -> slice:
