@@ -79,7 +79,9 @@ class JobProgram(Section):
     at ``stock_face_mm`` (0), or ``stock``: pairs of z (rising to the face, a z twice is a shoulder)
     and diameter, mm; behind the first the stock goes on; or ``block_mm``: lowest and
     highest x, y and z of a block, and the program is a mill's. ``units`` and ``diameter``: how the
-    program is read where it does not say; left out: as the machine file says. ``sha256``: of the
+    program is read where it does not say; left out: as the machine file says. ``feeds``: what those
+    of a lathe's count until the program says it, left out: a revolution, of LinuxCNC a minute.
+    ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
     what the program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what
@@ -99,6 +101,7 @@ class JobProgram(Section):
     ) = Field(default=None, exclude_if=is_none)
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
+    feeds: Literal["minute", "revolution"] | None = Field(default=None, exclude_if=is_none)
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)
@@ -121,6 +124,10 @@ class JobProgram(Section):
             )
         if self.block_mm is not None and self.cycle952:
             raise ValueError(phrase("cycle952 goes with a lathe's stock, and block_mm is a mill's"))
+        if self.block_mm is not None and self.feeds is not None:
+            raise ValueError(
+                phrase("feeds goes with a lathe's stock; a mill's count a minute until G95")
+            )
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:

@@ -116,18 +116,28 @@ def _tool_of(travel: ProgramMove, asked: JobProgram, source: str) -> ProgramTool
     """Return what a job states of a move's tool; raises UnusableInput where it states nothing."""
     name = travel.tool or OTHERS
     tool = asked.tools.get(name, asked.tools.get(name.lstrip("0"), asked.tools.get(OTHERS)))
-    if tool is None or tool.diameter_mm is None:
+    if tool is not None and tool.diameter_mm is not None:
+        return tool
+    if travel.tool is None:
         raise UnusableInput(
             phrase(
-                "{source}: line {line}: nothing is stated of tool '{name}'; state its kind, "
-                "diameter_mm and teeth as [program.tools.{name}] or [program.tools.{others}]",
+                "{source}: line {line}: the program calls no tool before this, and nothing is "
+                "stated of others; state kind, diameter_mm and teeth as [program.tools.{others}]",
                 source=source,
                 line=travel.line,
-                name=name,
                 others=OTHERS,
             )
         )
-    return tool
+    raise UnusableInput(
+        phrase(
+            "{source}: line {line}: nothing is stated of tool '{name}'; state its kind, "
+            "diameter_mm and teeth as [program.tools.{name}] or [program.tools.{others}]",
+            source=source,
+            line=travel.line,
+            name=name,
+            others=OTHERS,
+        )
+    )
 
 
 def _beside_mm(move: ProgramMove, asked: JobProgram, source: str) -> float:

@@ -19,7 +19,7 @@ from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import OTHERS, JobProgram, ProgramTool
 from autodb.files.job_cut import LEAST, MOST_CUT, MOST_PITCH_MM
-from autodb.forward.along import ProgramLine
+from autodb.forward.along import ProgramLine, first_lines
 from autodb.forward.line_parts import (
     CalledLine,
     Followed,
@@ -94,6 +94,7 @@ def follow(
     states.refuse_unused()
     for move in program.moves:
         _refuse_beyond(move, str(path))
+    _refuse_feeds(program.moves, str(path))
     moves, mirrored = above_axis(program.moves)
     done = _worked(moves, asked, str(path))
 
@@ -165,9 +166,7 @@ def _refuse_beyond(move: Move, source: str) -> None:
     stated = [(phrase("a place"), "mm", abs(place), 0.0, "x.position") for place in places]
     if not isinstance(move, Rapid):
         feed, speed = move.feed, move.speed
-        if isinstance(feed, PerRev):
-            _refuse_feed(move, feed.mm, source)
-        else:
+        if not isinstance(feed, PerRev):
             stated.append((phrase("a feed"), "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
         if isinstance(speed, CuttingSpeed):
             stated.append((phrase("a speed"), "m/min", speed.m_min, LEAST, "cutting.speed"))
@@ -191,22 +190,37 @@ def _refuse_beyond(move: Move, source: str) -> None:
             )
 
 
-def _refuse_feed(move: Move, mm_rev: float, source: str) -> None:
-    """Raise UnusableInput for a feed a revolution that is a slip of the unit."""
+def _refuse_feeds(moves: Sequence[Move], source: str) -> None:
+    """Raise UnusableInput for feeds a revolution that are a slip of the unit, all lines at once."""
+    beyond = [move for move in moves if _beyond_feed(move)]
+    if not beyond:
+        return
+    first = beyond[0]
+    assert not isinstance(first, Rapid)
+    said = phrase(
+        "{source}: line {line}: a feed of {mm_rev} mm/rev is beyond what a tool cuts "
+        'with; use {least} to {most}, or G94, G98 or feeds = "minute" of the job for mm/min',
+        source=source,
+        line=first.line,
+        mm_rev=localized(f"{first.feed.mm:g}"),
+        least=localized(f"{LEAST:g}"),
+        most=localized(f"{_most_feed(first):g}"),
+    )
+    others = [f"{line}" for line in dict.fromkeys(move.line for move in beyond)][1:]
+    if others:
+        said = phrase("{what} (so in line {lines})", what=said, lines=first_lines(others))
+    raise UnusableInput(said)
+
+
+def _beyond_feed(move: Move) -> bool:
+    if isinstance(move, Rapid) or not isinstance(move.feed, PerRev):
+        return False
+    return not LEAST <= move.feed.mm <= _most_feed(move)
+
+
+def _most_feed(move: Move) -> float:
     thread = isinstance(move, Linear) and move.thread
-    most = MOST_PITCH_MM if thread else MOST_CUT["turning_insert"]["feed_mm_rev"]
-    if not LEAST <= mm_rev <= most:
-        raise UnusableInput(
-            phrase(
-                "{source}: line {line}: a feed of {mm_rev} mm/rev is beyond what a tool cuts "
-                "with; use {least} to {most}, or G94 or G98 for mm/min",
-                source=source,
-                line=move.line,
-                mm_rev=localized(f"{mm_rev:g}"),
-                least=localized(f"{LEAST:g}"),
-                most=localized(f"{most:g}"),
-            )
-        )
+    return MOST_PITCH_MM if thread else MOST_CUT["turning_insert"]["feed_mm_rev"]
 
 
 def _lines(

@@ -29,9 +29,11 @@ class JobStates:
             face_mm=float(stock.edges_mm[-1]),
             bore_mm=0.5 * (self.asked.bore_diameter_mm or 0.0),
         )
+        feeds = self.asked.feeds
         return StatedOfProgram(
-            lambda name: self._tool(name).kind, self._blade, self._turning, reach
-        )
+            lambda name: self._tool(name).kind, self._blade, self._turning, reach,
+            None if feeds is None else feeds == "minute",
+        )  # fmt: skip
 
     def refuse_unused(self) -> None:
         """Raise UnusableInput for a call that is stated and that the program does not make."""

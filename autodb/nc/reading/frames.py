@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import radians
 
 from autodb.nc.reading.codes import MACHINE
+from autodb.nc.reading.controls import OF_FANUC
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import nothing_left
 from autodb.nc.reading.state import AXES, ProgramState, TurnedPlane, word_value
@@ -114,9 +115,16 @@ def turn_plane(state: ProgramState, values: Values, block: ProgramBlock) -> None
 def move_in_machine(
     state: ProgramState, codes: Mapping[str, Word], values: Values, block: ProgramBlock
 ) -> None:
-    """Move the axes that are named to machine coordinates: they are not known any more."""
+    """Move the axes that are named to machine coordinates: they are not known any more.
+
+    Fanuc's controls go there fast, whatever motion is in force (Series 0i-D, operator's manual
+    B-64304EN, machine coordinate system); others only with G0.
+    """
     word = next(codes[code] for code in codes if code in MACHINE or codes[code].code == "G75")
-    if word.code in {"G53", "SUPA"} and state.motion != "G0" and names_axis(values):
+    fast = state.motion == "G0" or (
+        state.control in OF_FANUC and not codes.keys() & {"G1", "G2", "G3"}
+    )
+    if word.code in {"G53", "SUPA"} and not fast and names_axis(values):
         raise block.refusal(word.text, "this cuts in machine coordinates; use it with G0")
     axes = [a for a in AXES if any(name in values for name in LETTERS[a])]
     if axes or word.code not in ("G53", "SUPA"):

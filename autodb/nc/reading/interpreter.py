@@ -328,7 +328,10 @@ class Interpreter:
             state.called = values["T"].written
         changes = "M6" in codes or "M61" in codes
         at_once = state.lathe and state.control is not LINUXCNC
-        tool = state.called if changes or at_once else state.tool
+        by_hand = "T" in values and not (at_once or state.changes_tools)
+        if by_hand:
+            state.note("no M6 changes a tool: the one that T names is taken to cut from there on")
+        tool = state.called if changes or at_once or by_hand else state.tool
         offset = next((code for code in codes if code in OFFSETS), state.offset)
         if state.control is SINUMERIK:
             refuse_axial_shift(codes, values, block)

@@ -62,7 +62,8 @@ class ProgramState:
     ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
     the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
-    None as places do; ``cycle``: that in force, with what it has ``taken``;
+    None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
+    with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
@@ -94,6 +95,7 @@ class ProgramState:
     stopped: int | None = None
     tool: str | None = None
     called: str | None = None
+    changes_tools: bool = True
     offset: str | None = None
     edge: str | None = None
     place: Places = field(default_factory=lambda: dict.fromkeys(AXES))

@@ -159,7 +159,10 @@ def carried_out(
     own = written is LINUXCNC and source.lower().endswith(".ngc")
     counts = not own if diameter is None else diameter
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
+    if stated.per_minute is not None:
+        state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
     state.highest_rpm = highest_rpm
+    state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))
     if written is SINUMERIK:
         values.of_all = _of_channel
@@ -184,6 +187,11 @@ def carried_out(
         source, written.name, moves, tuple(interpreter.stops),
         tuple(interpreter.rests), tuple(state.notes),
     )  # fmt: skip
+
+
+_CHANGES = re.compile(r"M0*61?(?![\d.])", re.IGNORECASE)
+"""M6 and M61, which change in the tool that T has named."""
+_REMARK = re.compile(r"\([^()\n]*\)|;.*")
 
 
 def _of_channel(name: str) -> bool:

@@ -52,13 +52,15 @@ class StatedOfProgram:
 
     ``kind_of`` a tool and ``blade_of`` it, None where nobody has stated it, as the program calls
     it; ``turning_of`` the call of CYCLE952 in a line; ``stock``, None where the program is read
-    without one.
+    without one; ``per_minute``: what feeds count until the program says it, None as the control
+    does.
     """
 
     kind_of: Callable[[str | None], str] = _outside
     blade_of: Callable[[str | None], Blade | None] = _no_blade
     turning_of: Callable[[int], StatedTurning | None] = _no_turning
     stock: StatedStock | None = None
+    per_minute: bool | None = None
 
 
 NOTHING_STATED = StatedOfProgram()
