@@ -67,11 +67,12 @@ def predict_job(
     program = followed_program(store, machine, job)
     with store.writing(machine) as session:
         owner = owner_named(session, machine)
-        if tool is not None:
-            known = known_of(session, owner, job.material, job.tool)
-            refuse_other_geometry(job.tool, known.tool.numbers, tool)
-            pair_id(session, job.material, job.tool, tool)
         known = known_of(session, owner, job.material, job.tool)
+        refuse_other_geometry(job.tool, known.tool.numbers, tool or {})
+        stated = {**_stated_of_mill(job, known.tool.numbers), **(tool or {})}
+        if tool is not None or stated:
+            pair_id(session, job.material, job.tool, stated)
+            known = known_of(session, owner, job.material, job.tool)
         basis = prediction_basis_of(session, owner, job.material, known)
         answer, states = _answer(basis, job, program)
         stored = models.Prediction(
@@ -105,8 +106,19 @@ def answer_job(
     with store.reading() as session:
         owner = owner_named(session, machine)
         known = known_of(session, owner, job.material, job.tool)
-        basis = prediction_basis_of(session, owner, job.material, known).with_tool(tool or {})
+        stated = {**_stated_of_mill(job, known.tool.numbers), **(tool or {})}
+        basis = prediction_basis_of(session, owner, job.material, known).with_tool(stated)
         return _answer(basis, job, program)[0]
+
+
+def _stated_of_mill(job: Job, known: Mapping[str, float]) -> dict[str, float]:
+    """Return what a job states of the one mill or drill of its program, and nobody said before."""
+    shapes = [] if job.program is None else list(job.program.tools.values())
+    if len(shapes) != 1 or shapes[0].diameter_mm is None:
+        return {}
+    names = ("diameter_mm", "teeth", "corner_radius_mm", "helix_deg")
+    stated = {name: getattr(shapes[0], name) for name in names if name not in known}
+    return {name: float(value) for name, value in stated.items() if value is not None}
 
 
 def followed_program(store: Store, machine: str, job: Job) -> "Followed | None":

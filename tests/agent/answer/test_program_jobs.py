@@ -382,3 +382,19 @@ def test_a_mill_s_program_meets_its_block(tmp_path: Path) -> None:
         assert same.peaks is not None
         ours, theirs = line.peaks.torque_N_m.value, same.peaks.torque_N_m.value
         assert_allclose(ours, theirs, rtol=0.01)
+
+
+def test_the_one_mill_of_a_program_is_the_job_s_tool(cli: Cli) -> None:
+    body = "G21 G90 G17\nS1000 M3\nG0 X-10 Y10 Z5\nG1 Z-2 F200\nX60\nM30\n"
+    Path("p.nc").write_text(body, encoding="utf-8")
+    job = 'name = "a"\nmaterial = "C45"\ntool = "T1"\n[program]\nfile = "p.nc"\n'
+    block = "block_mm = [0, 50, 0, 50, -10, 0]\n[program.tools.other]\n"
+    mill = 'kind = "end_mill"\ndiameter_mm = 10\nteeth = 4\n'
+    Path("job.toml").write_text(job + block + mill, encoding="utf-8")
+    cli("init")
+    cli("machine", "add", "m")
+    (line,) = json.loads(cli("predict", "job.toml", "--json").out)["cuts"]
+    asked = ("--operation", "slot", "--depth", 2, "--feed", 0.05, "--rpm", 1000)
+    same = json.loads(cli("lookup", "--material", "C45", "--tool", "T1", *asked, "--json").out)
+    ours, theirs = (one["peaks"]["torque_N_m"]["value"] for one in (line, same["cut"]))
+    assert_allclose(ours, theirs, rtol=0.01)
