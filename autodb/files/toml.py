@@ -95,6 +95,8 @@ def _parsed(path: Path, made_by: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except FileNotFoundError:
         raise no_such_file(path, made_by) from None
+    except IsADirectoryError:
+        raise UnusableInput(phrase("{file}: is a folder; give a file in it", file=path)) from None
     except RecursionError:
         raise UnusableInput(
             phrase("{file}: nested too deeply; use a few levels", file=path)

@@ -196,6 +196,10 @@ def test_a_package_is_whole_and_has_attribute_files(tmp_path: Path) -> None:
             assert str(error).startswith(f"{path}: ")
 
 
+def test_a_folder_is_no_tool_file(tmp_path: Path) -> None:
+    assert "is a folder; give a file in it" in _refusal(tmp_path)
+
+
 def test_a_package_larger_than_memory_is_refused(tmp_path: Path) -> None:
     with (
         zipfile.ZipFile(tmp_path / "a.zip", "w", zipfile.ZIP_DEFLATED) as package,
