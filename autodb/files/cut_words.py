@@ -1,9 +1,7 @@
 """Cuts as they are asked for, in words: what a form calls their numbers, and one line of each."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-from autodb.files.job import Job
 from autodb.files.job_cut import JobCut
 from autodb.wording import amount_words, listed, msgid, phrase, shop_amount
 
@@ -50,12 +48,3 @@ def cut_in_words(cut: JobCut) -> str:
         if value is not None
     ]
     return listed([phrase(cut.operation), *said])
-
-
-def job_in_words(job: Job) -> Iterator[str]:
-    """Yield what a job asks for, a line a cut, or one of its program."""
-    for number, cut in enumerate(job.cut, start=1):
-        name = cut.name or phrase("cut {number}", number=number)
-        yield phrase("{name}: {cut}", name=name, cut=cut_in_words(cut))
-    if job.program is not None:
-        yield phrase("program {file}", file=job.program.file)

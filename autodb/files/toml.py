@@ -57,12 +57,14 @@ class ReferenceValue(Section):
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def read_toml(path: Path, model: type[Model], *, made_by: str = "") -> Model:
-    """Read and check a TOML file; ``made_by``: how such a file is made, where there is none.
+def read_toml(path: Path, model: type[Model], *, made_by: str = "", called: str = "") -> Model:
+    """Read and check a TOML file.
 
+    ``made_by``: how such a file is made, where there is none; ``called``: what messages call it.
     Raises UnusableInput with file and all keys that are wrong, for an unknown one with near ones.
     """
-    return checked(_parsed(path, made_by), model, where=str(path))
+    where = called or str(path)
+    return checked(_parsed(path, where, made_by), model, where=where)
 
 
 def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model:
@@ -73,13 +75,13 @@ def checked(said: Mapping[str, Any], model: type[Model], *, where: str) -> Model
         raise UnusableInput(behind_name(where, _say(error, model))) from None
 
 
-def _parsed(path: Path, made_by: str) -> dict[str, Any]:
+def _parsed(path: Path, where: str, made_by: str) -> dict[str, Any]:
     try:
         if path.stat().st_size > LARGEST_MIB * 2**20:
             raise UnusableInput(
                 phrase(
                     "{file}: larger than {largest_mib} MiB; use a file of some kilobytes",
-                    file=path,
+                    file=where,
                     largest_mib=LARGEST_MIB,
                 )
             )
@@ -91,19 +93,19 @@ def _parsed(path: Path, made_by: str) -> dict[str, Any]:
                     number=number,
                     most_dots=MOST_DOTS,
                 )
-                raise UnusableInput(behind_name(path, said))
+                raise UnusableInput(behind_name(where, said))
         return tomllib.loads(text)
     except FileNotFoundError:
         raise no_such_file(path, made_by) from None
     except IsADirectoryError:
-        raise UnusableInput(phrase("{file}: is a folder; give a file in it", file=path)) from None
+        raise UnusableInput(phrase("{file}: is a folder; give a file in it", file=where)) from None
     except RecursionError:
         raise UnusableInput(
-            phrase("{file}: nested too deeply; use a few levels", file=path)
+            phrase("{file}: nested too deeply; use a few levels", file=where)
         ) from None
     except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits
         raise UnusableInput(
-            phrase("{file}: not a readable TOML file ({error})", file=path, error=error)
+            phrase("{file}: not a readable TOML file ({error})", file=where, error=error)
         ) from None
 
 

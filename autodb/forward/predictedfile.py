@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from itertools import chain
 
 from autodb.files import csvtext
-from autodb.files.cut_words import job_in_words
 from autodb.files.job import Job
+from autodb.files.job_words import job_in_words
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import cut_figures
 from autodb.forward.limits import (

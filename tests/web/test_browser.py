@@ -161,7 +161,7 @@ def test_a_mismatch_shows_its_recording(page: Page, site: Site) -> None:
 
 def test_a_job_is_planned_by_dropping_its_program(page: Page, sample_jobs: Path) -> None:
     page.goto(f"{MACHINE}/plan")
-    page.get_by_text("Or drop the NC program").click()
+    page.get_by_text("Or drop an NC program").click()
     page.get_by_label("Bar diameter").fill("60,0")
     page.get_by_label("Face of the bar").fill("2")
     page.get_by_label("Drop the program here").set_input_files(sample_jobs / "nc_profile/part.nc")
@@ -177,11 +177,61 @@ def test_a_program_that_cannot_be_read_is_said(
     path = tmp_path / "part.nc"
     path.write_text("G1 X what\n")
     page.goto(f"{MACHINE}/plan")
-    page.get_by_text("Or drop the NC program").click()
+    page.get_by_text("Or drop an NC program").click()
     page.get_by_label("Bar diameter").fill("60")
     page.get_by_label("Drop the program here").set_input_files(path)
     page.get_by_role("button", name="Predict the program").click()
     expect(page.locator("[data-program] [role=status]")).to_contain_text("part.nc", timeout=60_000)
+
+
+MILLED = """G21 G90 G17 (T9 in words)
+T3 M6
+S1000 M3
+G0 X-10 Y10 Z5
+G1 Z-2 F200
+X60
+M30
+"""
+
+
+def test_a_mill_s_program_is_planned_with_its_block_and_tools(page: Page, tmp_path: Path) -> None:
+    """Its tools are named from it; two of one name are refused before anything is sent."""
+    path = tmp_path / "plate.nc"
+    path.write_text(MILLED)
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop an NC program").click()
+    page.get_by_label("It is").select_option("block")
+    page.get_by_label("Drop the program here").set_input_files(path)
+    called = page.get_by_label("Number or name in the program")
+    expect(called).to_have_value("3")
+    for field, text in zip(
+        page.locator("[name=block_mm]").all(), ("0", "50", "0", "50", "-10,5", "0"), strict=True
+    ):
+        field.fill(text)
+    page.locator("[data-tools]").get_by_label("Diameter").fill("10")
+    page.get_by_label("Teeth").fill("4")
+    page.get_by_role("button", name="Add a tool").click()
+    called.nth(1).fill("3")
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.locator("[data-program] [role=status]")).to_contain_text("tool 3: stated twice")
+    page.get_by_role("button", name="Take out").nth(1).click()
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.get_by_role("row", name="line 6")).to_be_visible(timeout=60_000)
+    asked = page.locator("#of-program .on-paper").inner_text()
+    assert "a block: x 0 mm to 50 mm, y 0 mm to 50 mm, z -10.5 mm to 0 mm" in asked
+    assert "tool 3: end mill, diameter 10 mm, 4 teeth" in asked
+
+
+def test_a_job_file_beside_a_program_states_it(page: Page, sample_jobs: Path) -> None:
+    page.goto(f"{MACHINE}/plan")
+    page.get_by_text("Or drop an NC program").click()
+    folder = sample_jobs / "nc_profile"
+    page.get_by_label("Drop the program here").set_input_files(
+        [folder / "job.toml", folder / "part.nc"]
+    )
+    expect(page.get_by_label("Bar diameter")).to_be_disabled()
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.get_by_role("row", name="line 14")).to_be_visible(timeout=60_000)
 
 
 def test_lobes_are_drawn_of_typed_modes_and_of_a_file(page: Page, tmp_path: Path) -> None:
@@ -273,6 +323,7 @@ def test_what_is_pressed_is_large_enough_and_nothing_runs_off_the_screen(
     sign_in(page, site)
     for name, path in site.pages.items():
         _shown(page, path)
+        page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
         small = page.evaluate(
             """least => [...document.querySelectorAll(
               "button, input:not([type=hidden]), select, summary, nav a, td a, th a, .button, h2 a"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb import __version__
 from autodb.agent.answer.predicting import JobAnswer, Predicted
-from autodb.files.cut_words import job_in_words
+from autodb.files.job_words import job_in_words
 from autodb.files.machine import AxisLimits
 from autodb.forward.bending import bending_in_words
 from autodb.forward.cut_figures import CutFigures, JobTotals

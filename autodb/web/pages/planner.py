@@ -12,9 +12,10 @@ from autodb.agent.answer.predicting import JobAnswer, answer_of
 from autodb.agent.learn.usual_cut import usual_cut
 from autodb.agent.rows.machines import owner_named
 from autodb.errors import UnusableInput
-from autodb.files.cut_words import cut_in_words, job_in_words
+from autodb.files.cut_words import cut_in_words
 from autodb.files.job import Job
 from autodb.files.job_cut import JobCut
+from autodb.files.job_words import job_in_words
 from autodb.forward.bending import bending_in_words
 from autodb.forward.limits import standings_in_words
 from autodb.reports.amounts import number
@@ -28,10 +29,11 @@ from autodb.web.pages.cuts import (
     rewritten,
     stated_rows,
 )
+from autodb.web.pages.program_form import form_of_program
 from autodb.web.pages.reading import read_state
 from autodb.web.pages.typed import typed_as, written_cut
 from autodb.web.service import Reads, service_of
-from autodb.wording import phrase, shop_amount
+from autodb.wording import phrase
 
 router = APIRouter()
 NAME = "planned"
@@ -87,7 +89,7 @@ def planner(
         material=material or (known[0].material if known else ""),
         tool=tool or (known[0].tool if known else ""),
         **form_of_cuts(rows),
-        length_unit=shop_amount(1.0, "mm")[1],
+        **form_of_program(),
         said=said,
         **_answered(request, machine, answered),
         proposed=None if proposed is None else _proposed(proposed),

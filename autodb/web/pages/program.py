@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 
 from autodb.agent.rows.machines import owner_named
-from autodb.files.cut_words import job_in_words
+from autodb.files.job_words import job_in_words
 from autodb.reports.planned import predicted
 from autodb.web.html import piece
 from autodb.web.pages.planner import limits_shown, shown_cuts
@@ -28,7 +28,7 @@ async def of_program(
     typed: Annotated[str, Query(max_length=20)] = "",
 ) -> Response:
     """Answer with the piece of the planner that says what a program will take."""
-    answer = await predicted_program(request, machine, typed_as(typed).length)
+    answer = await predicted_program(request, machine, typed_as(typed).number)
     limits = read_state(request, lambda session: owner_named(session, machine).limits)
     heaviest = sorted(
         range(len(answer.cuts)),

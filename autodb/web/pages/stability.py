@@ -12,9 +12,9 @@ from starlette.datastructures import QueryParams
 from autodb.agent.answer.bounds.stable import StableCut
 from autodb.agent.answer.looking_up import PairReader
 from autodb.errors import UnusableInput
-from autodb.files.cut_words import job_in_words
 from autodb.files.job import Job
 from autodb.files.job_cut import JobCut
+from autodb.files.job_words import job_in_words
 from autodb.forward.stability.dynamics import AXES, SHARE, ModeSection, modes_in_words
 from autodb.reports.planned.lobes import shown_lobes
 from autodb.web.html import piece, service_page

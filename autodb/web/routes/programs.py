@@ -1,4 +1,4 @@
-"""Jobs whose cuts are a turning program, which is sent with them and read apart."""
+"""Jobs whose cuts are an NC program, which is sent with them and read apart."""
 
 import json
 import tempfile
@@ -14,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 from autodb.agent.answer.predicting import JobAnswer
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
+from autodb.files.toml import read_toml
 from autodb.files.units import typed_number
 from autodb.web.http.guard import BODY_MOST
 from autodb.web.http.problems import first_of, problems
@@ -26,8 +27,8 @@ from autodb.web.service import Reads, made_apart, service_of
 
 router = APIRouter()
 JOB, PROGRAM = "job", "program"
-STOCK = ("stock_diameter_mm", "stock_face_mm")
-"""Numbers of a program that a page sends as they were typed."""
+UNITS = {"_mm": "mm", "_deg": "deg", "stock": "mm", "teeth": "1"}
+"""Units of a program's numbers, by the ends of their keys: a page sends them as they were typed."""
 _EXAMPLE = {
     "name": "shaft", "material": "C45", "tool": "CNMG 120408",
     "program": {"stock_diameter_mm": 60.0},
@@ -43,14 +44,14 @@ _BODY = {
                     JOB: {
                         "type": "string",
                         "contentMediaType": "application/json",
-                        "description": "The job as its file says it, but in JSON; what its "
-                        "program is called is said by the file's own name.",
+                        "description": "The job as its file says it, in JSON, or the file itself "
+                        "(*.toml); what its program is called is said by the program's own name.",
                         "example": json.dumps(_EXAMPLE),
                     },
                     PROGRAM: {
                         "type": "string",
                         "format": "binary",
-                        "description": "The turning program.",
+                        "description": "The program.",
                     },
                 },
             }
@@ -61,7 +62,7 @@ _BODY = {
 
 @router.post(
     "/machines/{machine:path}/predict/program",
-    summary="Predict a job with a turning program",
+    summary="Predict a job with a program",
     response_model=JobAnswer,
     responses=problems(401, 404, 408, 413, 422, 429, 503),
     openapi_extra={"requestBody": _BODY},
@@ -76,11 +77,13 @@ async def predict_program(request: Request, _access: Reads, machine: MachineName
 
 
 async def predicted_program(
-    request: Request, machine: str, number: Callable[[str, str], float] = typed_number
+    request: Request,
+    machine: str,
+    number: Callable[[str, str, str], float] = lambda key, text, _unit: typed_number(key, text),
 ) -> JobAnswer:
     """Return what is predicted of the job and the program that a request brings.
 
-    ``number`` reads what was typed of the stock, by its key.
+    ``number`` reads what was typed of stock and tools: its key, the text, our unit.
 
     Raises HTTPException where too many are sent or read, UnusableInput where they cannot be used.
     """
@@ -98,7 +101,7 @@ async def predicted_program(
 
 
 def _task(
-    machine: str, parts: Mapping[str, SentPart], number: Callable[[str, str], float]
+    machine: str, parts: Mapping[str, SentPart], number: Callable[[str, str, str], float]
 ) -> ProgramToPredict:
     """Return what is to be predicted of what was sent; raises UnusableInput."""
     lacking = [field for field in (JOB, PROGRAM) if field not in parts]
@@ -108,26 +111,38 @@ def _task(
     folder = parts[PROGRAM].path.parent / "named"
     folder.mkdir()
     path = parts[PROGRAM].path.rename(folder / called)
-    return ProgramToPredict(machine, _job(parts[JOB].path.read_bytes(), called, number), path)
+    return ProgramToPredict(machine, _job(parts[JOB], called, number), path)
 
 
-def _job(text: bytes, called: str, number: Callable[[str, str], float]) -> Job:
+def _job(sent: SentPart, called: str, number: Callable[[str, str, str], float]) -> Job:
     """Return a job of which the program is called so; raises UnusableInput naming the key."""
+    if sent.called.lower().endswith(".toml"):
+        job = read_toml(sent.path, Job, called=safe(sent.called, JOB))
+    else:
+        job = _job_in_json(sent.path.read_bytes(), number)
+    if job.program is None:
+        raise UnusableInput(f"{JOB}: program: missing; send a job with its stock there")
+    program = job.program.model_copy(update={"file": called})
+    return job.model_copy(update={"program": program})
+
+
+def _job_in_json(text: bytes, number: Callable[[str, str, str], float]) -> Job:
     try:
         said = from_json(text)
         if isinstance(said, dict) and isinstance(said.get("program"), dict):
-            said["program"] = _numbers(said["program"], number) | {"file": called}
-        job = Job.model_validate(said)
+            said["program"] = {"file": PROGRAM} | _numbers(said["program"], number)
+        return Job.model_validate(said)
     except ValidationError as error:
         raise UnusableInput(f"{JOB}: {first_of(error.errors())}") from None
     except ValueError as error:
         raise UnusableInput(f"{JOB}: is not JSON ({error}); send a job's keys as JSON") from None
-    if job.program is None:
-        raise UnusableInput(f"{JOB}: program: missing; send a job with its stock there")
-    return job
 
 
-def _numbers(said: dict[str, Any], number: Callable[[str, str], float]) -> dict[str, Any]:
-    """Return what is said of a program, its stock in numbers where it was typed."""
-    typed = {key: text for key, text in said.items() if key in STOCK and isinstance(text, str)}
-    return said | {key: number(key, text) for key, text in typed.items()}
+def _numbers(said: Any, number: Callable[[str, str, str], float], key: str = "") -> Any:
+    """Return what is said of a program, with numbers where they were typed as texts."""
+    if isinstance(said, dict):
+        return {one: _numbers(value, number, one) for one, value in said.items()}
+    if isinstance(said, list):
+        return [_numbers(value, number, key) for value in said]
+    unit = next((unit for end, unit in UNITS.items() if key.endswith(end)), None)
+    return number(key, said, unit) if unit and isinstance(said, str) else said

@@ -42,6 +42,44 @@ def test_a_program_is_predicted_as_the_command_does(
     assert read_rows(Path("autodb.sqlite3")) == before
 
 
+MILLED = b"G21 G90 G17\nT3 M6\nS1000 M3\nG0 X-10 Y10 Z5\nG1 Z-2 F200\nX60\nM30\n"
+JOB = """name = "plate"
+material = "C45"
+tool = "T3"
+[program]
+file = "another.nc"
+block_mm = [0, 50, 0, 50, -10, 0]
+[program.tools.3]
+kind = "end_mill"
+diameter_mm = 10
+teeth = 4
+"""
+
+
+def test_a_job_is_sent_in_json_with_typed_numbers_or_as_its_file(url: str) -> None:
+    tool = {"kind": "end_mill", "diameter_mm": "10,0", "teeth": "4"}
+    block = ["0", "50", "0", "50", "-10,0", "0"]
+    said = {"name": "plate", "material": "C45", "tool": "T3"}
+    typed = json.dumps(said | {"program": {"block_mm": block, "tools": {"3": tool}}})
+    with serving(url) as client:
+        of_json, of_file, of_wrong = (
+            client.post(
+                PREDICT,
+                files={"job": job, "program": ("plate.nc", MILLED)},
+            )
+            for job in (
+                (None, typed.encode()),
+                ("job.toml", JOB.encode()),
+                ("job.toml", JOB.replace("block_mm", "blok_mm").encode()),
+            )
+        )
+    assert of_json.status_code == of_file.status_code == 200, (of_json.text, of_file.text)
+    assert of_json.json()["cuts"] == of_file.json()["cuts"] != []
+    assert of_file.json()["job"]["program"]["file"] == "plate.nc"
+    assert of_wrong.status_code == 422
+    assert detail(of_wrong).startswith("job.toml: program.blok_mm: unknown key"), detail(of_wrong)
+
+
 def _plain(value: Any) -> Any:
     return value.model_dump(mode="json") if hasattr(value, "model_dump") else vars(value)
 

@@ -163,15 +163,19 @@ const onDrop = (form, place, asked) => {
   const file = form.querySelector("[type=file]");
   const into = document.querySelector(place);
   const ask = () => {
-    const { address, parts } = asked(cuts, file.files[0]);
+    const status = form.querySelector("[role=status]");
     const sent = new FormData();
+    let address, parts;
+    try {
+      ({ address, parts } = asked(cuts, [...file.files]));
+    } catch (error) {
+      put(status, error.message);
+      status.className = "said";
+      return;
+    }
     Object.entries(parts).forEach(([key, part]) => sent.append(key, part));
     const headers = { "X-CSRF-Token": document.body.dataset.csrf };
-    askPiece(address, { method: "POST", body: sent, headers }, {
-      status: form.querySelector("[role=status]"),
-      into,
-      button: form.querySelector("button"),
-    });
+    askPiece(address, { method: "POST", body: sent, headers }, { status, into, button: form.querySelector("button:not([type])") });
   };
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -181,28 +185,16 @@ const onDrop = (form, place, asked) => {
   form.addEventListener("drop", (event) => {
     event.preventDefault();
     file.files = event.dataTransfer.files;
+    file.dispatchEvent(new Event("change"));
     if (form.reportValidity()) ask();
   });
 };
-
-// A program: with the pair and the bar.
-(() => {
-  const form = document.querySelector("[data-program]");
-  if (!form) return;
-  onDrop(form, "#of-program", (cuts, program) => {
-    const typed = (name) => form.elements[name].value;
-    const stock = { stock_diameter_mm: typed("stock_diameter_mm"), stock_face_mm: typed("stock_face_mm") };
-    const { material, tool } = cuts.elements;
-    const job = { name: program.name, material: material.value, tool: tool.value, program: stock };
-    return { address: form.dataset.program, parts: { job: JSON.stringify(job), program } };
-  });
-})();
 
 // A tool point: with the cuts, as they stand in their form.
 (() => {
   const form = document.querySelector("[data-dynamics]");
   if (!form) return;
-  onDrop(form, "#of-file", (cuts, dynamics) => {
+  onDrop(form, "#of-file", (cuts, [dynamics]) => {
     document.querySelector("#answer")?.remove();  // it was of the modes
     const query = new URLSearchParams(new FormData(cuts));
     return { address: `${form.dataset.dynamics}?${query}`, parts: { dynamics } };
@@ -256,6 +248,87 @@ const beginGroups = (place, title, add, begin = () => {}) => {
   beginGroups(cuts, "cut", document.querySelector("[data-add]"), (cut) => {
     cut.querySelector("[name=operation]").addEventListener("change", () => show(cut));
     show(cut);
+  });
+})();
+
+// A program: with the pair, the stock, its tools, and how it is read where it does not say it.
+(() => {
+  const form = document.querySelector("[data-program]");
+  if (!form) return;
+  const stated = form.querySelector("[data-stated]");
+  const { program: file, stock } = form.elements;
+  const tools = stated.querySelector("[data-tools]");
+  const keys = JSON.parse(tools.dataset.tools);
+  const groups = () => [...tools.querySelectorAll("fieldset")];
+  const allow = (label, has) => {
+    label.hidden = !has;
+    label.querySelector("input, select").disabled = !has;
+  };
+  const showTool = (group) => {
+    const kind = group.querySelector("[name=kind]");
+    [...kind.options].forEach((one) => {
+      one.hidden = one.disabled = !one.dataset.of.split(" ").includes(stock.value);
+    });
+    if (kind.selectedOptions[0].disabled) kind.value = [...kind.options].find((one) => !one.disabled).value;
+    group.querySelectorAll("[data-key]").forEach((label) =>
+      allow(label, (keys[kind.value] ?? []).includes(label.dataset.key)));
+  };
+  const show = () => {
+    stated.querySelectorAll("label[data-of]").forEach((label) => allow(label, label.dataset.of === stock.value));
+    groups().forEach(showTool);
+  };
+  const add = form.querySelector("[data-add-tool]");
+  beginGroups(tools, "tool", add, (group) => {
+    group.querySelector("[name=kind]").addEventListener("change", () => showTool(group));
+    showTool(group);
+  });
+  add.addEventListener("click", () => { groups().at(-1).querySelector("[name=called]").value = ""; });
+  stock.addEventListener("change", show);
+  show();
+
+  const isJob = (one) => one.name.toLowerCase().endsWith(".toml");
+  // The tools that a program calls, as long as nobody has stated one. A lathe's last two digits are an offset.
+  const callsOf = (text) => {
+    const words = text.replace(/\([^)]*\)|;.*/g, "").matchAll(/(?<![A-Z])T\s*(?:=\s*"([^"]+)"|=?\s*(\d+))/gi);
+    const called = [...words].map(([, name, digits]) =>
+      name ?? (stock.value === "bar" && digits.length > 2 ? digits.slice(0, -2) : digits).replace(/^0+/, ""));
+    return [...new Set(called)].filter(Boolean).slice(0, 30);
+  };
+  const nameTools = (calls) => {
+    const [first] = groups();
+    if (groups().length > 1 || first.querySelector("[name=called]").value) return;
+    calls.forEach((_, k) => { if (k) add.click(); });
+    groups().forEach((group, k) => { group.querySelector("[name=called]").value = calls[k] ?? ""; });
+  };
+  file.addEventListener("change", async () => {
+    const sent = [...file.files];
+    stated.disabled = sent.some(isJob);
+    const program = sent.find((one) => !isJob(one));
+    if (program && !stated.disabled) nameTools(callsOf(await program.text()));
+  });
+
+  const typed = (fields) => Object.fromEntries(fields
+    .filter((field) => !field.disabled && field.value.trim()).map((field) => [field.name, field.value.trim()]));
+  const fieldsOf = (part) => [...part.querySelectorAll("[name]")];
+  const said = () => {
+    const alone = fieldsOf(stated).filter((field) => field !== stock && !tools.contains(field));
+    const { block_mm: block, diameter, ...program } = typed(alone);
+    if (block) program.block_mm = alone.filter(({ name }) => name === "block_mm").map(({ value }) => value);
+    if (diameter) program.diameter = diameter === "true";
+    program.tools = {};
+    groups().map((group) => typed(fieldsOf(group))).forEach(({ called = "other", ...tool }) => {
+      if (!tool.kind) return;
+      if (called in program.tools) throw refusal(say("twice", { name: called }));
+      program.tools[called] = tool;
+    });
+    return program;
+  };
+  onDrop(form, "#of-program", (cuts, sent) => {
+    const program = sent.find((one) => !isJob(one)) ?? sent[0];
+    const { material, tool } = cuts.elements;
+    const job = sent.find(isJob) ?? JSON.stringify(
+      { name: program.name, material: material.value, tool: tool.value, program: said() });
+    return { address: form.dataset.program, parts: { job, program } };
   });
 })();
 
