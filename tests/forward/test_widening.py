@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from autodb.forward.limits import QUANTITIES
 from autodb.forward.prediction import Interval, Moment, PredictedCut
 from autodb.forward.widening import (
     GROWN,
+    HALF_LIFE,
     LIFE_S,
     UndecidedCuts,
     chance_as_old,
@@ -103,6 +105,23 @@ def test_cuts_of_either_kind_are_held_as_often_as_they_should_be() -> None:
         to_come = 900.0 * np.where(again, rng.normal(1.25, 0.05, 50), rng.normal(1.0, SD, 50))
         held.append(np.mean((to_come >= cut.force_y_N.low) & (to_come <= cut.force_y_N.high)))
     assert 0.93 < np.mean(held) < 0.985
+
+
+def test_ends_are_those_of_the_mixture() -> None:
+    """By the formulas of the module's text: a share of 2.5 % is below the low one."""
+    count, off = 40, -0.3
+    cuts = _undecided(
+        [0.0] * (count - 1) + [off], stated=[{SPEED: 200.0}] * count,
+        excluded=[False] * (count - 1) + [True],
+    )  # fmt: skip
+    (cut,) = cuts.widened([_predicted()], [{}])
+    weights = 2.0 ** (-np.arange(count)[::-1] / HALF_LIFE)
+    total = np.sum(weights)
+    chance = (weights[-1] + weights[-1] / total) / (total + 1.0)
+    force, sd = cut.force_y_N, SD * 900.0
+    own, other = norm.cdf(force.low, 900.0, sd), norm.cdf(force.low, (1.0 + off) * 900.0, sd)
+    assert (1.0 - chance) * own + chance * other == pytest.approx(0.025, rel=1e-3)
+    assert force.high == _predicted().force_y_N.high  # never inside of what was learnt
 
 
 def test_what_was_learnt_from_the_others_is_bent_too() -> None:
