@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting.turning import TURNED
 from autodb.errors import UnusableInput
 from autodb.files.checksums import checksum
 from autodb.files.job import JobProgram
@@ -26,6 +27,7 @@ than 0.1 % of what all steps give (a test)."""
 MOST_LINES = 300
 """Lines of a program beyond which neighbours are joined. Chosen: an answer that can be read, and
 some seconds to predict."""
+CONTOUR = "contour"
 ALIKE = 1e-6
 """Difference in mm, mm/rev, rpm or of a direction's cosine below which steps are alike."""
 
@@ -166,22 +168,39 @@ def lines_joined(
             if last == first
             else (f"lines {first} to {last}")
         )
-        operation = found.operations[int(found.operation[a])]
-        called = CalledLine(first, operation, name, found.tools[int(found.tool[a])])
+        called = CalledLine(first, _operation(found, a, b), name, found.tools[int(found.tool[a])])
         yield called, found.rows[found.begins[a] : found.begins[b]]
 
 
 def _parts(found: LineRows) -> Iterator[tuple[int, int]]:
-    """Yield from which line to which lines are one: neighbours of one operation and one tool."""
+    """Yield from which line to which lines are one: neighbours of one operation and one tool.
+
+    Where that leaves too many, as of a profile in very short lines, neighbours that turn, in
+    whatever direction, are one.
+    """
     count = len(found.number)
     many = -(-count // MOST_LINES)
-    changes = (np.diff(found.operation) != 0) | (np.diff(found.tool) != 0)
-    ends = [*(1 + np.flatnonzero(changes)).tolist(), count] if count else []
+    ends = _ends(found.operation, found.tool)
+    if len(ends) > MOST_LINES:
+        turns = np.array([name in TURNED for name in found.operations])
+        ends = _ends(np.where(turns[found.operation], -1, found.operation), found.tool)
     begin = 0
     for end in ends:
         for at in range(begin, end, many):
             yield at, min(at + many, end)
         begin = end
+
+
+def _ends(operation: NDArray[np.intp], tool: NDArray[np.intp]) -> list[int]:
+    """Return behind which lines (m,) runs of one operation and one tool end."""
+    changes = (np.diff(operation) != 0) | (np.diff(tool) != 0)
+    return [*(1 + np.flatnonzero(changes)).tolist(), len(operation)] if len(operation) else []
+
+
+def _operation(found: LineRows, a: int, b: int) -> str:
+    """Return what lines do together: turning in several directions is along a contour."""
+    done = set(found.operation[a:b].tolist())
+    return found.operations[done.pop()] if len(done) == 1 else CONTOUR
 
 
 def part_begins(columns: Array) -> NDArray[np.intp]:
