@@ -27,7 +27,7 @@ MOST_DOTS = 500
 class Section(BaseModel):
     """A part of a file: unknown keys are refused, values do not change."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 class ReferenceValue(Section):
