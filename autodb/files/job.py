@@ -155,7 +155,10 @@ class Job(Section):
     counts. ``bar``: the work, and ``shank``: the tool, as round bars that bend.
     """
 
-    model_config = ConfigDict(json_schema_extra=_either("cut", "program"))
+    model_config = ConfigDict(
+        json_schema_extra=_either("cut", "program"),
+        defer_build=False,  # a route's body: what reads it is made with the route
+    )
 
     name: str
     material: str
