@@ -126,11 +126,15 @@ def test_a_lower_limit_a_surer_change_and_a_faster_wear_end_a_life_earlier() -> 
 def test_limits_of_the_machine_count_and_the_first_to_end_is_said_first() -> None:
     posterior = worn_posterior()
     found = tool_life(
-        basis(posterior, spindle=AxisLimits(torque_N_m=60.0, power_W=5000.0)), job(ROUGH)
+        basis(posterior, spindle=AxisLimits(torque_N_m=60.0, power_W=5100.0)), job(ROUGH)
     )
     assert [one.channel for one in found.lives] == ["torque.spindle", "spindle.power"]
     assert (found.lives[0].minutes.value or 0.0) < (found.lives[1].minutes.value or np.inf)
     assert "passes 60 N·m" in found.lines[0]
+    both = basis(posterior, spindle=AxisLimits(torque_N_m=60.0, power_W=5000.0))  # at 83.33 rad/s
+    assert [one.channel for one in tool_life(both, job(ROUGH)).lives] == [
+        "torque.spindle", "spindle.power",
+    ]  # fmt: skip
 
 
 def test_beyond_what_was_seen_is_said_and_not_searched_for_ever() -> None:

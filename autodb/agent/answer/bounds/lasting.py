@@ -284,9 +284,9 @@ def _lives(
 
 
 def life_rank(one: EdgeLife) -> tuple[float, float]:
-    """Return by what lives are sorted: the shortest first."""
+    """Return by what lives are sorted: the shortest first; equal ones may differ by a rounding."""
     ends = one.minutes.value, one.minutes.low
-    first, second = (np.inf if end is None else end for end in ends)
+    first, second = (np.inf if end is None else float(f"{end:.9g}") for end in ends)
     return first, second
 
 
