@@ -22,7 +22,7 @@ from autodb.agent.answer.prediction_basis import (
 from autodb.agent.answer.undecided_causes import open_causes
 from autodb.agent.learn.known import Behind, KnownPair, known_of
 from autodb.agent.matching.past_predictions import width_of_next
-from autodb.agent.rows.catalogue import GEOMETRY
+from autodb.agent.rows.catalogue import GEOMETRY, geometry_known
 from autodb.agent.rows.machines import owner_named
 from autodb.agent.rows.posteriors import LAW, posterior_of
 from autodb.errors import UnusableInput, near_words
@@ -80,7 +80,9 @@ class PairReader:
         others = others_of(self._session, number)
         width = width_of_next(self._session, self._owner.id, (material, tool), learnt=True)
         waiting = open_causes(self._session, number)
-        return Stamp(number, others, _numbers(geometry), self._owner.limits, width, waiting)
+        return Stamp(
+            number, others, geometry_known(tool, geometry), self._owner.limits, width, waiting
+        )
 
     def known(self, material: str, tool: str) -> KnownPair:
         """Return what the database holds of the machine's pair, learnt or not.
@@ -129,14 +131,8 @@ def _as_known(row: Row[Any], tool: str) -> KnownPair:
     number, version, cuts, started_from, *rest = tuple[Any, ...](row)
     kept: list[Any] = [None if text is None else from_json(text) for text in rest[: len(_JSON)]]
     posterior = posterior_of(*kept, cuts=cuts)
-    called = ToolOf(tool, _numbers(rest[len(_JSON) :]))
+    called = ToolOf(tool, geometry_known(tool, rest[len(_JSON) :]))
     return KnownPair(posterior, called, Behind(number, version, cuts, started_from), None)
-
-
-def _numbers(geometry: Sequence[float | None]) -> dict[str, float]:
-    """Return what is known of a tool's geometry, by name."""
-    named = zip(GEOMETRY, geometry, strict=True)
-    return {name: value for name, value in named if value is not None}
 
 
 def _usual(table: Any) -> Sequence[ColumnElement[bool]]:

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.rows.catalogue import geometry_known, numbers_of
 from autodb.agent.rows.machines import Owner
 from autodb.agent.rows.posteriors import LAW, as_posterior, latest
 from autodb.errors import UnusableInput
-from autodb.files.tool_sources.designations import geometry_of_code
 from autodb.forward.prediction import ToolOf
 from autodb.pairs.posterior import PairPosterior
 from autodb.store import models
@@ -56,8 +55,7 @@ def known_of(session: Session, owner: Owner, material: str, tool: str) -> KnownP
     Raises UnusableInput where the pair was learnt under an earlier law only.
     """
     its_tool = session.scalar(select(models.Tool).where(models.Tool.name == tool))
-    stated = numbers_of(its_tool) if its_tool is not None else {}
-    called = ToolOf(tool, {**geometry_of_code(tool), **stated})
+    called = ToolOf(tool, geometry_known(tool) if its_tool is None else numbers_of(its_tool))
     pair = _pair(session, material, tool)
     row = latest(session, owner.id, pair.id) if pair is not None else None
     if row is not None:

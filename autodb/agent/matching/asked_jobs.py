@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.agent.learn.starting import start_of
-from autodb.agent.rows.catalogue import numbers_of
+from autodb.agent.rows.catalogue import geometry_known, numbers_of
 from autodb.agent.rows.posteriors import as_posterior, chain_ids
 from autodb.agent.rows.recorded_edges import recorded_conditions
 from autodb.agent.rows.sensed_forces import operation_of
@@ -114,7 +114,7 @@ class AskedCuts:
         self.row = session.get_one(models.Prediction, prediction)
         tool = self.row.job["tool"]
         its = session.scalar(select(models.Tool).where(models.Tool.name == tool))
-        self._tool = ToolOf(tool, numbers_of(its) if its is not None else {})
+        self._tool = ToolOf(tool, geometry_known(tool) if its is None else numbers_of(its))
         stated = [JobCut.model_validate(one) for one in self.row.job.get("cut", ())]
         self.cuts = [
             self._of_cut(cut, answer) for cut, answer in zip(stated, self.row.cuts, strict=False)

@@ -1,12 +1,13 @@
 """What all machines share: materials, tools and their pairs, added once whoever is first."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from autodb.errors import UnusableInput
+from autodb.files.tool_sources.designations import geometry_of_code
 from autodb.store import lock_catalogue, models
 from autodb.wording import localized, phrase
 
@@ -62,8 +63,13 @@ def pair_id(session: Session, material: str, tool: str, stated: Mapping[str, Any
 
 def numbers_of(tool: models.Tool) -> dict[str, float]:
     """Return what is known of a tool's geometry, by name."""
-    known = {name: getattr(tool, name) for name in GEOMETRY}
-    return {name: value for name, value in known.items() if value is not None}
+    return geometry_known(tool.name, [getattr(tool, name) for name in GEOMETRY])
+
+
+def geometry_known(tool: str, stated: Sequence[float | None] = ()) -> dict[str, float]:
+    """Return what is known of a tool's geometry, by name: stated, by GEOMETRY, or by its code."""
+    named = zip(GEOMETRY, stated, strict=False)
+    return geometry_of_code(tool) | {name: value for name, value in named if value is not None}
 
 
 def refuse_other_geometry(

@@ -1,5 +1,6 @@
 """`import`: recordings, cut tables and material cards on their way into the database."""
 
+import shlex
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -149,8 +150,9 @@ def _lines(file: Path, done: "Imported") -> "Iterator[str]":
     if done.unpaired:
         yield phrase(
             "{file}: nothing is learnt of {count} cuts that say no work material or no tool: state "
-            "[recording] work and [tool] name in {side}, then: autodb import {file} --again",
-            file=file.name, count=done.unpaired, side=file.with_suffix(".toml").name
+            "[recording] work and [tool] name in {side}, then: autodb import {again} --again",
+            file=file.name, again=shlex.quote(file.name), count=done.unpaired,
+            side=file.with_suffix(".toml").name
         )  # fmt: skip
     for sentence in done.timing:
         yield phrase("{file}: time: {what}", file=file.name, what=said_again(sentence))

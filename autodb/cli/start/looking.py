@@ -1,5 +1,6 @@
 """`look`: what an unknown file is, and which of its columns may be which channel."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -57,7 +58,7 @@ def look_command(file: AnyFile, write: Write = False, json: Json = False) -> Non
             phrase(
                 "written: {target}; check it, then: autodb import {file}",
                 target=target.name,
-                file=file.name,
+                file=shlex.quote(file.name),
             )
         )
 

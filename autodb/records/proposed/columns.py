@@ -8,6 +8,7 @@ import numpy as np
 
 from autodb.errors import UnusableInput
 from autodb.files.channels import is_channel
+from autodb.files.operation_words import suggested_operation
 from autodb.files.side import Operation
 from autodb.readers import ColumnSet
 from autodb.records.proposed.cut_names import has_unit_of, of_a_cut
@@ -56,7 +57,7 @@ def propose_channels(base: ColumnSet) -> ProposedBase:
         for row in range(min(3, rows))
     )
     if _are_cuts(base.columns, rows, numbers):
-        found = tuple(with_told_units(_cut_columns(base, numbers), numbers))
+        found = tuple(with_told_units(_cut_columns(base, numbers, texts), numbers))
         column = next((one.column for one in found if one.channel == "operation"), "")
         channels = {one.channel for one in found}
         odd = dict.fromkeys(v for v in texts.get(column, ()) if v and v not in get_args(Operation))
@@ -134,7 +135,9 @@ def _are_cuts(names: Sequence[str], rows: int, numbers: Mapping[str, Array]) -> 
     return rows <= MOST_CUTS and len(conditions) >= 2 and not timed
 
 
-def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[ChannelProposal]:
+def _cut_columns(
+    base: ColumnSet, numbers: Mapping[str, Array], texts: Mapping[str, Sequence[str]]
+) -> Iterator[ChannelProposal]:
     taken: set[str] = set()
     for name in base.columns:
         channel = of_a_cut(name) or ("t" if is_time(name) else "") or _current_of_cut(name)
@@ -151,9 +154,18 @@ def _cut_columns(base: ColumnSet, numbers: Mapping[str, Array]) -> Iterator[Chan
             continue
         taken.add(channel)
         yield ChannelProposal(name, channel, unit, why)
+    if "operation" not in taken:
+        told = (name for name, values in texts.items() if _all_operations(values))
+        if (name := next(told, None)) is not None:
+            yield ChannelProposal(name, "operation", "", phrase("its words are operations"))
     if "cut" not in taken:
         why = phrase("rows are counted: no column numbers them")
         yield ChannelProposal("*", "cut", "", why)
+
+
+def _all_operations(values: Sequence[str]) -> bool:
+    said = {value for value in values if value}
+    return bool(said) and all(suggested_operation(value) for value in said)
 
 
 def _current_of_cut(name: str) -> str:

@@ -15,13 +15,19 @@ _CUTS: dict[str, tuple[str, ...]] = {
         *("cut", "run", "runorder", "schnitt", "versuch", "coupe", "essai", "prova", "ensayo"),
         *("exp", "experiment", "test", "trial", "sample", "s", "sl", "sr", "lfd", *_NUMBERING),
     ),
-    "operation": ("operation", "bearbeitung", "opération", "lavorazione", "operación", "cycle"),
+    "operation": (
+        *("operation", "bearbeitung", "opération", "lavorazione", "operación", "cycle"),
+        *("verfahren", "arbeitsgang", "bearbeitungsart", "fertigungsverfahren"),
+    ),
     "work.material": (
         *("material", "werkstoff", "matériau", "matière", "materiale", "stoff"),
         *("workmaterial", "workpiecematerial"),
     ),
     "tool": ("tool", "werkzeug", "outil", "utensile", "herramienta"),
-    "work.diameter": ("diameter", "durchmesser", "diamètre", "diametro", "diámetro", "od"),
+    "work.diameter": (
+        *("diameter", "durchmesser", "diamètre", "diametro", "diámetro", "od", "ø", "⌀", "dia"),
+        *("workdiameter", "workpiecediameter", "werkstückdurchmesser", "rohdurchmesser"),
+    ),
     "spindle.speed": ("drehzahl", "rpm", "n", "spindlespeed", "giri", "revoluciones"),
     "cutting.speed": (
         *("vc", "schnittgeschwindigkeit", "cuttingspeed", "vcm", "vitessedecoupe"),
@@ -86,6 +92,8 @@ def of_a_cut(name: str) -> str:
     ('cutting.feed', 'cutting.depth', 'force.y', '')
     >>> of_a_cut("Fz"), of_a_cut("fz"), of_a_cut("Feed force (N)"), of_a_cut("tool life")
     ('force.z', 'cutting.feed', 'force.z', '')
+    >>> of_a_cut("Ø [mm]"), of_a_cut("Verfahren")
+    ('work.diameter', 'operation')
     """
     if is_channel(name):
         return name

@@ -27,8 +27,8 @@ def missing_of_cuts(channels: Collection[str]) -> Iterator[str]:
         yield phrase("calibrate: a measured force (force.x, force.y, force.z), or standard cuts")
     if not any(".current" in channel for channel in channels):
         yield phrase("calibrate: a current of the axis (z.current.range, spindle.current.range)")
-    pair = {"work.material", "tool", "operation"} - {*channels}
-    conditions = {"cutting.feed", "cutting.depth"} - {*channels}
-    if pair or conditions:
-        lacking = ", ".join(sorted(pair | conditions))
-        yield phrase("refresh and predict: {channels}", channels=lacking)
+    lacking = {"work.material", "tool", "cutting.feed", "cutting.depth"} - {*channels}
+    if lacking:
+        yield phrase("refresh and predict: {channels}", channels=", ".join(sorted(lacking)))
+    if "operation" not in channels:
+        yield phrase("what is not turned: operation; without it all cuts count as turned")

@@ -109,6 +109,23 @@ def test_the_table_of_the_failures_is_learnt_and_its_card_is_within_its_bounds(c
     assert float(card["m_c_lower"]) < 0.079 < float(card["m_c_upper"])
 
 
+def test_the_code_of_a_tool_says_its_nose_in_what_is_learnt_too(cli: Cli) -> None:
+    """Without cuts of the pair it did; with cuts a nose of 0.8 ± 0.78 mm was assumed."""
+    table = (
+        "cut,work.material,tool,work.diameter,cutting.speed,cutting.feed,cutting.depth,force.y\n"
+    )
+    rows = [
+        f"{k},C45,CNMG 120408,60,120,{feed},1.5,{2800 * feed + 60}"
+        for k, feed in ((1, 0.1), (2, 0.2), (3, 0.3))
+    ]
+    Path("cuts.csv").write_text(table + "\n".join(rows) + "\n", encoding="utf-8")
+    assert "3 forces measured" in _learnt(cli, Path("cuts.csv"))
+    asked = ("--material", "C45", "--tool", "CNMG 120408", "--depth", 1.5, "--feed", 0.2)
+    said = _done(cli, "lookup", "--machine", "lathe", *asked, "--speed", 120, "--diameter", 60)
+    assert "behind it: 3 cuts" in said
+    assert "assumed for CNMG 120408, because it is not stated: kappa_deg" in said
+
+
 @pytest.fixture
 def set_up(cli: Cli, once: Once) -> Cli:
     """Return the command line on a lathe that has learnt the cuts of its setting up."""

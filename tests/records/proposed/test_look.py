@@ -180,6 +180,24 @@ def test_a_table_of_cuts_and_its_units(cli: Cli, tmp_path: Path) -> None:
     assert records.read(path).texts["operation"] == ["turn"] * 8
 
 
+def test_a_german_table_says_its_operation_and_its_diameter(cli: Cli, tmp_path: Path) -> None:
+    """The one by its words, the other by its sign; the next command can be copied."""
+    path = tmp_path / "Versuche März.csv"
+    path.write_text(
+        "Nr.;Art;Werkstoff;Werkzeug;Ø [mm];vc [m/min];f [mm/U];ap [mm];Fc [N]\n"
+        "1;Längsdrehen;C45;CNMG 120408;60;100;0,1;1,5;320\n"
+        "2;Plandrehen;C45;CNMG 120408;60;100;0,2;1,5;590\n",
+        "utf-8",
+    )
+    done = cli("look", path, "--write").out
+    assert "missing for what is not turned" not in done
+    assert "autodb import 'Versuche März.csv'" in done
+    assert cli("import", path).code == 0
+    read = records.read(path)
+    assert read.texts["operation"] == ["turn", "face"]
+    assert read.channels["work.diameter"].tolist() == [60.0, 60.0]
+
+
 @pytest.mark.skipif(
     not (SHARED / "data" / "emps").is_dir(), reason="the public recording is not there"
 )
