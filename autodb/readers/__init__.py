@@ -45,6 +45,9 @@ def reader_of(path: Path) -> str:
     if not path.exists():
         raise no_such_file(path)
     reader = READERS.get(path.suffix.lower())
+    if path.suffix.lower() == ".toml":
+        said = phrase("{file}: a side file; give the recording that it stands beside", file=path)
+        raise UnusableInput(said)
     if reader is None:
         raise UnusableInput(UNKNOWN_KIND.format(file=path, kinds=", ".join(READERS)))
     return reader

@@ -98,6 +98,7 @@ FILES = (
     ),
     Case("damaged number", LOOK, text("moves.csv", "t,x.position", "0,1", "1,1e300", "2,3")),
     Case("unknown kind of file", "autodb import moves.doc", text("moves.doc", "t")),
+    Case("a side file alone", "autodb import moves.toml", text("moves.toml", "[tool]")),
     Case("no such file", LOOK, lambda folder: folder),
     Case("a folder", "autodb import moves", lambda folder: (folder / "moves").mkdir()),
     Case("no permission", LOOK, locked, as_nobody=True),
