@@ -116,26 +116,6 @@ def test_steps_that_are_joined_give_the_means_of_all(
                 assert_allclose(_ends(getattr(ours, name)), _ends(getattr(theirs, name)), atol=atol)
 
 
-def test_short_lines_that_turn_this_way_and_that_are_joined_along_a_contour(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A profile of steps and cones: hundreds of lines are as many rows, or a few; work is equal."""
-    steps = [f"X{50 + 0.2 * k:g} Z{-2 * k - 1}\nZ{-2 * k - 2}\n" for k in range(10)]
-    body = "G0 X50 Z1\nG1 Z0 F.2\n" + "".join(steps)
-    alone = _follow(tmp_path, body)
-    monkeypatch.setattr(line_parts, "MOST_LINES", 5)
-    few = _follow(tmp_path, body)
-    assert {line.operation for line in alone.lines} == {"taper", "turn"}
-    assert [line.operation for line in few.lines] == ["contour"] * 5
-    assert few.lines[0].name == "lines 4 to 7"
-    assert_allclose(few.cutting_s, alone.cutting_s, rtol=1e-12)
-    worked = [
-        sum(cut.power_W.value * line.time_s.sum() for cut, line in zip(cuts, lines, strict=True))
-        for cuts, lines in ((_predict(few), few.lines), (_predict(alone), alone.lines))
-    ]
-    assert_allclose(*worked, rtol=JOINED)
-
-
 def test_the_time_is_that_of_the_way_in_the_stock(tmp_path: Path) -> None:
     found = _follow(tmp_path, "G0 X56 Z2\nG1 Z-30 F.2\nX64\n")
     assert [line.name for line in found.lines] == ["line 3: G1 Z-30 F.2"]
