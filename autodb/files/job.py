@@ -148,6 +148,9 @@ class JobProgram(Section):
         return self
 
 
+Named = Annotated[str, Field(min_length=1)]
+
+
 class Job(Section):
     """A job: material, tool, and its cuts in order or the program that makes them.
 
@@ -161,8 +164,8 @@ class Job(Section):
     )
 
     name: str
-    material: str
-    tool: str
+    material: Named
+    tool: Named
     lot: str | None = Field(default=None, exclude_if=is_none)
     bar: BarSection | None = Field(default=None, exclude_if=is_none)
     shank: BarSection | None = Field(default=None, exclude_if=is_none)

@@ -22,6 +22,8 @@ def mistake_words(mistake: Mapping[str, Any]) -> Worded:
     kind, context = str(mistake["type"]), mistake.get("ctx", {})
     if kind == "missing":
         return phrase("is missing")
+    if kind == "string_too_short":
+        return phrase("is empty")
     for ending, must in KINDS.items():
         if kind.startswith(ending):
             return phrase("{must}, not {value}", must=must(context), value=_shown(mistake["input"]))

@@ -230,6 +230,12 @@ def test_a_job_file_beside_a_program_states_it(page: Page, sample_jobs: Path) ->
         [folder / "job.toml", folder / "part.nc"]
     )
     expect(page.get_by_label("Bar diameter")).to_be_disabled()
+    page.get_by_label("Drop the program here").set_input_files(folder / "job.toml")
+    page.get_by_role("button", name="Predict the program").click()
+    expect(page.locator("[data-program] [role=status]")).to_contain_text("drop one program")
+    page.get_by_label("Drop the program here").set_input_files(
+        [folder / "part.nc", folder / "job.toml"]
+    )
     page.get_by_role("button", name="Predict the program").click()
     expect(page.get_by_role("row", name="line 14")).to_be_visible(timeout=60_000)
 

@@ -101,6 +101,13 @@ def _plain(value: Any) -> Any:
         ),
         (
             {
+                "job": (None, b'{"name": "a", "material": "", "tool": "c", "program": {}}'),
+                "program": ("a.nc", b"G0"),
+            },
+            "job: material: is empty",
+        ),
+        (
+            {
                 "job": (
                     None,
                     b'{"name": "a", "material": "b", "tool": "c", "cut": [{"depth_mm": 1, '

@@ -324,8 +324,10 @@ const beginGroups = (place, title, add, begin = () => {}) => {
     return program;
   };
   onDrop(form, "#of-program", (cuts, sent) => {
-    const program = sent.find((one) => !isJob(one)) ?? sent[0];
+    const [program, ...others] = sent.filter((one) => !isJob(one));
+    if (!program || others.length) throw refusal(say("program"));
     const { material, tool } = cuts.elements;
+    if (!sent.some(isJob) && ![material, tool].every((field) => field.reportValidity())) throw refusal("");
     const job = sent.find(isJob) ?? JSON.stringify(
       { name: program.name, material: material.value, tool: tool.value, program: said() });
     return { address: form.dataset.program, parts: { job, program } };
