@@ -194,16 +194,21 @@ def cli(
 
 
 def learn_by_one_law(patch: pytest.MonkeyPatch) -> None:
-    """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time.
+    """Have the agent learn pairs by the law that is near alone, which takes a quarter of the time,
+    and wear by fewer bends.
 
     For tests that ask what becomes of cuts and versions, not how well they are learnt: that laws
-    near and far off are averaged is asked of sample jobs, pages, and in tests/pairs.
+    near and far off are averaged, and all bends tried, is asked of sample jobs, pages, and in
+    tests/pairs.
     """
     from autodb.agent.learn import learning, states
+    from autodb.pairs import worn
     from autodb.pairs.updating import posterior_of_readings
 
     for room in (learning, states):
         patch.setattr(room, "learn_averaging", posterior_of_readings)
+    patch.setattr(worn, "POWERS", worn.POWERS[::2])
+    patch.setattr(worn, "BETWEEN", worn.BETWEEN[1:2])
 
 
 @pytest.fixture

@@ -107,7 +107,7 @@ def test_what_is_no_recording_is_not_read_as_its_side_file(
     cli("init")
     cli("machine", "add", "lathe-1")
     job = sample_jobs / "stepped_shaft" / "job.toml"
-    assert "unknown kind of file" in refused("import", job, "--machine", "lathe-1")
+    assert "a side file; give the recording" in refused("import", job, "--machine", "lathe-1")
 
 
 def test_usage_errors_exit_with_2(cli: Cli) -> None:
