@@ -34,7 +34,7 @@ from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import columns_side_by_side
-from autodb.explain.engine.plain.rows import OWN_SD
+from autodb.explain.engine.prior import OWN_SD
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
