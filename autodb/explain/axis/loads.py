@@ -1,6 +1,7 @@
 """Candidates that load an axis."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -140,9 +141,14 @@ def _monotone(cubic: Array) -> bool:
 
 
 def swings_behind(s: AxisSignals) -> list[Candidate]:
-    """Return the load that swings behind the motor on a springy drive train, where rows show it."""
-    shown = [hz for hz in SWINGS_HZ if hz * s.scales.step_s < SWINGS_A_ROW]
-    return [swing(s, shown)] if shown else []
+    """Return the load that swings behind the motor on a springy drive train, where rows show it.
+
+    Of an acceleration that was derived with a filter, nothing swings above its cutoff: there the
+    law is what the filter took of a mass.
+    """
+    rows = [hz for hz in SWINGS_HZ if hz * s.scales.step_s < SWINGS_A_ROW]
+    shown = [hz for hz in rows if hz < s.cutoff_hz]
+    return [replace(swing(s, shown), detail=lambda: _swinging(s, rows[::2]))] if shown else []
 
 
 def swing(s: AxisSignals, frequencies_hz: Sequence[float]) -> Candidate:
@@ -160,9 +166,14 @@ def swing(s: AxisSignals, frequencies_hz: Sequence[float]) -> Candidate:
     )
     return Candidate(
         "compliance", "compliance", tuple(forms), (s.channel("acceleration"),),
-        detail=lambda: np.column_stack([law(f, 0.1) for f in frequencies_hz[::2]]),
+        detail=lambda: _swinging(s, frequencies_hz[::2]),
         mistaken=lambda: otherwise_smoothed(s),
     )  # fmt: skip
+
+
+def _swinging(s: AxisSignals, frequencies_hz: Sequence[float]) -> Array:
+    swings = partial(compliance, s.acceleration, s.t_s, damping=0.1)
+    return np.column_stack([swings(frequency_hz=hz) for hz in frequencies_hz])
 
 
 def otherwise_smoothed(s: AxisSignals) -> Array:

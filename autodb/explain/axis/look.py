@@ -34,7 +34,7 @@ from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
 from autodb.explain.engine.normal import columns_side_by_side
-from autodb.explain.engine.plain.rows import OWN_SD
+from autodb.explain.engine.prior import OWN_SD
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
@@ -119,8 +119,8 @@ def explain_axis(
     trace = replace(trace, considered=_considered(inquiry))
     read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
     shown = [_predicting(reading, trace) for reading in read]
-    fit, reading = min(shown, key=lambda one: one[0].heldout_after)
-    if fit.heldout_after > fit.heldout_before:
+    fit, reading = min(shown, key=lambda one: _error(one[0]))
+    if _error(fit) > fit.heldout_before:
         return _nothing(fit, unit), trace
     return _answer(reading, fit, trace, recording)
 
@@ -161,18 +161,43 @@ def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, 
     own terms that are free: without their change, which slow noise may hide, it makes no sense.
     """
     fit, exact = _quality(reading, trace), False
+    if fit.rms_after > fit.rms_before:
+        plain = replace(reading, noise=reading.inquiry.plain_noise)
+        fit, reading = _better(fit, reading, plain, trace)
     ways = [(True, False)] if reading.fitted.deviates else []
     every = len(reading.fitted.retuned) == len(reading.bench.own)
     for without, free in [*ways, *([] if every else [(False, True)])]:
-        fitted = fit_white_rows(
-            reading.bench, reading.choices, reading.noise, reading.inquiry.founded,
-            exact=exact or without, free=free,
-        )  # fmt: skip
-        other = replace(reading, fitted=fitted)
-        its = _quality(other, trace)
-        if its.heldout_after * WORSE < fit.heldout_after:
-            fit, reading, exact = its, other, exact or without
+        before = reading
+        fit, reading = _better(fit, reading, reading, trace, exact=exact or without, free=free)
+        exact |= without and reading is not before
     return fit, reading
+
+
+def _better(
+    fit: FitQuality,
+    reading: AxisReading,
+    other: AxisReading,
+    trace: ChannelTrace,
+    *,
+    exact: bool = False,
+    free: bool = False,
+) -> tuple[FitQuality, AxisReading]:
+    """Return a reading with its errors, or another fitted anew where it is clearly better."""
+    fitted = fit_white_rows(
+        other.bench, other.choices, other.noise, other.inquiry.founded, exact=exact, free=free
+    )
+    other = replace(other, fitted=fitted)
+    its = _quality(other, trace)
+    return (its, other) if _error(its) * WORSE < _error(fit) else (fit, reading)
+
+
+def _error(fit: FitQuality) -> float:
+    """Return what a correction leaves of rows left out of the fit, or of all where it harms these.
+
+    The first is that of coefficients fitted to plain rows; those that are shown are of white rows,
+    of which a mass, say, may follow what trembles alone.
+    """
+    return fit.heldout_after if fit.rms_after <= fit.rms_before else fit.rms_after
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:

@@ -1,5 +1,6 @@
 """Of a derived motion as much is used as the effort follows: the rest is the encoder's noise."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from autodb.explain import explain
+from autodb.explain.axis.loads import swings_behind
 from autodb.explain.axis.signals import NO_EFFORT_ABOVE, AxisSignals, axis_signals
 from autodb.records.tables import Recording
 
@@ -85,3 +87,16 @@ def test_an_acceleration_that_drowns_far_above_the_motion_is_found_far_below() -
     assert answer.missing[0].term == "inertia"
     assert answer.missing[0].confidence >= 0.9
     assert answer.missing[0].parameters["coefficient"].value == pytest.approx(0.0025, rel=0.1)
+
+
+def test_nothing_swings_above_the_cutoff_of_an_acceleration_that_was_derived() -> None:
+    """There a springy drive train is what the filter took of a mass, at any frequency."""
+    signals = _signals(*_slow_axis(encoder_mm=1e-7))
+    fast = replace(signals, t_s=signals.t_s * RATE_HZ / 250.0)
+
+    def highest_hz(cutoff_hz: float) -> float:
+        (swings,) = swings_behind(replace(fast, cutoff_hz=cutoff_hz))
+        return max(form.shape["frequency"] for form in swings.forms)
+
+    assert highest_hz(10.0) < 10.0
+    assert highest_hz(1000.0) > 50.0

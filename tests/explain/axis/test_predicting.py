@@ -34,14 +34,16 @@ def test_what_a_law_gets_wrong_in_shape_goes_where_it_predicts_worse(
 def test_own_terms_are_retuned_where_rows_left_out_ask_for_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A law's coefficient is that beside free own terms: without their change, which slow noise
-    hides, the error was 0.66 of the full model's on rows left out."""
+    """A law's coefficient is that beside free own terms: a fit has taken up a third of the warm-up,
+    which slow noise hides."""
     shared("data", "emps", "DATA_EMPS.mat")
     monkeypatch.setenv("AUTODB_SHARED", str(shared("data").parent))
     case = made_case(RealSpec("injected", "emps", "warmup", "strong", "refitted"))
     answer = explained_real(case)
     assert answer.after is not None
-    assert answer.after < 0.64 * case.rms_full
+    assert answer.after < 0.75 * case.rms_full
+    (warming,) = [one for one in answer.entries if one.term == "warmup"]
+    assert warming.size == pytest.approx(case.true_size, rel=0.1)
 
 
 def test_what_an_own_term_would_have_to_double_for_is_counted_to_the_effect(
@@ -54,6 +56,21 @@ def test_what_an_own_term_would_have_to_double_for_is_counted_to_the_effect(
     case = made_case(RealSpec("injected", "odrive-beside-fed", "asymmetry", "weak", "exact"))
     (uneven,) = [one for one in explained_real(case).entries if one.term == "asymmetry"]
     assert uneven.size == pytest.approx(case.true_size, rel=0.1)
+
+
+def test_a_correction_harms_no_rows_that_it_was_fitted_to(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """White rows of a trembling axis gave a mass by which the rows were missed by 0.25 A, 0.21 A
+    without it, while one fitted to plain rows left out missed them by 0.14 A."""
+    shared("data", "odrive_cogging")
+    monkeypatch.setenv("AUTODB_SHARED", str(shared("data").parent))
+    case = made_case(RealSpec("null", "odrive-beside", variant="exact"))
+    recording = Recording(Path("a.csv"), case.channels)
+    simulation = Recording(Path("b.csv"), case.simulation)
+    answer = explain(recording, simulation, includes=list(case.includes)).explanation
+    fit = answer.channels[case.channel].fit
+    assert fit.rms_after < fit.rms_before
 
 
 def test_own_terms_that_one_turn_alone_tells_apart_undo_no_answer() -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.normal import Normal, columns_side_by_side
+from autodb.explain.engine.prior import own_deviations
 from autodb.explain.engine.search import MISTAKEN
 from autodb.explain.engine.working import reduced
 
@@ -21,9 +22,6 @@ BLOCKS = 8
 NEEDED = 0.02
 """Share by which the held-out rms must rise without a law for it to stay; a law of more columns
 than another must lower it by so much more for each. Chosen."""
-OWN_SD = 0.25
-"""Relative standard deviation of the simulation's own terms: what a simulation says of itself is
-worth something. Chosen of none, 0.25 and free on real recordings."""
 ALONE = 1e-3
 """Share of a law's squares that the others must not be able to give: less than that and it is they
 in other sizes. Chosen."""
@@ -132,15 +130,17 @@ class PlainRows:
 
     def _weigh(self, own_sizes: Array) -> None:
         """Draw own terms to what the simulation says, as far as slow noise of what all static laws
-        leave allows. Of loose columns it says nothing: they are drawn to none, as far as their size
-        in all rows allows, for a block that is left out may alone hold the speeds of one.
+        leave allows, unless it was fitted to these rows; loose columns to none, as far as their
+        size in all rows allows: a block that is left out may alone hold the speeds of one.
         """
         self.slow = self._slow([])
-        size, loose = OWN_SD * np.abs(own_sizes), ~np.isfinite(own_sizes)
+        loose, whole = ~np.isfinite(own_sizes), self._folds.whole
+        own = self._own[~loose]
+        given = float(self._solved(own) @ whole[own, 0]) if self._in_time else np.inf
+        size = own_deviations(own_sizes, given=given, of=float(whole[0, 0]))
         if loose.any():
             size[loose] = np.abs(self._solved(self._all_static([]))[: len(size)][loose])
-        size = np.maximum(size, 1e-300)
-        self._weight[self._own] = self.slow / size**2
+        self._weight[self._own] = self.slow / np.maximum(size, 1e-300) ** 2
 
     def _slow(self, choices: Sequence[Choice]) -> float:
         """Return the variance that slow noise gives a row, beside all static laws and choices."""
