@@ -44,6 +44,8 @@ def job_in_words(job: Job) -> Iterator[str]:
     if job.program is not None:
         yield phrase("program {file}", file=job.program.file)
         yield _stock(job.program)
+        if read := list(_read_as(job.program)):
+            yield phrase("read as: {said}", said=listed(read))
         for name, tool in job.program.tools.items():
             yield _tool(name, tool)
 
@@ -65,6 +67,15 @@ def _stock(program: JobProgram) -> str:
     return phrase("a bar: {said}", said=listed([wide, face, *hole]))
 
 
+def _read_as(program: JobProgram) -> Iterator[str]:
+    """Yield how a program is read where it does not say it, as far as the job states it."""
+    yield from (word for word in (program.control, program.units) if word is not None)
+    if program.diameter is not None:
+        yield phrase("X in diameters") if program.diameter else phrase("X in radii")
+    if program.feeds is not None:
+        yield phrase("F a minute") if program.feeds == "minute" else phrase("F a revolution")
+
+
 def _span(axis: str, low: float, high: float) -> str:
     return phrase(
         "{axis} {low} to {high}",
@@ -75,7 +86,8 @@ def _span(axis: str, low: float, high: float) -> str:
 
 
 def _tool(name: str, tool: ProgramTool) -> str:
-    said = listed([phrase(KINDS[tool.kind][0]), *_numbers(tool)])
+    corner = [phrase(CORNERS[tool.corner])] if tool.kind == "grooving" else []
+    said = listed([phrase(KINDS[tool.kind][0]), *_numbers(tool), *corner])
     if name == OTHERS:
         return phrase("all other tools: {said}", said=said)
     return phrase("tool {name}: {said}", name=name, said=said)

@@ -28,7 +28,21 @@ def _said(program: dict[str, Any]) -> list[str]:
 @pytest.mark.parametrize(
     ("program", "said"),
     [
-        (BAR, ["a bar: diameter 60 mm, face at z = 1 mm, bored to 20 mm"]),
+        (
+            BAR | {"control": "fanuc-a", "feeds": "minute", "diameter": False},
+            [
+                "a bar: diameter 60 mm, face at z = 1 mm, bored to 20 mm",
+                "read as: fanuc-a, X in radii, F a minute",
+            ],
+        ),
+        (
+            BAR | {"tools": {"5": {"kind": "grooving", "width_mm": 3}}},
+            [
+                "a bar: diameter 60 mm, face at z = 1 mm, bored to 20 mm",
+                "tool 5: grooving, parting, blade 3 mm wide, its corner towards the chuck is "
+                "programmed",
+            ],
+        ),
         (BLANK, ["a blank: z -50 mm to 0 mm, diameter up to 60 mm"]),
         (
             PLATE,
