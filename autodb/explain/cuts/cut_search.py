@@ -251,7 +251,7 @@ def _swapped(
 
     ``predicted``: mean square of cuts left out of the fit.
     """
-    swapped = search.cleared(settled_set(search, best, held=held))
+    swapped = search.cleared(settled_set(search, best, held=held, names_first=True))
     if set(swapped.keys) == set(best.keys):
         return swapped
     return min(swapped, best, key=lambda found: predicted(found.choices))
@@ -295,7 +295,7 @@ def _helps(
     held = [c.candidate.key for c in laws]
     return (
         bool(search.grown(found, tuple(candidates)))
-        or settled_set(search, same, held=held).score > same.score
+        or settled_set(search, same, held=held, names_first=True).score > same.score
     )
 
 

@@ -11,6 +11,7 @@ from tests.helpers.campaigns import first
 
 HALF = 0.5
 CASES = {
+    "by a swap for a curve": "injected/fnides/hard_spot/weak/refitted 1",
     "in the scatter of its component": "injected/aouici/gain/strong/exact 1",
     "in the place of a law": "injected/lin/hard_spot/strong/exact 1",
     "in a drift of that size in another": "injected/aouici/sensor_drift/strong/mistuned 1",
@@ -31,7 +32,7 @@ def _explained(name: str) -> tuple[TabledCase, dict[str, list[SaidEntry]]]:
     return case, said
 
 
-@pytest.mark.parametrize("name", first(4, CASES.values()), ids=CASES)
+@pytest.mark.parametrize("name", first(5, CASES.values()), ids=CASES)
 def test_what_is_injected_is_named_with_its_size(name: str) -> None:
     """A fair name at 0.5 or more within a factor 2, in each component that holds one alone."""
     case, said = _explained(name)
