@@ -15,7 +15,7 @@ from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_rows, held_out_square
 from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
-from autodb.explain.cuts.simulated_speed import softening_read_off
+from autodb.explain.cuts.simulated_speed import softened, softening_read_off
 from autodb.explain.cuts.simulated_wear import wear_read_off
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -74,13 +74,14 @@ def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] 
     wear = wear_read_off(simulated, known) if named else None
     plain = simulated - (wear.force(known) if wear else 0.0)
     softens = includes is not None and "speed_softening" in includes
-    softening = softening_read_off(plain, known) if softens else None
+    exponents = softening_read_off(plain, known) if softens else None
+    softening = None if exponents is None else softened(exponents, known)
     edge, length = edge_read_off(plain, known, softening)
     if includes is not None and "edge_force" not in includes:
         edge = np.zeros_like(edge)
     return Stack(
         tuple(simulation), known, recording, simulated, edge, length,
-        np.ones_like(simulated), np.eye(len(simulated)), wear=wear,
+        np.ones_like(simulated), np.eye(len(simulated)), wear=wear, exponents=exponents,
     )  # fmt: skip
 
 

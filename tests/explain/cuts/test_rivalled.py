@@ -13,4 +13,4 @@ def test_what_a_family_rivals_is_not_said_surely() -> None:
     for answer in explained_table(tabled_case(spec)).values():
         sure = {one.term: one.confidence for one in answer.entries if one.kind == "missing"}
         assert 0.5 < sure["tool_wear"] <= UNSURE
-        assert 0.5 < sure["size_effect"] <= UNSURE
+        assert max(sure.values()) <= UNSURE
