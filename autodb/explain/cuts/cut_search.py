@@ -103,17 +103,20 @@ def look_for(stack: Stack, library: Library) -> FoundInCuts:
 def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     """Return the account whose names cuts left out speak for, each name and each column counted.
 
+    Each account has its own idea of the scatter, which speaks for it: by both they are compared.
     A curve takes no law's place, so that the names of both stand without their curves here, and
     another name must be among them. What soaks up any misfit has to do much better where there is
     one component, so that nothing tells it apart.
     """
-    stack, own = founded.stack, founded.own
     names, others = _named(founded.found), _named(rival.found)
-    squares = [held_out_square(stack, own, one) for one in (names, others)]
-    fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
+    rise = [
+        held_out_square(one.stack, one.own, others) / held_out_square(one.stack, one.own, names)
+        for one in (founded, rival)
+    ]
+    fall = 1.0 - float(np.prod(rise)) ** 0.25
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
-    if len(stack.names) == 1 and not all(one.static for one in other):
+    if len(founded.stack.names) == 1 and not all(one.static for one in other):
         asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
