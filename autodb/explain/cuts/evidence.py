@@ -9,6 +9,7 @@ once of everything that the forces may hold, in chunks of cuts.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 from typing import Self
 
@@ -56,11 +57,16 @@ class TableProducts(Products):
 
     def with_held(self, own: Sequence[int]) -> Self:
         """Return the same with some own columns left as they are, by their numbers."""
-        held = super().with_held(own)
-        at = self.own[list(own)]
-        held._seen, held.inner = {}, self.inner.copy()
-        held.inner[at, at] -= self.prior[at - 1]
-        return held
+        return super().with_held(own)._without_prior(self.own[list(own)])
+
+    def freed(self) -> Self:
+        """Return the same with own columns that nothing is known of."""
+        return copy(self)._without_prior(self.own)
+
+    def _without_prior(self, at: NDArray[np.intp]) -> Self:
+        self._seen, self.inner = {}, self.inner.copy()
+        self.inner[at, at] -= self.prior[at - 1]
+        return self
 
     def likelihood(self, rss: float) -> float:
         """Return twice the log-likelihood of a sum of squares, but for a constant."""
