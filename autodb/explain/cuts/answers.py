@@ -265,7 +265,8 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it, and of a law
-    that something rivals in the white rows of few cuts no surer than UNSURE.
+    that white rows of few cuts make no surer than UNSURE no surer, either: two measures of as few
+    cuts see other accounts, and more is claimed only where both do.
     """
     known, also = stack.known, []
     thin = tells_edge_from_size(known)
