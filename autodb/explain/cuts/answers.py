@@ -162,8 +162,7 @@ class _Answers:
                 choice, sure, size, where=stored_msgid("These cuts"), apart=self.apart(choice)
             )
         others = tuple(c for c in self.choices if c is not choice)
-        known = choice.candidate.term in self.includes
-        effect = EffectInCuts(self.stack, self.own, choice, others, simulated=known)
+        effect = EffectInCuts(self.stack, self.own, choice, others)
         values = {"size": size, **effect_parameters(effect, component)}
         statement = next(t.statement for t in all_terms() if t.name == choice.candidate.term)
         return named_entry(
@@ -266,7 +265,8 @@ def _signals(stack: Stack) -> dict[str, Array]:
 
 def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
     """Return the standing with what no table of this kind distinguishes added to it, and of a law
-    that something rivals in the white rows of few cuts no surer than UNSURE.
+    that white rows of few cuts make no surer than UNSURE no surer, either: two measures of as few
+    cuts see other accounts, and more is claimed only where both do.
     """
     known, also = stack.known, []
     thin = tells_edge_from_size(known)
@@ -359,7 +359,9 @@ def _cause(
     column = columns.raw()[component, :, _place(columns, component)]
     peak, half = float(np.max(np.abs(column))), change.high - change.value
     had, turned = 1.0, 1.0
-    if name != "shear":
+    if name == "speed_softening" and stack.exponents is not None:
+        had = float(stack.exponents[component])
+    elif name != "shear":
         turned = sign
         had = float(stack.edge_N_mm[component]) if name == "edge_force" else 0.0
     if name == "tool_wear" and stack.wear is not None:

@@ -212,7 +212,9 @@ def _with_prior(result: FoundInCuts, found: CutsFit) -> tuple[Array, Array]:
     (1 + CΛ)⁻¹ of both.
     """
     precision = np.zeros_like(found.covariance)
-    for name, at in zip(result.own, found.places, strict=False):
+    for (name, columns), at in zip(result.own.items(), found.places, strict=False):
+        if columns.sd is not None:  # held in the fit
+            continue
         size = _of_own(result, name, found.coefficients[at])
         precision[at, at] = np.diag(1.0 / (RETUNED * size) ** 2)
     places = found.places[len(result.own) :]

@@ -15,7 +15,7 @@ from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
 from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_rows, held_out_square
 from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
-from autodb.explain.cuts.simulated_speed import softening_read_off
+from autodb.explain.cuts.simulated_speed import softened, softening_read_off
 from autodb.explain.cuts.simulated_wear import wear_read_off
 from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
 from autodb.explain.engine.candidates import Candidate, Choice
@@ -74,13 +74,14 @@ def stack_of(table: CutTable, simulation: dict[str, Array], includes: list[str] 
     wear = wear_read_off(simulated, known) if named else None
     plain = simulated - (wear.force(known) if wear else 0.0)
     softens = includes is not None and "speed_softening" in includes
-    softening = softening_read_off(plain, known) if softens else None
+    exponents = softening_read_off(plain, known) if softens else None
+    softening = None if exponents is None else softened(exponents, known)
     edge, length = edge_read_off(plain, known, softening)
     if includes is not None and "edge_force" not in includes:
         edge = np.zeros_like(edge)
     return Stack(
         tuple(simulation), known, recording, simulated, edge, length,
-        np.ones_like(simulated), np.eye(len(simulated)), wear=wear,
+        np.ones_like(simulated), np.eye(len(simulated)), wear=wear, exponents=exponents,
     )  # fmt: skip
 
 
@@ -102,17 +103,20 @@ def look_for(stack: Stack, library: Library) -> FoundInCuts:
 def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     """Return the account whose names cuts left out speak for, each name and each column counted.
 
+    Each account has its own idea of the scatter, which speaks for it: by both they are compared.
     A curve takes no law's place, so that the names of both stand without their curves here, and
     another name must be among them. What soaks up any misfit has to do much better where there is
     one component, so that nothing tells it apart.
     """
-    stack, own = founded.stack, founded.own
     names, others = _named(founded.found), _named(rival.found)
-    squares = [held_out_square(stack, own, one) for one in (names, others)]
-    fall = 1.0 - float(np.sqrt(squares[1] / squares[0]))
+    rise = [
+        held_out_square(one.stack, one.own, others) / held_out_square(one.stack, one.own, names)
+        for one in (founded, rival)
+    ]
+    fall = 1.0 - float(np.prod(rise)) ** 0.25
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
-    if len(stack.names) == 1 and not all(one.static for one in other):
+    if len(founded.stack.names) == 1 and not all(one.static for one in other):
         asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
@@ -251,7 +255,7 @@ def _swapped(
 
     ``predicted``: mean square of cuts left out of the fit.
     """
-    swapped = search.cleared(settled_set(search, best, held=held))
+    swapped = search.cleared(settled_set(search, best, held=held, names_first=True))
     if set(swapped.keys) == set(best.keys):
         return swapped
     return min(swapped, best, key=lambda found: predicted(found.choices))
@@ -295,7 +299,7 @@ def _helps(
     held = [c.candidate.key for c in laws]
     return (
         bool(search.grown(found, tuple(candidates)))
-        or settled_set(search, same, held=held).score > same.score
+        or settled_set(search, same, held=held, names_first=True).score > same.score
     )
 
 

@@ -9,6 +9,7 @@ once of everything that the forces may hold, in chunks of cuts.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 from typing import Self
 
@@ -31,29 +32,41 @@ EXACT = 1e-4
 class TableProducts(Products):
     """Inner products with ``freedom`` of the white difference.
 
-    Its variance is 1, or, where that is not ``known``, only as far as weights go.
+    Its variance is 1, or, where that is not ``known``, only as far as weights go. ``prior`` (own,):
+    precision of own columns' coefficients, as of one more row for each that has any; none of a
+    column that is left as it is, whose change is looked at like any effect's.
     """
 
     def __init__(
         self,
         inner: Array,
         *,
-        own: int,
+        prior: Array,
         widths: dict[tuple[str, int], int],
         rows: int,
         freedom: float,
         known: bool,
     ) -> None:
+        own = len(prior)
         super().__init__(inner, own=own, widths=widths, rows=rows, variance=1.0)
+        self.prior = prior / self.norm[self.own] ** 2
+        self.inner[self.own, self.own] += self.prior
         self.freedom, self.known = freedom, known
         self.rows_free = max(1.0, rows - own)
         self._seen: dict[frozenset[tuple[str, int]], TableGiven] = {}
 
     def with_held(self, own: Sequence[int]) -> Self:
         """Return the same with some own columns left as they are, by their numbers."""
-        held = super().with_held(own)
-        held._seen = {}
-        return held
+        return super().with_held(own)._without_prior(self.own[list(own)])
+
+    def freed(self) -> Self:
+        """Return the same with own columns that nothing is known of."""
+        return copy(self)._without_prior(self.own)
+
+    def _without_prior(self, at: NDArray[np.intp]) -> Self:
+        self._seen, self.inner = {}, self.inner.copy()
+        self.inner[at, at] -= self.prior[at - 1]
+        return self
 
     def likelihood(self, rss: float) -> float:
         """Return twice the log-likelihood of a sum of squares, but for a constant."""
@@ -143,7 +156,7 @@ def products(
     widths = [columns.mix.shape[2] for columns in blocks.values()]
     return TableProducts(
         inner,
-        own=sum(columns.mix.shape[2] for columns in own),
+        prior=np.concatenate([columns.precision for columns in own]),
         widths=dict(zip(blocks, widths, strict=True)),
         rows=stack.simulation.size,
         freedom=freedom,

@@ -49,7 +49,7 @@ def fit_cuts(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ..
     """Fit own terms and effects; directions that the cuts do not hold are pulled to zero."""
     columns = all_columns(own, choices)
     inner = inner_products(stack, columns)
-    coefficients, covariance = _solve(inner, _widths(columns), len(own), norm=norms(inner))
+    coefficients, covariance = _solve(inner, columns, len(own), norm=norms(inner))
     ends = np.cumsum([0, *_widths(columns)])
     places = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
     parts = tuple(c.part(coefficients[at]) for c, at in zip(columns, places, strict=True))
@@ -129,14 +129,17 @@ def norms(inner: Array) -> Array:
     return np.asarray(np.where(norm == 0, 1.0, norm))
 
 
-def _solve(inner: Array, widths: list[int], own: int, *, norm: Array) -> tuple[Array, Array]:
+def _solve(
+    inner: Array, columns: list[LawColumns], own: int, *, norm: Array
+) -> tuple[Array, Array]:
     """Return coefficients and covariance by inner products with the difference first.
 
     Effects are shrunk by their own mean square: an effect's columns get the precision p/d², d² what
     they explain together: hardly sensed where the rows hold them, and holding where they do not.
     """
     right, inner = inner[1:, 0] / norm, inner[1:, 1:] / np.outer(norm, norm)
-    precision = np.full(len(norm), OWN_PRIOR)
+    prior, widths = np.concatenate([c.precision for c in columns]), _widths(columns)
+    precision = OWN_PRIOR + prior / norm**2
     inverse = np.linalg.pinv(inner + np.diag(precision), rcond=WEAKEST, hermitian=True)
     plain = inverse @ right
     at = sum(widths[:own])
@@ -152,12 +155,12 @@ def _solve(inner: Array, widths: list[int], own: int, *, norm: Array) -> tuple[A
 def held_out_rows(stack: Stack, own: dict[str, LawColumns], choices: tuple[Choice, ...]) -> Array:
     """Return what is left (C, n) [N] of cuts whose block of neighbours was left out of the fit."""
     columns = all_columns(own, choices)
-    n, widths = len(stack.known), _widths(columns)
+    n = len(stack.known)
     fold = (np.arange(n) * min(BLOCKS, n) // n) % FOLDS
     inner = _by_fold(stack, columns, fold, FOLDS)
     norm = norms(inner.sum(axis=0))
     found = [
-        _solve(np.delete(inner, number, axis=0).sum(axis=0), widths, len(own), norm=norm)[0]
+        _solve(np.delete(inner, number, axis=0).sum(axis=0), columns, len(own), norm=norm)[0]
         for number in range(FOLDS)
     ]
     left = stack.recording - stack.simulation

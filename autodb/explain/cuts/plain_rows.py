@@ -15,7 +15,7 @@ from autodb.explain.cuts.candidates.library import Library
 from autodb.explain.cuts.stack import Stack, designed
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.plain.growing import grown, merged_laws
-from autodb.explain.engine.plain.rows import ROWS, PlainRows
+from autodb.explain.engine.plain.rows import OWN_SD, ROWS, PlainRows
 
 Array = NDArray[np.float64]
 
@@ -70,10 +70,14 @@ def _dealt(stack: Stack, n: int) -> NDArray[np.intp]:
 
 
 def _sizes(stack: Stack, name: str, columns: LawColumns) -> Array:
-    """Return the coefficients that the simulation has of an own term; infinite: not read off."""
+    """Return the coefficients that the simulation has of an own term, or such of which OWN_SD is
+    the prior; infinite: not read off.
+    """
     if name == "edge_force":
         size = np.abs(stack.edge_N_mm)
         return np.asarray(np.where(size > 0.0, size, np.inf))
+    if columns.sd is not None:
+        return columns.sd / OWN_SD
     return np.ones(columns.mix.shape[2])
 
 

@@ -82,7 +82,8 @@ class Conditions:
 class Stack:
     """Recording and simulation (C, n); ``chip`` the part of the simulation that a chip gives.
 
-    ``wear``: that of the simulation, None where it has none or it was not read off.
+    ``wear``: that of the simulation, None where it has none or it was not read off; ``exponents``
+    (C,): those of its softening with speed, None where it has none.
 
     ``edge_N_mm`` (C,): the edge force that the simulation has, ``edge_mm`` (C, n) the length that
     it acts on; ``sd`` (C, n); ``mixing`` (C, C) makes the components of one cut, each over its sd,
@@ -100,6 +101,7 @@ class Stack:
     mixing: Array
     like: "Stack | None" = None
     wear: "SimulatedWear | None" = None
+    exponents: Array | None = None
 
     @property
     def frame(self) -> "Stack":

@@ -46,7 +46,8 @@ def of_missing(
     """Return how the name of one effect of a set stands, ``but`` for some other names.
 
     Its rivals leave the own terms free as it does; one without a name may also stand beside a
-    simulation that is right as it is, where the name needs own terms that are not.
+    simulation that is right as it is, where the name needs own terms that are not. Not so one that
+    says the same: its columns are the name's and changes of own terms, under another name.
     """
     by_key = {s.key: s for s in search.candidates}
     falls = search.rivals(found, choice.candidate.key)
@@ -104,6 +105,7 @@ class _Held:
         self.worth = min(beside_laws, free.gain_of(places).evidence - looked)
         """Evidence that the columns change beside the set, whatever its laws get wrong in shape."""
         self.variables: tuple[str, ...] = ()
+        self.free = search.products.freed()
         self._best = max(beside_laws, 0.0) + self.search.scored(self.kept).score
 
     def swaps(
@@ -121,6 +123,10 @@ class _Held:
             if offer.choice.candidate.key != choice.candidate.key
             and name in (None, offer.choice.candidate.term)
         ]
+        if asked:
+            offers = [
+                offer for offer in offers if not self._says_the_same(offer.choice, choice, others)
+            ]
         offers.sort(key=lambda offer: -as_compared(offer.worth))
         falls = []
         for offer in offers[:SWAPS]:
@@ -130,6 +136,16 @@ class _Held:
                 (candidate.term, fall if candidate.named or asked else fall - candidate.bar)
             )
         return falls
+
+    def _says_the_same(self, rival: Choice, choice: Choice, others: Sequence[Choice]) -> bool:
+        """Whether a choice gives a rival, but for what real effects leave of laws, where own terms
+        are free: as a curve over three speeds is a chip, its softening and a band of speeds.
+        """
+        beside = [one.key for one in others]
+        left, after = (
+            self.free.given(keys).left_of(rival.key) for keys in (beside, [*beside, choice.key])
+        )
+        return after <= DISCREPANCY * left
 
     def joined(self) -> list[tuple[str, float]]:
         """Return every effect beside the set, and by how much evidence falls with it.

@@ -84,6 +84,10 @@ class Products:
         held._given = {}
         return held
 
+    def freed(self) -> Self:
+        """Return the same with own columns that nothing is known of."""
+        return self
+
     def given(self, keys: Keys) -> "Given":
         """Return the products after own columns and those of ``keys`` are projected out."""
         known = frozenset(keys)
@@ -179,6 +183,10 @@ class Given:
         free = self._shares(at[None], matrix, right)
         alike = self._shares(at[None, :1], mix.T @ matrix @ mix, right @ mix)
         return max(*free, *alike, key=lambda gain: gain.evidence)
+
+    def left_of(self, key: tuple[str, int]) -> float:
+        """Return what is left of the squares of a block's columns, each of size one."""
+        return float(np.trace(self._left(self.of.places[key][None])[0][0]))
 
     def _left(self, at: NDArray[np.intp]) -> tuple[Array, Array]:
         """Return of k sets of p columns (k, p) what is left of their products with each other,

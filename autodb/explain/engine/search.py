@@ -338,21 +338,28 @@ MOST_SWAPS = 3
 
 
 def settled_set(
-    search: CandidateSearch, found: FoundSet, *, held: Collection[str] = ()
+    search: CandidateSearch,
+    found: FoundSet,
+    *,
+    held: Collection[str] = (),
+    names_first: bool = False,
 ) -> FoundSet:
     """Return the set after every swap that raises its score, as few as there are.
 
-    ``held``: keys of effects that are not swapped.
+    ``held``: keys of effects that are not swapped; ``names_first``: none without a name takes the
+    place of one with a name that does nearly as well.
     """
     for _ in range(MOST_SWAPS):
-        better = _better(search, found, held)
+        better = _better(search, found, held, names_first=names_first)
         if better is None:
             return found
         found = better
     return found
 
 
-def _better(search: CandidateSearch, found: FoundSet, held: Collection[str]) -> FoundSet | None:
+def _better(
+    search: CandidateSearch, found: FoundSet, held: Collection[str], *, names_first: bool
+) -> FoundSet | None:
     by_key = {s.key: s for s in search.candidates}
     for key in [key for key in found.keys if key not in held]:
         falls = search.rivals(found, key)
@@ -364,9 +371,18 @@ def _better(search: CandidateSearch, found: FoundSet, held: Collection[str]) -> 
             offer = search.best_shape(given, by_key[rival])
             if offer is not None:
                 swapped = search.settled((*found.without(key), offer.choice))
-                if _rank(swapped) > _rank(found):
+                if _rank(swapped) > _rank(found) and not (
+                    names_first and _nearly_named(search, found, swapped)
+                ):
                     return swapped
     return None
+
+
+def _nearly_named(search: CandidateSearch, found: FoundSet, swapped: FoundSet) -> bool:
+    """Whether a swap takes a name for what has none, and the names did nearly as well."""
+    names = [sum(c.candidate.named for c in one.choices) for one in (found, swapped)]
+    enough = search.explained(found) >= SIMPLE_ENOUGH * search.explained(swapped)
+    return names[1] < names[0] and enough
 
 
 def alike_terms(name: str) -> frozenset[str]:

@@ -38,8 +38,7 @@ class Standing:
     ``near``: these names, the nearest first;
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
-    ``rivalled``: something in its place, with a name or without one, is about as likely in white
-    rows, or likelier.
+    ``rivalled``: by white rows, what may be in its place leaves it no surer than UNSURE.
     """
 
     confidence: float

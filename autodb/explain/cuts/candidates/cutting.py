@@ -104,17 +104,22 @@ def size_candidates(stack: Stack) -> list[Candidate]:
     ]
 
 
-def speed_candidates(stack: Stack) -> list[Candidate]:
+def log_speed(stack: Stack) -> Array:
+    """Return the logarithm of each cut's speed over the table's usual one, (n,)."""
+    return np.asarray(_log_speed(stack.known) - np.mean(_log_speed(stack.frame.known)))
+
+
+def speed_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return the chip that costs less or more the faster it is cut, one way over all speeds.
 
     A simulation is right at the table's usual speed: what is off there is its own chip's.
     """
     speed, seen = stack.known.speed_m_min, stack.frame.known.speed_m_min
-    if speed is None or seen is None or np.ptp(seen) == 0:
+    if "speed_softening" in own or speed is None or seen is None or np.ptp(seen) == 0:
         return []
-    forms, usual = [], np.exp(np.mean(np.log(seen)))
+    forms, fast = [], np.exp(log_speed(stack))
     for e in (-0.4, 0.05, 0.5):
-        factor = speed_softening(speed / usual * REFERENCE_SPEED_M_MIN, exponent=e)
+        factor = speed_softening(fast * REFERENCE_SPEED_M_MIN, exponent=e)
         law = chip_factor(stack, values_of(factor - 1.0))
         forms += [CandidateForm(spread(stack, law), {"exponent": e}) for spread in (alike, each)]
     curve = curve_of(stack, _log_speed, CURVE)

@@ -27,7 +27,6 @@ from autodb.explain.cuts.candidates.laws import (
 )
 from autodb.explain.cuts.candidates.over_time import TIMES_S, warming_columns
 from autodb.explain.cuts.fit import BesideEffect
-from autodb.explain.cuts.simulated_speed import simulated_exponent
 from autodb.explain.cuts.stack import Stack
 from autodb.explain.engine.candidates import Choice
 from autodb.fitting.gaussian import NORMAL_95
@@ -39,13 +38,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EffectInCuts:
-    """One effect of a set with what stands beside it; ``simulated``: the simulation has it too."""
+    """One effect of a set with what stands beside it."""
 
     stack: Stack
     own: dict[str, LawColumns]
     choice: Choice
     others: tuple[Choice, ...]
-    simulated: bool = False
 
     @cached_property
     def beside(self) -> BesideEffect:
@@ -87,15 +85,10 @@ def _size_effect(effect: EffectInCuts, _component: int) -> dict[str, IntervalVal
     return {"exponent": _power(effect, lambda m: size_effect(thickness, exponent=m), 0.01, 0.9)}
 
 
-def _speed(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
-    """Return the exponent of the recorded force: what the simulation has, and what it lacks."""
+def _speed(effect: EffectInCuts, _component: int) -> dict[str, IntervalValue]:
     speed = effect.stack.known.speed_m_min
     assert speed is not None
-    more = _power(effect, lambda e: speed_softening(speed, exponent=e), -0.5, 1.0)
-    simulated = effect.stack.simulation[component] - effect.stack.worn[component]
-    had = simulated_exponent(simulated, effect.stack.known) if effect.simulated else 0.0
-    low, value, high = (had + one for one in (more.low, more.value, more.high))
-    return {"exponent": IntervalValue(value=value, low=low, high=high, unit=more.unit)}
+    return {"exponent": _power(effect, lambda e: speed_softening(speed, exponent=e), -0.5, 1.0)}
 
 
 def _power(effect: EffectInCuts, x: Shape, low: float, high: float) -> IntervalValue:

@@ -36,11 +36,20 @@ class SpreadLaw:
 
 @dataclass(frozen=True, eq=False)
 class LawColumns:
-    """A law in a spread: ``mix`` (C, width, p) adds up the law's columns to p of the stack."""
+    """A law in a spread: ``mix`` (C, width, p) adds up the law's columns to p of the stack.
+
+    ``sd`` (p,): of the coefficients' prior, None where they have none.
+    """
 
     stack: Stack
     law: SpreadLaw
     mix: Array
+    sd: Array | None = None
+
+    @property
+    def precision(self) -> Array:
+        """Precision (p,) of the coefficients' prior, 0 where there is none."""
+        return np.zeros(self.mix.shape[2]) if self.sd is None else self.sd**-2.0
 
     def raw(self, rows: Rows = ALL) -> Array:
         """Return the columns (C, rows, p) [N per coefficient]."""

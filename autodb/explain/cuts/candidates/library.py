@@ -16,6 +16,7 @@ from autodb.explain.cuts.candidates.cutting import (
     deflection_candidates,
     depth_candidates,
     edge_force_candidates,
+    log_speed,
     nose_candidates,
     size_candidates,
     speed_candidates,
@@ -49,6 +50,7 @@ from autodb.explain.cuts.candidates.searched import (
 )
 from autodb.explain.cuts.stack import Stack, designed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, product
+from autodb.explain.engine.plain.rows import OWN_SD
 
 Array = NDArray[np.float64]
 
@@ -61,6 +63,9 @@ SIZE = "size"
 CONFIRMED = 0.25
 """Share of its evidence by which squares of cuts left out fall with an effect, at least: with one
 that is there they fall by about all of it. Chosen."""
+EXPONENT_SD = 0.05
+"""Standard deviation that a simulated exponent of the speed has at least. Chosen: half of that of
+the term before anything was cut."""
 CUTS_A_COLUMN = 3
 """Cuts that a table must have for each column of a shape. Chosen."""
 
@@ -83,7 +88,9 @@ class Library:
 
 
 def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, LawColumns]:
-    """Return the simulation's own columns: chip, edge and wear, free in each component."""
+    """Return the simulation's own columns, free in each component: chip, edge and wear, and what
+    the exponent of a softening is off by, which is likely little.
+    """
     known = stack.known
     one = values_of(np.ones(len(known)))
     own = {"shear": each(stack, chip_factor(stack, one))}
@@ -93,6 +100,11 @@ def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, L
     if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
         even = per_depth(stack, values_of(known.cutting_time_s))
         own["tool_wear"] = each(stack, even if stack.wear is None else as_simulated(stack.worn))
+    if stack.exponents is not None:
+        further = each(stack, chip_factor(stack, values_of(-log_speed(stack))))
+        own["speed_softening"] = replace(
+            further, sd=np.hypot(OWN_SD * stack.exponents, EXPONENT_SD)
+        )
     return own
 
 
@@ -136,7 +148,7 @@ def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
 def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return the named effects that a table can show; ``own``: terms that are re-tuned."""
     found = [
-        *edge_force_candidates(stack, own), *size_candidates(stack), *speed_candidates(stack),
+        *edge_force_candidates(stack, own), *size_candidates(stack), *speed_candidates(stack, own),
         *band_candidates(stack), *wear_candidates(stack, own), *depth_candidates(stack),
         *nose_candidates(stack), *deflection_candidates(stack), *drift_candidates(stack),
         *gain_candidates(stack), *warming_candidates(stack),

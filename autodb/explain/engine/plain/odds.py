@@ -26,9 +26,6 @@ RARE = 2.0 * TEMPER * float(np.log(10.0))
 static law. Chosen: odds of ten."""
 UNSURE = 0.89
 """More is not claimed of an effect without which plain rows are predicted about as well."""
-AS_LIKELY = TEMPER
-"""Evidence that a rival is not this much less of is about as likely: at least 0.6 times. Chosen on
-half of the cases of published tables (places 1 to 300 of `autodb prove force-tables`)."""
 
 
 def of_plain(
@@ -173,5 +170,5 @@ def of_both(plain: Standing, white: Standing) -> Standing:
         confidence=max(plain.confidence, found.confidence),
         near=tuple(name for name in plain.near if falls[name] < NEAR),
         by_name=falls,
-        rivalled=any(fall < AS_LIKELY for fall in white.by_name.values()),
+        rivalled=white.confidence <= UNSURE,
     )
