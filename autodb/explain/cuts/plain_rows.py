@@ -15,7 +15,8 @@ from autodb.explain.cuts.candidates.library import Library
 from autodb.explain.cuts.stack import Stack, designed
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.plain.growing import grown, merged_laws
-from autodb.explain.engine.plain.rows import OWN_SD, ROWS, PlainRows
+from autodb.explain.engine.plain.rows import ROWS, PlainRows
+from autodb.explain.engine.prior import OWN_SD
 
 Array = NDArray[np.float64]
 

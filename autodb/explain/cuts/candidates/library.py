@@ -50,7 +50,7 @@ from autodb.explain.cuts.candidates.searched import (
 )
 from autodb.explain.cuts.stack import Stack, designed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, product
-from autodb.explain.engine.plain.rows import OWN_SD
+from autodb.explain.engine.prior import OWN_SD
 
 Array = NDArray[np.float64]
 
