@@ -155,8 +155,8 @@ def _cut_columns(
         taken.add(channel)
         yield ChannelProposal(name, channel, unit, why)
     if "operation" not in taken:
-        told = (name for name, values in texts.items() if _all_operations(values))
-        if (name := next(told, None)) is not None:
+        told = [name for name, values in texts.items() if _all_operations(values)]
+        for name in told[:1]:
             yield ChannelProposal(name, "operation", "", phrase("its words are operations"))
     if "cut" not in taken:
         why = phrase("rows are counted: no column numbers them")
