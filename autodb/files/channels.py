@@ -1,6 +1,7 @@
 """Names of channels and the unit that each name carries (docs/formats.md)."""
 
 import re
+from functools import cache
 from math import inf
 
 from autodb.wording import phrase
@@ -84,6 +85,7 @@ def unit_of(name: str) -> str | None:
     return next((unit for pattern, unit in _UNITS if re.fullmatch(pattern, name)), None)
 
 
+@cache
 def largest_of(name: str) -> float:
     """Return what channel ``name`` exceeds on no machine, in its unit; infinity where any may be.
 

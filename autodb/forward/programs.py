@@ -53,7 +53,7 @@ from autodb.pairs.engaged import (
     WIDTH,
     Conditions,
 )
-from autodb.wording import localized, phrase
+from autodb.wording import localized, msgid, phrase
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,7 @@ MOST_CORE_MM = 6.0
 passes of roughing, thinner than bars that are drilled."""
 AT_ONCE = 20_000
 """Steps whose operations are told at once. Chosen: as objects they take 2 MB."""
+A_PLACE, A_FEED, A_SPEED = msgid("a place"), msgid("a feed"), msgid("a speed")
 SQUARE_DEG = 1e-3
 """Off longitudinal or square to the axis by less, a line turns or faces."""
 
@@ -163,15 +164,15 @@ def stock_of(asked: JobProgram) -> Stock:
 def _refuse_beyond(move: Move, source: str) -> None:
     """Raise UnusableInput for a move that no machine makes: as of a cut that a job states."""
     places = (move.start.x_mm, move.start.z_mm, move.end.x_mm, move.end.z_mm)
-    stated = [(phrase("a place"), "mm", abs(place), 0.0, "x.position") for place in places]
+    stated = [(A_PLACE, "mm", abs(place), 0.0, "x.position") for place in places]
     if not isinstance(move, Rapid):
         feed, speed = move.feed, move.speed
         if not isinstance(feed, PerRev):
-            stated.append((phrase("a feed"), "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
+            stated.append((A_FEED, "mm/s", feed.mm / 60.0, LEAST, "x.velocity"))
         if isinstance(speed, CuttingSpeed):
-            stated.append((phrase("a speed"), "m/min", speed.m_min, LEAST, "cutting.speed"))
+            stated.append((A_SPEED, "m/min", speed.m_min, LEAST, "cutting.speed"))
         else:
-            stated.append((phrase("a speed"), "rpm", speed.rpm, LEAST, "spindle.speed"))
+            stated.append((A_SPEED, "rpm", speed.rpm, LEAST, "spindle.speed"))
     for what, unit, value, least, channel in stated:
         most = largest_of(channel)
         if not least <= value <= most:
@@ -181,7 +182,7 @@ def _refuse_beyond(move: Move, source: str) -> None:
                     "{least} to {most}",
                     source=source,
                     line=move.line,
-                    what=what,
+                    what=phrase(what),
                     value=localized(f"{value:g}"),
                     unit=unit,
                     least=localized(f"{least:g}"),
