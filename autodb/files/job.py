@@ -148,7 +148,7 @@ class JobProgram(Section):
         return self
 
 
-Named = Annotated[str, Field(min_length=1)]
+SomeText = Annotated[str, Field(min_length=1)]
 
 
 class Job(Section):
@@ -164,8 +164,8 @@ class Job(Section):
     )
 
     name: str
-    material: Named
-    tool: Named
+    material: SomeText
+    tool: SomeText
     lot: str | None = Field(default=None, exclude_if=is_none)
     bar: BarSection | None = Field(default=None, exclude_if=is_none)
     shank: BarSection | None = Field(default=None, exclude_if=is_none)
