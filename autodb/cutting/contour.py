@@ -30,7 +30,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.pieces import Piece, pieces
+from autodb.cutting.pieces import Piece, pieces, pieces_of
 from autodb.cutting.stock import Stock
 from autodb.cutting.turning import speed_m_min
 from autodb.errors import UnusableInput
@@ -117,8 +117,9 @@ def piece_ends_mm(moves: Sequence[Move], *, source: str, step_mm: float) -> Arra
     Raises UnusableInput naming ``source`` where moves go farther than ``LONGEST_M``.
     """
     _refuse_farther(moves, source)
-    cut = (piece for move in moves for piece in pieces(move, step_mm=step_mm))
-    return np.concatenate([piece.z_mm[[0, -1]] for piece in cut])
+    arcs = (move for move in moves if isinstance(move, Arc))
+    inner = [piece.z_mm[-1] for arc in arcs for piece in pieces(arc, step_mm=step_mm)]
+    return np.array([place for move in moves for place in (move.start.z_mm, move.end.z_mm)] + inner)
 
 
 def engaged_moves(
@@ -141,16 +142,16 @@ def engaged_moves(
     rows: list[ContourEngagement] = []
     recent: list[ContourEngagement] = []
     before: Piece | None = None
-    for piece in (piece for move in moves for piece in pieces(move, step_mm=step_mm)):
+    for piece in pieces_of(moves, step_mm=step_mm):
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source, mirror_mm)
             before = None
             continue
         depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
-        cuts = bool(np.any(depth_mm > TOUCH_MM))
-        if cuts:
+        if np.any(depth_mm > TOUCH_MM):
             _refuse_inwards(piece, before, source)
-        before = piece if cuts else None
+        last = piece.from_mm == piece.from_mm[-1]
+        before = piece if np.any(depth_mm[last] > TOUCH_MM) else None
         _refuse_deeper(piece, depth_mm, edge_mm, source)
         row = engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm)
         recent.append(_with_alike_joined(row) if alike_joined else row)
@@ -165,7 +166,9 @@ def engaged_moves(
 def _with_alike_joined(row: ContourEngagement) -> ContourEngagement:
     """Return a piece's rows, those that follow each other and do the same as one."""
     does = (row.depth_mm, row.outer_mm, row.x_mm, row.feed_mm_rev, row.speed_rpm)
-    differs = np.any([np.abs(np.diff(one)) > ALIKE * np.abs(one[1:]) for one in does], axis=0)
+    differs = np.diff(row.line) != 0
+    for one in does:
+        differs |= np.abs(np.diff(one)) > ALIKE * np.abs(one[1:])
     begins = np.concatenate([[0], 1 + np.flatnonzero(differs)])
     if len(begins) == row.x_mm.size:
         return row
@@ -231,9 +234,10 @@ def _begins_outside(piece: Piece, stock: Stock) -> bool:
 def _beside(piece: Piece, stock: Stock, lean: float) -> tuple[Array, Array, Stock]:
     x_mm = np.maximum(piece.middle_x_mm, 0.0)  # past the axis the edge cuts down to it
     leans = 0.0 if piece.away else lean
-    thick_mm = stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans) - x_mm
     rising = slice(None) if piece.away else slice(None, None, -1)
     after = stock.turned(piece.z_mm[rising], np.maximum(piece.x_mm[rising], 0.0))
+    edge_mm = stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans, after=after, from_mm=piece.from_mm)
+    thick_mm = edge_mm - x_mm
     depth_mm = thick_mm * np.abs(piece.along_z)
     return depth_mm, x_mm + np.where(depth_mm > 0, thick_mm, 0.0), after
 
@@ -273,7 +277,7 @@ def _refuse_inwards(piece: Piece, before: Piece | None, source: str) -> None:
 
     All that it has turned would lie in its way: so a bar does that bores, or a blade.
     """
-    turned = before is not None and before.along_z[0] < -1.0 + SQUARE_SHARE
+    turned = before is not None and before.along_z[-1] < -1.0 + SQUARE_SHARE
     if turned and piece.square and piece.steep_inwards:
         raise UnusableInput(
             phrase(
@@ -286,15 +290,17 @@ def _refuse_inwards(piece: Piece, before: Piece | None, source: str) -> None:
 
 
 def _refuse_deeper(piece: Piece, depth_mm: Array, edge_mm: float, source: str) -> None:
-    if np.any(depth_mm > edge_mm):
+    deeper = np.flatnonzero(depth_mm > edge_mm)
+    if deeper.size:
+        line = int(piece.line[deeper[0]])
         raise UnusableInput(
             phrase(
                 "{source}: line {line}: {max} mm deep, more than the edge's {edge} mm (a "
                 "groove, a bore, or other stock than this?); state the kind of this tool, or "
                 "cut shallower",
                 source=source,
-                line=piece.move.line,
-                max=localized(f"{depth_mm.max():.3f}"),
+                line=line,
+                max=localized(f"{depth_mm[piece.line == line].max():.3f}"),
                 edge=localized(f"{edge_mm:g}"),
             )
         )
@@ -320,13 +326,14 @@ def engagement_rows(
     assert not isinstance(move, Rapid)
     speed = move.speed
     endless = isinstance(speed, CuttingSpeed) and speed.limit_rpm is None
-    if endless and np.any(ends_mm <= 0):
+    reaching = np.flatnonzero(ends_mm <= 0)
+    if endless and reaching.size:
         raise UnusableInput(
             phrase(
                 "{source}: line {line}: G96 reaches the axis without a speed limit; state "
                 "max_speed_rpm in the machine's [spindle], or G50 S, G92 S or LIMS before it",
                 source=source,
-                line=move.line,
+                line=int(piece.line[max(reaching[0] - 1, 0)]),
             )
         )
     rpm = speed.at_rpm(x_mm)
@@ -345,7 +352,7 @@ def engagement_rows(
         speed_rpm=rpm,
         speed_m_min=speed_m_min(2.0 * outer_mm, rpm),
         time_s=np.cumsum(step_s) - step_s / 2,
-        line=np.full(rpm.size, move.line),
+        line=piece.line,
     )
 
 

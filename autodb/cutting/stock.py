@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+TINY_MM = 1e-9
+"""A distance that is none: what is left of arithmetic."""
+
 
 @dataclass(frozen=True)
 class Stock:
@@ -69,11 +72,14 @@ class Stock:
         share = np.divide(least[before] - x_mm, drop, out=np.zeros_like(x_mm), where=drop > 0)
         return np.where(out > 0, places[before] + share * (places[out] - places[before]), z_mm)
 
-    def edge_mm(self, z_mm: Array, x_mm: Array, *, lean: float) -> Array:
+    def edge_mm(
+        self, z_mm: Array, x_mm: Array, *, lean: float, after: "Stock", from_mm: Array
+    ) -> Array:
         """Return up to which radius an edge is in the stock, its tip at z and x, (n,), mm.
 
         The edge leans back by ``lean``, mm along the axis for one of radius: it leaves the stock at
         the first r above x with R(z + lean (r − x)) ≤ r, and within the last cell at its far end.
+        Beyond ``from_mm`` (n,) the stock is what is left of it: ``after``, of the same cells.
         """
         outer = np.maximum(self.radius_mm(z_mm), x_mm)
         if lean <= 0.0:
@@ -84,7 +90,9 @@ class Stock:
             at = cell + ahead
             inside = (at >= 0) & (at < self.low_mm.size)
             here = np.clip(at, 0, self.low_mm.size - 1)
-            radius = np.where(inside, self.high_mm[here], np.where(at < 0, self.behind_mm, 0.0))
+            beyond = self.edges_mm[here] >= from_mm - TINY_MM
+            radius = np.where(beyond, after.high_mm[here], self.high_mm[here])
+            radius = np.where(inside, radius, np.where(at < 0, self.behind_mm, 0.0))
             ends = x_mm + np.maximum(self.edges_mm[here + 1] - z_mm, 0.0) / lean
             leaves = np.isnan(found) & ((ends >= radius) | ~inside)
             found[leaves] = np.clip(np.maximum(radius, begins), x_mm, outer)[leaves]
