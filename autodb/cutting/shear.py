@@ -27,6 +27,10 @@ F_t along the work's velocity at the edge, F_r away from the work across the edg
 edge against the way that the work moves along it, on the tool; b = edge length · cos i [mm]. An
 orthogonal edge is i = 0. Checked against the resolution of vectors in the tests. Valid for
 continuous chips.
+
+At φ + β_n - α = 90° a force would be infinite that no chip ever asked for. Exponents that were
+learnt from thicker chips or other speeds lead there, so that below D_0 D is (D² + D_0²)/(2 D_0):
+it goes on as steep as it was, and ends at D_0/2.
 """
 
 from collections.abc import Callable
@@ -48,6 +52,10 @@ THICKNESS_MM = 0.1
 THINNEST_MM = 0.01
 """Thinner chips have this one's r, τ and β: an edge is round, and nothing was measured below.
 Chosen."""
+LEAST_D = 0.1
+"""D_0: φ + β_n - α of 84°. Chosen: far beyond what is measured of continuous chips."""
+NOUGHT = 1e-16
+"""Added to D², so that nothing is divided by nought."""
 STEP = 1e-30
 """Step along the imaginary axis: no difference is taken, so that it may be as small as this."""
 
@@ -184,7 +192,8 @@ class Zone:
 
         sin φ D = p √``square`` / (1 + p²)    square = (c - p s)² + (1 + p²) tan²η t²
 
-    each of c, s, D over cos β_n; ``strength`` τ / (sin φ D).
+    each of c, s, D over cos β_n; ``strength`` τ / (sin φ D). ``slowed``: ∂ ln D/∂ ln D of what D
+    is below D_0 by what it would be; None where all are above.
     """
 
     thick: Array
@@ -201,6 +210,7 @@ class Zone:
     ahead: Values
     square: Values
     strength: Values
+    slowed: Values | None
 
     def directed(
         self, along: Values, off: Values, sideways: Values
@@ -226,7 +236,15 @@ def zone(theta: Values, edge: Edge) -> Zone:
     tan_phi = ratio * cos / straight
     secant = 1.0 + tan_phi * tan_phi
     ahead = along - tan_phi * off
-    square = ahead * ahead + secant * (sideways * sideways)
+    square = ahead * ahead + secant * (sideways * sideways) + NOUGHT
+    strength = stress * secant / (tan_phi * np.sqrt(square))
+    slowed = None
+    steep = square / ((1.0 + tan_friction * tan_friction) * secant)
+    below = steep.real < LEAST_D**2
+    if below.any():
+        sum_of_squares = np.where(below, steep + LEAST_D**2, 2.0 * LEAST_D**2)
+        slowed = np.where(below, 2.0 * steep / sum_of_squares, 1.0)
+        strength = strength * np.where(below, 2.0 * LEAST_D * np.sqrt(steep) / sum_of_squares, 1.0)
     return Zone(
         thick=thick,
         fast=fast,
@@ -241,7 +259,8 @@ def zone(theta: Values, edge: Edge) -> Zone:
         secant=secant,
         ahead=ahead,
         square=square,
-        strength=stress * secant / (tan_phi * np.sqrt(square)),
+        strength=strength,
+        slowed=slowed,
     )
 
 

@@ -13,6 +13,10 @@ With the signs of ``shear.zone``, u = c - p s and Q = 1 + p², K = S d has
     ∂ ln S/∂ ln r = (1 - 2/Q + p (u s - p a²)/(u² + Q a²))/(1 - r sin α)
     ∂ ln S/∂η = a (u (sin α - p cos α) - Q t)/(u² + Q a²)
 
+Where D is below D_0, it is less steep by a factor w, and (1 - w) ∂ ln D is to be added, with
+
+    ln D = ½ ln(u² + Q a²) - ½ ln(1 + t²) - ½ ln Q
+
 a = t tan η, and its directions d change with β and η alone, as ∂t/∂η = -a and ∂a/∂η = t. Of the
 edge's force K ∝ 1 - e^-z the fourth number is ln h_e, z = h/h_e: d(1 - e^-z)/d ln h_e = -z e^-z.
 Checked against steps along the imaginary axis in the tests.
@@ -76,6 +80,11 @@ def sheared(theta: Array, edge: Edge, area_mm2: Array) -> Steep:
     by_lean = (a * ahead - sideways * t) / zone.square
     turned = p * (zone.ahead * zone.off - p * (a * a)) / zone.square
     by_ratio = (1.0 - 2.0 / zone.secant + turned) / zone.straight
+    if zone.slowed is not None:
+        more, cos_squared = 1.0 - zone.slowed, 1.0 / (1.0 + t * t)
+        by_friction = by_friction - more * (by_friction + 1.0 - cos_squared)
+        by_lean = by_lean - more * (by_lean - t * a * cos_squared)
+        by_ratio = by_ratio - more * (turned + 1.0 - 1.0 / zone.secant) / zone.straight
 
     # With c, s and a, of which the directions are sums
     strength = zone.strength * area_mm2

@@ -210,8 +210,9 @@ def intervals(
     What is off a surface that the ``operation`` turns is wider by what is not known of the thrust's
     direction; None: nothing is. ``known``: what was read of that force.
     Torque and power, and a force that is all along the cutting speed, have one sign: their
-    logarithm is taken as normal, so that what is hardly known is not said to pull. Other forces are
-    skewed as far as the law is where it leads them.
+    logarithm is taken as normal, so that what is hardly known is not said to pull; its standard
+    deviation is the share c that is open, 1 + ln c beyond the whole. Other forces are skewed as far
+    as the law is where it leads them.
     """
     mean, sd, skew = expected.mean, expected.sd, expected.skew
     if operation in TURNED:
@@ -223,7 +224,9 @@ def intervals(
     one_sign = np.ones(mean.shape, dtype=np.bool_)
     one_sign[:, :3] = expected.along >= ALL
     share = np.divide(sd, mean, out=np.zeros_like(sd), where=one_sign & (mean != 0.0))
-    skew = np.where(one_sign, share, skew)
+    size = np.abs(share)
+    share = np.where(size > 1.0, np.sign(share) * (1.0 + np.log(np.maximum(size, 1.0))), share)
+    skew, sd = np.where(one_sign, share, skew), np.where(one_sign, share * mean, sd)
     low, high = (mean + sd * _stretched(skew, end) for end in (-NORMAL_95, NORMAL_95))
     each = zip(mean.tolist(), low.tolist(), high.tolist(), strict=True)
     return [[Interval(*three) for three in zip(*cut, strict=True)] for cut in each]

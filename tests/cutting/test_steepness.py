@@ -1,6 +1,7 @@
 """The chain rule of the law: against steps along the imaginary axis, and central differences."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -74,6 +75,34 @@ def test_what_shears_and_rubs_changes_as_a_step_says(seed: int) -> None:
         others = [k for k in range(len(known)) if k not in order]
         assert not exact[:, others].any()
     assert begin == len(steepness.ORDER)
+
+
+def test_where_a_force_would_be_infinite_it_ends_and_changes_as_a_step_says() -> None:
+    """Friction at which φ + β - α passes 90°, of orthogonal edges and of slightly oblique ones."""
+    known = theta()
+    at = Edge(np.array([0.1]), np.array([100.0]), np.array([-0.05]), np.zeros(1))
+    ratio = float(shear.chip_ratio(known, at)[0])
+    phi = np.arctan2(ratio * np.cos(-0.05), 1.0 - ratio * np.sin(-0.05))
+    beta = np.radians(90.0) - phi - 0.05 + np.radians(np.linspace(-8.0, 8.0, 41))
+    offset = known[shear.BETA_RAKE] * -0.05
+    for lean in (0.0, 0.02):
+        for one in beta:
+            known[shear.BETA] = np.log(np.tan(one)) - offset
+            edge = Edge(np.array([0.1]), np.array([100.0]), np.array([-0.05]), np.array([lean]))
+            zone = shear.zone(known, edge)
+            most = 2.0 / (np.sin(phi) * np.cos(one) * shear.LEAST_D)
+            assert zone.strength[0] <= 1.0001 * most * np.exp(known[shear.TAU])
+            area = np.ones(1)
+            part = steepness.sheared(known, edge, area)
+            made = np.concatenate([np.stack([x[d.which] * d.factor for x in part.by])
+                                   for d in part.drives], axis=1)  # fmt: skip
+            exact = stepped(partial(_coefficients, edge), area, known)
+            order = list(steepness.ORDER[: made.shape[1]])
+            assert_allclose(made, exact[:, order], rtol=1e-9, atol=1e-9 * np.abs(exact).max())
+
+
+def _coefficients(edge: Edge, known: Values) -> tuple[Values, ...]:
+    return shear.chip_coefficients(known, edge)
 
 
 @pytest.mark.parametrize("name", BY_NAME)

@@ -122,3 +122,21 @@ def _means(share: float) -> Array:
         for one in rng.multivariate_normal(state.mean, state.covariance, TRUTHS)
     )
     return np.array([expected_means(one, cuts)[0] for one in drawn])
+
+
+@pytest.mark.parametrize("share", [0.4, 1.0, 1.5, 20.0, 400.0])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_what_is_hardly_known_has_one_sign_and_ends_that_can_be_worked_with(
+    share: float, sign: float
+) -> None:
+    """Beyond the whole of a value the ends go farther apart with what is open, and stay finite."""
+    own = forecast(*_known(0.15))
+    sd = share * np.abs(own.mean)
+    (one, *_) = intervals(replace(own, mean=sign * np.abs(own.mean), sd=sd))
+    torque = one[TORQUE]
+    ends = sorted((abs(torque.low), abs(torque.high)))
+    assert torque.low * sign > 0.0
+    assert_allclose(np.prod(ends), torque.value**2, rtol=1e-9)
+    spread = share if share <= 1.0 else 1.0 + np.log(share)
+    assert_allclose(np.log(ends[1] / ends[0]), 2.0 * NORMAL_95 * spread, rtol=1e-9)
+    assert 0.0 < chance_beyond(wider_interval(torque, 1.3), 2.0 * abs(torque.value)) < 0.5
