@@ -5,6 +5,7 @@ slice, where a stretch of other material begins and ends by moving its ends. A c
 vibration: each component feels it by its own share and phase, no more.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -16,7 +17,7 @@ from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.waves.candidates import deeper, nudged
-from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves
+from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.scans import (
     BINS,
     LONGEST,
@@ -24,6 +25,7 @@ from autodb.explain.waves.scans import (
     hard_spot_of_waves,
     harder_stretch,
 )
+from autodb.explain.waves.sensors import SENSING
 from autodb.explain.waves.teeth import StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, form, on_each
 
@@ -38,6 +40,10 @@ COST = 2.0
 STILL = 0.02
 """Share by which teeth stand out otherwise, from which on their columns are built anew."""
 SMALLEST_MM = 2e-4
+SCALING = frozenset({"gain", "crosstalk"})
+"""What scales or mixes the force that is sensed."""
+FELT = 0.1
+"""Share of STILL by which the force that is sensed is another. Chosen."""
 DEPTH = "depth_error"
 REACH = 0.4
 """Share of the error that the search found by which it is looked for to either side."""
@@ -49,12 +55,35 @@ def seen_anew(
 ) -> tuple[SimulatedWaves, bool]:
     """Return the world as what was found has it, and whether its columns are others by now."""
     world, moved = _stood_out(world, bench, found)
+    world, otherwise = felt(world, bench, found.choices, quiet)
+    moved |= otherwise
     if DEPTH not in found.keys:
         return replace(world, deeper_mm=None), moved or world.deeper_mm is not None
     error_mm = fitted_error(world, bench, found, quiet)
     before = world.deeper_mm or 0.0
     moved |= abs(error_mm - before) > STILL * abs(error_mm)
     return replace(world, deeper_mm=error_mm), moved
+
+
+def felt(
+    world: SimulatedWaves, bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise
+) -> tuple[SimulatedWaves, bool]:
+    """Return the world with the force that is sensed as it was found, and whether it is another by
+    now: a scale and crosstalk act on all of it, on what the simulation leaves out too.
+    """
+    terms = [c.candidate.term for c in choices]
+    if not SCALING & set(terms):
+        return replace(world, lacking=None, gained=None), world.lacking is not None
+    fit = fit_waves(bench, choices, quiet)
+    parts = {term: np.zeros_like(bench.difference) for term in (*SCALING, "force")}
+    for number, term in enumerate(terms):
+        if choices[number].candidate.key.split(" ")[0] not in SENSING or term in SCALING:
+            parts[term if term in SCALING else "force"] += fit.part(number)
+    lacking = fit.columns[..., : fit.own] @ fit.coefficients[: fit.own] + parts["force"]
+    before = np.zeros_like(lacking) if world.lacking is None else world.lacking
+    now = replace(world, lacking=lacking, gained=parts["gain"])
+    moved = np.sum((lacking - before) ** 2) > STILL**2 * np.sum(now.sensed**2) * FELT**2
+    return now, bool(moved)
 
 
 def _stood_out(

@@ -39,6 +39,8 @@ READ = 3000
 SLICES = (*range(3, 41), 50, 60, 64, 80, 100)
 SLICE_MM = (0.05, 0.1, 0.2, 0.25)
 """Numbers and heights of slices that simulations cut an edge into."""
+LIKELY = 6
+"""Of these the best by LOOKED rows, which are looked at by READ rows again."""
 IN_STEP = (2, 4, 6, 9, 13)
 """Coefficients of what an angle that was not recorded is off by, one after the other, …"""
 STEPS = 4
@@ -226,10 +228,10 @@ def _read(waves: Waves, *, edged: bool) -> Waves:
     return replace(read, fits=_share(waves.simulation - read.made, waves.simulation))
 
 
-def _some(waves: Waves, rows: NDArray[np.intp] | None) -> Waves:
-    """Return the same at LOOKED rows, of all where something is cut or of some."""
+def _some(waves: Waves, rows: NDArray[np.intp] | None, most: int) -> Waves:
+    """Return the same at so many rows, of all where something is cut or of some."""
     rows = np.flatnonzero(waves.teeth.engaged > 0.0) if rows is None else rows
-    return waves.at(_spread(rows, LOOKED))
+    return waves.at(_spread(rows, most))
 
 
 def _spread(rows: NDArray[np.intp], most: int) -> NDArray[np.intp]:
@@ -237,12 +239,15 @@ def _spread(rows: NDArray[np.intp], most: int) -> NDArray[np.intp]:
     if len(rows) <= most:
         return rows
     steps = np.arange(most) + np.mod(np.arange(most) * GOLDEN, 1.0)
-    return rows[np.minimum((steps * len(rows) / most).astype(np.intp), len(rows) - 1)]
+    at = np.minimum((steps * len(rows) / most).astype(np.intp), len(rows) - 1)
+    return np.asarray(rows[at], dtype=np.intp)
 
 
-def _seen_in_some(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
+def _seen_in_some(
+    waves: Waves, rows: NDArray[np.intp] | None = None, *, most: int = LOOKED
+) -> Waves:
     """Return waves with how well some rows fit."""
-    some = _fitted(_some(waves, rows))
+    some = _fitted(_some(waves, rows, most))
     return replace(waves, law=some.law, fits=some.fits, uneven=some.uneven)
 
 
@@ -252,11 +257,13 @@ def _sliced(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
     if mill.twist_rad == 0.0:
         return waves
     counts = {*SLICES, *(max(2, round(mill.depth_mm / height)) for height in SLICE_MM)}
-    tried = (
+    every = [
         replace(waves, teeth=replace(waves.teeth, mill=replace(mill, slices=count)))
         for count in sorted(counts)
-    )
-    return max((_seen_in_some(one, rows) for one in tried), key=lambda one: one.fits)
+    ]
+    likely = sorted((_seen_in_some(one, rows) for one in every), key=lambda one: -one.fits)
+    again = [_seen_in_some(one, rows, most=READ) for one in likely[:LIKELY]]
+    return max(again, key=lambda one: one.fits)
 
 
 def _followed(waves: Waves, inside: NDArray[np.intp], reach: float | None) -> Waves:
@@ -331,7 +338,7 @@ def _turned_by(waves: Waves, by_rad: float) -> Array:
 def _without_jumps(left: Array) -> NDArray[np.bool_]:
     """Return at which rows what is left (C, n) is no tooth that comes in a row early or late."""
     squares = np.sum(left**2, axis=0)
-    return squares <= JUMP**2 * np.median(squares)
+    return np.asarray(squares <= JUMP**2 * np.median(squares))
 
 
 def _entered(waves: Waves, most: float = REACH) -> Waves:

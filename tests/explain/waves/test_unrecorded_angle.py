@@ -1,4 +1,4 @@
-"""The angle that a simulation's teeth tell where it was not recorded, while the mill comes in, too."""
+"""The angle that a simulation's teeth tell where it was not recorded, as the mill comes in, too."""
 
 from pathlib import Path
 
