@@ -25,7 +25,7 @@ from autodb.explain.waves.candidates import (
 )
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.long_waveforms import rows_searched
-from autodb.explain.waves.plain_rows import account_of_waves, static_laws
+from autodb.explain.waves.plain_rows import account_of_waves, needed_laws
 from autodb.explain.waves.refined import felt, seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.simulation import waves_of
@@ -45,7 +45,7 @@ from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
-ROUNDS = 4
+ROUNDS = 5
 EDGED = 0.02
 """Share of a simulation's squares from which on what no chip changes counts as its edge's."""
 BAR = 3.0
@@ -280,7 +280,7 @@ def _searched(
     """Return the best set of candidates on a bench, that begins with the laws which blocks of time
     left out need.
     """
-    laws = static_laws(bench, quiet, every)
+    laws = needed_laws(bench, quiet, every)
     held = {c.candidate.key: c.candidate for c in laws}
     asked = [held.get(one.key, _asked(one)) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
@@ -304,10 +304,12 @@ def _simpler_and_better(
     bench: WhiteWaves, other: FoundSet, found: FoundSet, quiet: WhitenedNoise
 ) -> bool:
     """Whether an account by evidence alone does better than one that begins with laws: by its
-    evidence and on blocks of time left out, with no more coefficients.
+    evidence and on blocks of time left out, with no more coefficients; with fewer, as well by its
+    evidence.
     """
-    counts = [bench.chosen(one.choices).shape[-1] for one in (other, found)]
-    if counts[0] > counts[1] or other.score < found.score + MARGIN:
+    its, laws = (bench.chosen(one.choices).shape[-1] for one in (other, found))
+    ahead = other.score - found.score
+    if its > laws or ahead < (MARGIN if its == laws else 0.0):
         return False
     return _squares(bench, other.choices, quiet) < _squares(bench, found.choices, quiet)
 

@@ -42,8 +42,11 @@ STILL = 0.02
 SMALLEST_MM = 2e-4
 SCALING = frozenset({"gain", "crosstalk"})
 """What scales or mixes the force that is sensed."""
-FELT = 0.1
-"""Share of STILL by which the force that is sensed is another. Chosen."""
+SHARES_OF = frozenset({"hard_spot", "deflection"})
+"""What is a share of the force that teeth make."""
+FELT = 0.002
+"""Share by which the force that is sensed is another, from which on columns are built anew.
+Chosen."""
 DEPTH = "depth_error"
 REACH = 0.4
 """Share of the error that the search found by which it is looked for to either side."""
@@ -69,20 +72,25 @@ def felt(
     world: SimulatedWaves, bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise
 ) -> tuple[SimulatedWaves, bool]:
     """Return the world with the force that is sensed as it was found, and whether it is another by
-    now: a scale and crosstalk act on all of it, on what the simulation leaves out too.
+    now: a scale and crosstalk act on all of it, on what the simulation leaves out too, harder
+    material and a mill that gives way on all that teeth make.
     """
     terms = [c.candidate.term for c in choices]
     if not SCALING & set(terms):
-        return replace(world, lacking=None, gained=None), world.lacking is not None
+        still = replace(world, cutting=None, lacking=None, gained=None)
+        return still, world.lacking is not None
     fit = fit_waves(bench, choices, quiet)
-    parts = {term: np.zeros_like(bench.difference) for term in (*SCALING, "force")}
-    for number, term in enumerate(terms):
-        if choices[number].candidate.key.split(" ")[0] not in SENSING or term in SCALING:
-            parts[term if term in SCALING else "force"] += fit.part(number)
-    lacking = fit.columns[..., : fit.own] @ fit.coefficients[: fit.own] + parts["force"]
-    before = np.zeros_like(lacking) if world.lacking is None else world.lacking
-    now = replace(world, lacking=lacking, gained=parts["gain"])
-    moved = np.sum((lacking - before) ** 2) > STILL**2 * np.sum(now.sensed**2) * FELT**2
+    none = np.zeros_like(bench.difference)
+    parts = {term: none.copy() for term in (*SCALING, *SHARES_OF, "force")}
+    for number, choice in enumerate(choices):
+        term = choice.candidate.term
+        if term in parts or choice.candidate.key.split(" ")[0] not in SENSING:
+            parts[term if term in parts else "force"] += fit.part(number)
+    cutting = fit.columns[..., : fit.own] @ fit.coefficients[: fit.own] + parts["force"]
+    lacking = cutting + sum((parts[term] for term in SHARES_OF), start=none)
+    before = none if world.lacking is None else world.lacking
+    now = replace(world, cutting=cutting, lacking=lacking, gained=parts["gain"])
+    moved = np.sum((lacking - before) ** 2) > FELT**2 * np.sum(now.sensed**2)
     return now, bool(moved)
 
 
