@@ -134,7 +134,9 @@ def account_of_waves(
     if _course(rows, static, courses) is None:
         return PlainAccount(tuple(static), None, float(rows.squares(static).sum()))
     rows = PlainWaves(source, named)
-    found = _simpler(rows, _continued(rows, found), _continued(rows, _alone(rows, named)))
+    found = _continued(rows, found)
+    if static:
+        found = _simpler(rows, found, _continued(rows, _alone(rows, named)))
     rows = PlainWaves(source, candidates, found)
     course = _course(rows, found, courses)
     if course is None:
