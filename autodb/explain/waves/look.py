@@ -53,6 +53,9 @@ SMOOTH_S = 0.02
 MEASURED = 0.5
 """Share of the time from first to last row that must have been recorded: tones are looked for, and
 wear and drift followed, over gaps. Chosen."""
+COMPONENTS = 3
+"""Coefficients of a plain law: tangential, radial, axial. One with more may follow what others do.
+"""
 FAINTEST = 0.002
 """`search.FAINT` of waves whose law is known exactly: shapes are then made of the very chips.
 Chosen."""
@@ -286,7 +289,7 @@ def _searched(
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
     search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint, begin=laws)
     found = _predicting(bench, search, quiet)
-    if laws:
+    if any(bench.columns(c.key, c.shape).shape[-1] > COMPONENTS for c in laws):
         freely = CandidateSearch(search.products, [_asked(one) for one in every], faint=faint)
         other = _predicting(bench, freely, quiet)
         if _simpler_and_better(bench, other, found, quiet):
