@@ -284,12 +284,13 @@ def _searched(
     left out need.
     """
     laws = needed_laws(bench, quiet, every)
-    held = {c.candidate.key: c.candidate for c in laws}
-    asked = [held.get(one.key, _asked(one)) for one in every]
+    needed = {c.candidate.key: c.candidate for c in laws}
+    asked = [needed.get(one.key, _asked(one)) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
     search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint, begin=laws)
     found = _predicting(bench, search, quiet)
-    if any(bench.columns(c.key, c.shape).shape[-1] > COMPONENTS for c in laws):
+    held = [c for c in found.choices if c.candidate.key in search.begin.keys]
+    if any(bench.columns(c.key, c.shape).shape[-1] > COMPONENTS for c in held):
         freely = CandidateSearch(search.products, [_asked(one) for one in every], faint=faint)
         other = _predicting(bench, freely, quiet)
         if _simpler_and_better(bench, other, found, quiet):
