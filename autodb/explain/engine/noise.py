@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -80,6 +79,8 @@ class Whitener:
 
     def adjoint(self, values: Array, rows: int) -> Array:
         """Return the transposed filter of white values (n − order,) at all ``rows``."""
+        from scipy.signal import lfilter
+
         padded = np.zeros(rows)
         padded[self.places(rows)] = values
         taps = np.concatenate([[1.0], -self.coefficients])

@@ -276,8 +276,8 @@ class _Told:
     def _answer(self, component: int, name: str) -> tuple[ChannelAnswer, ChannelTrace]:
         causes, takes = self._causes(component)
         before = self.whole.bench.difference[component]
-        correction = self.fit.correction[component] if causes else np.zeros_like(before)
-        held = self.held_out[component] if causes else before
+        correction = self.fit.correction[component] if self.choices else np.zeros_like(before)
+        held = self.held_out[component] if self.choices else before
         signals = _signals(self.recording)
         acted = {name for cause in causes for name in cause.variables}
         answer = ChannelAnswer(

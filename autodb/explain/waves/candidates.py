@@ -242,11 +242,12 @@ def deeper(world: SimulatedWaves, error_mm: float) -> Array:
 
 def _deflection(world: SimulatedWaves) -> Iterator[Candidate]:
     """The mill gives way: the relative error grows with the force across it."""
-    across = np.sqrt(np.sum(world.simulated[:2] ** 2, axis=0))
+    force = world.made
+    across = np.sqrt(np.sum(force[:2] ** 2, axis=0))
     u = across / max(float(np.max(across)), 1e-300)
     forms = tuple(
         form(
-            (world.simulated * (u if half is None else u / (u + half)))[:, :, None],
+            (force * (u if half is None else u / (u + half)))[:, :, None],
             tries=len(GIVES),
             names=("share",),
             allowed=negative,

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 from scipy.ndimage import median_filter
-from scipy.signal import lfilter
 
 from autodb.explain.engine.bench import ROWS_A_COLUMN, fewest_first
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
@@ -344,13 +343,13 @@ def _drawn(bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise) -
 
 
 def component_noise_sd(quiet: WhitenedNoise) -> Array:
-    """Return the standard deviation of each component's noise (C,), colour and all."""
-    knock = np.zeros(MEMORY)
-    knock[0] = 1.0
+    """Return the standard deviation of each component's noise (C,), colour and all: the mean of its
+    spectrum.
+    """
     sizes = []
     for whitener, sd in zip(quiet.whiteners, quiet.sd, strict=True):
         taps = np.concatenate([[1.0], -whitener.coefficients])
-        sizes.append(sd * float(np.sqrt(np.sum(lfilter([1.0], taps, knock) ** 2))))
+        sizes.append(sd * float(np.sqrt(np.mean(np.abs(np.fft.fft(taps, MEMORY)) ** -2.0))))
     return np.array(sizes)
 
 

@@ -10,7 +10,13 @@ from autodb.errors import UnusableInput
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.plain.rows import BEYOND
-from autodb.explain.engine.search import FAINT, CandidateSearch, FoundSet, settled_set
+from autodb.explain.engine.search import (
+    FAINT,
+    MARGIN,
+    CandidateSearch,
+    FoundSet,
+    settled_set,
+)
 from autodb.explain.waves.candidates import (
     COURSE,
     OVER_TURN,
@@ -19,8 +25,8 @@ from autodb.explain.waves.candidates import (
 )
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.long_waveforms import rows_searched
-from autodb.explain.waves.plain_rows import account_of_waves, static_laws
-from autodb.explain.waves.refined import seen_anew, sharpened
+from autodb.explain.waves.plain_rows import account_of_waves, needed_laws
+from autodb.explain.waves.refined import felt, seen_anew, sharpened
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.simulation import waves_of
 from autodb.explain.waves.teeth import TABLE, is_tilted, table_angles
@@ -39,7 +45,7 @@ from autodb.wording.kept import said_again
 
 Array = NDArray[np.float64]
 
-ROUNDS = 4
+ROUNDS = 5
 EDGED = 0.02
 """Share of a simulation's squares from which on what no chip changes counts as its edge's."""
 BAR = 3.0
@@ -47,6 +53,9 @@ SMOOTH_S = 0.02
 MEASURED = 0.5
 """Share of the time from first to last row that must have been recorded: tones are looked for, and
 wear and drift followed, over gaps. Chosen."""
+COMPONENTS = 3
+"""Coefficients of a plain law: tangential, radial, axial. One with more may follow what others do.
+"""
 FAINTEST = 0.002
 """`search.FAINT` of waves whose law is known exactly: shapes are then made of the very chips.
 Chosen."""
@@ -104,21 +113,28 @@ def look_in_waves(
 def _at_every_row(looked: FoundInWaves, world: SimulatedWaves, measured: Array) -> FoundInWaves:
     """Return what was found in some rows of a world, built at all of them."""
     world = replace(world, out=looked.world.out, deeper_mm=looked.world.deeper_mm)
-    bench = _bench(world, measured)
-    standing = candidates_by_key(world, looked.found.keys)
+    bench, quiet = _bench(world, measured), looked.quiet.over(world.timing)
+    choices = _built(looked.found.choices, world)
+    if looked.world.lacking is not None:
+        world, _ = felt(world, bench, tuple(choices.values()), quiet)
+        bench, choices = _bench(world, measured), _built(looked.found.choices, world)
+    laws = tuple(choices[c.candidate.key] for c in looked.laws)
+    if looked.plainly:
+        choices[OVER_TURN] = but_for_laws(bench, laws, choices[OVER_TURN], quiet)
+    found = replace(looked.found, choices=tuple(choices.values()))
+    return replace(looked, world=world, bench=bench, found=found, quiet=quiet, laws=laws)
+
+
+def _built(choices: Sequence[Choice], world: SimulatedWaves) -> dict[str, Choice]:
+    """Return choices by key, with columns at the rows of a world."""
+    standing = candidates_by_key(world, [c.candidate.key for c in choices])
 
     def built(choice: Choice) -> Choice:
         anew = choice.candidate.anew
         made = standing[choice.candidate.key] if anew is None else anew(world)
         return Choice(made, int(choice.shape.shape.get(COURSE, choice.form)))
 
-    choices = {c.candidate.key: built(c) for c in looked.found.choices}
-    laws = tuple(choices[c.candidate.key] for c in looked.laws)
-    quiet = looked.quiet.over(world.timing)
-    if looked.plainly:
-        choices[OVER_TURN] = but_for_laws(bench, laws, choices[OVER_TURN], quiet)
-    found = replace(looked.found, choices=tuple(choices.values()))
-    return replace(looked, world=world, bench=bench, found=found, quiet=quiet, laws=laws)
+    return {c.candidate.key: built(c) for c in choices}
 
 
 def _refuse_mostly_gaps(recording: Recording) -> None:
@@ -267,14 +283,39 @@ def _searched(
     """Return the best set of candidates on a bench, that begins with the laws which blocks of time
     left out need.
     """
-    laws = static_laws(bench, quiet, every)
-    held = {c.candidate.key: c.candidate for c in laws}
-    asked = [held.get(one.key, replace(one, bar=one.bar + BAR)) for one in every]
+    laws = needed_laws(bench, quiet, every)
+    needed = {c.candidate.key: c.candidate for c in laws}
+    asked = [needed.get(one.key, _asked(one)) for one in every]
     faint = float(np.clip(1.0 - world.waves.fits, FAINTEST, FAINT))
     search = CandidateSearch(bench.products(asked, quiet), asked, faint=faint, begin=laws)
     found = _predicting(bench, search, quiet)
-    laws = tuple(c for c in found.choices if c.candidate.key in held)
+    held = [c for c in found.choices if c.candidate.key in search.begin.keys]
+    if any(bench.columns(c.key, c.shape).shape[-1] > COMPONENTS for c in held):
+        freely = CandidateSearch(search.products, [_asked(one) for one in every], faint=faint)
+        other = _predicting(bench, freely, quiet)
+        if _simpler_and_better(bench, other, found, quiet):
+            search, found = freely, other
+    laws = tuple(c for c in search.begin.choices if c.candidate.key in found.keys)
     return FoundInWaves(world, bench, search, found, quiet, laws)
+
+
+def _asked(candidate: Candidate) -> Candidate:
+    """Return a candidate of which more evidence is asked than of the laws that plain rows need."""
+    return replace(candidate, bar=candidate.bar + BAR)
+
+
+def _simpler_and_better(
+    bench: WhiteWaves, other: FoundSet, found: FoundSet, quiet: WhitenedNoise
+) -> bool:
+    """Whether an account by evidence alone does better than one that begins with laws: by its
+    evidence and on blocks of time left out, with no more coefficients; with fewer, as well by its
+    evidence.
+    """
+    its, laws = (bench.chosen(one.choices).shape[-1] for one in (other, found))
+    ahead = other.score - found.score
+    if its > laws or ahead < (MARGIN if its == laws else 0.0):
+        return False
+    return _squares(bench, other.choices, quiet) < _squares(bench, found.choices, quiet)
 
 
 def _anew(choices: Sequence[Choice], standing: Sequence[Candidate]) -> tuple[Choice, ...]:

@@ -229,7 +229,7 @@ def _gain(effect: EffectInWaves, component: int) -> dict[str, IntervalValue]:
     """Return the factor where it is furthest from 1."""
     columns = shape_columns(effect.choice.shape)
     found, covariance = effect.beside.fitted(columns)
-    force = effect.world.simulated[component]
+    force = effect.world.sensed[component]
     rows = np.flatnonzero(np.abs(force) > SENSED * np.max(np.abs(force)))
     factor = columns[component, rows] / force[rows, None]
     change = factor @ found
@@ -243,7 +243,7 @@ def _crosstalk(effect: EffectInWaves, component: int) -> dict[str, IntervalValue
     world = effect.world
     others = [j for j in range(world.components) if j != component]
     columns = np.concatenate(
-        [in_one(world, world.simulated[j][:, None], component) for j in others], axis=-1
+        [in_one(world, world.shown[j][:, None], component) for j in others], axis=-1
     )
     names = tuple(f"share of {world.waves.names[j]}" for j in others)
     return _values(effect, columns, names, "1")

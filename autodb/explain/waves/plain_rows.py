@@ -20,11 +20,12 @@ from autodb.explain.engine.plain.growing import (
     CLEAR,
     GAIN,
     IN_BLOCKS,
+    best_offer,
     completed,
     grown,
     merged_laws,
 )
-from autodb.explain.engine.plain.rows import OWN, ROWS, PlainRows, rms_fall
+from autodb.explain.engine.plain.rows import NEEDED, OWN, ROWS, PlainRows, rms_fall
 from autodb.explain.waves.candidates import OVER_TURN
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, component_noise_sd
 
@@ -100,6 +101,21 @@ def static_laws(
     return tuple(merged_laws(rows, grown(rows, [], laws)))
 
 
+def needed_laws(
+    bench: WhiteWaves, quiet: WhitenedNoise, candidates: Sequence[Candidate]
+) -> tuple[Choice, ...]:
+    """Return what a search begins with: static laws, or in their place an account of any kind that
+    predicts blocks left out better for its coefficients, as a scale or crosstalk does beside a
+    smooth law of the chip.
+    """
+    static = list(static_laws(bench, quiet, candidates))
+    if not static:
+        return ()
+    named = [c for c in candidates if c.named]
+    rows = PlainWaves(WaveRows(bench, quiet), named)
+    return tuple(_simpler(rows, static, _continued(rows, _alone(rows, named))))
+
+
 def account_of_waves(
     bench: WhiteWaves, quiet: WhitenedNoise, candidates: Sequence[Candidate]
 ) -> PlainAccount:
@@ -118,11 +134,9 @@ def account_of_waves(
     if _course(rows, static, courses) is None:
         return PlainAccount(tuple(static), None, float(rows.squares(static).sum()))
     rows = PlainWaves(source, named)
-    for _ in range(ROUNDS):
-        before = {c.candidate.key for c in found}
-        found = merged_laws(rows, completed(rows, found))
-        if {c.candidate.key for c in found} == before:
-            break
+    found = _continued(rows, found)
+    if static:
+        found = _simpler(rows, found, _continued(rows, _alone(rows, named)))
     rows = PlainWaves(source, candidates, found)
     course = _course(rows, found, courses)
     if course is None:
@@ -133,6 +147,32 @@ def account_of_waves(
         if _stays(rows, kept, choice, course):
             kept.append(choice)
     return PlainAccount(tuple(kept), course, float(rows.squares(kept).sum()))
+
+
+def _continued(rows: PlainRows, found: list[Choice]) -> list[Choice]:
+    """Return laws with all further ones of any kind that blocks of time left out clearly need."""
+    for _ in range(ROUNDS):
+        before = {c.candidate.key for c in found}
+        found = merged_laws(rows, completed(rows, found))
+        if {c.candidate.key for c in found} == before:
+            break
+    return found
+
+
+def _alone(rows: PlainRows, candidates: Sequence[Candidate]) -> list[Choice]:
+    """Return the effect of any kind that predicts best alone, less what its coefficients cost."""
+    offers = [best_offer(rows, [], one) for one in candidates]
+    able = [(fall - rows.richness(choice), choice) for fall, choice in offers if choice]
+    return [max(able, key=lambda one: one[0])[1]] if able else []
+
+
+def _simpler(rows: PlainRows, found: list[Choice], other: list[Choice]) -> list[Choice]:
+    """Return the account that predicts better, less what its coefficients cost; of two that do
+    as well the first.
+    """
+    fall = rms_fall(rows.squares(found), rows.squares(other))
+    richer = sum(map(rows.richness, other)) - sum(map(rows.richness, found))
+    return other if fall > richer + NEEDED else found
 
 
 def _course(rows: PlainRows, choices: list[Choice], courses: Sequence[Candidate]) -> Choice | None:

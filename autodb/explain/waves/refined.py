@@ -5,6 +5,7 @@ slice, where a stretch of other material begins and ends by moving its ends. A c
 vibration: each component feels it by its own share and phase, no more.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -16,7 +17,7 @@ from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.normal import solved
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.waves.candidates import deeper, nudged
-from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves
+from autodb.explain.waves.fit import BesideWaves, WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.scans import (
     BINS,
     LONGEST,
@@ -24,6 +25,7 @@ from autodb.explain.waves.scans import (
     hard_spot_of_waves,
     harder_stretch,
 )
+from autodb.explain.waves.sensors import SENSING
 from autodb.explain.waves.teeth import StandsOut, contrasts
 from autodb.explain.waves.world import SimulatedWaves, form, on_each
 
@@ -38,6 +40,13 @@ COST = 2.0
 STILL = 0.02
 """Share by which teeth stand out otherwise, from which on their columns are built anew."""
 SMALLEST_MM = 2e-4
+SCALING = frozenset({"gain", "crosstalk"})
+"""What scales or mixes the force that is sensed."""
+SHARES_OF = frozenset({"hard_spot", "deflection"})
+"""What is a share of the force that teeth make."""
+FELT = 0.002
+"""Share by which the force that is sensed is another, from which on columns are built anew.
+Chosen."""
 DEPTH = "depth_error"
 REACH = 0.4
 """Share of the error that the search found by which it is looked for to either side."""
@@ -49,12 +58,40 @@ def seen_anew(
 ) -> tuple[SimulatedWaves, bool]:
     """Return the world as what was found has it, and whether its columns are others by now."""
     world, moved = _stood_out(world, bench, found)
+    world, otherwise = felt(world, bench, found.choices, quiet)
+    moved |= otherwise
     if DEPTH not in found.keys:
         return replace(world, deeper_mm=None), moved or world.deeper_mm is not None
     error_mm = fitted_error(world, bench, found, quiet)
     before = world.deeper_mm or 0.0
     moved |= abs(error_mm - before) > STILL * abs(error_mm)
     return replace(world, deeper_mm=error_mm), moved
+
+
+def felt(
+    world: SimulatedWaves, bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise
+) -> tuple[SimulatedWaves, bool]:
+    """Return the world with the force that is sensed as it was found, and whether it is another by
+    now: a scale and crosstalk act on all of it, on what the simulation leaves out too, harder
+    material and a mill that gives way on all that teeth make.
+    """
+    terms = [c.candidate.term for c in choices]
+    if not SCALING & set(terms):
+        still = replace(world, cutting=None, lacking=None, gained=None)
+        return still, world.lacking is not None
+    fit = fit_waves(bench, choices, quiet)
+    none = np.zeros_like(bench.difference)
+    parts = {term: none.copy() for term in (*SCALING, *SHARES_OF, "force")}
+    for number, choice in enumerate(choices):
+        term = choice.candidate.term
+        if term in parts or choice.candidate.key.split(" ")[0] not in SENSING:
+            parts[term if term in parts else "force"] += fit.part(number)
+    cutting = fit.columns[..., : fit.own] @ fit.coefficients[: fit.own] + parts["force"]
+    lacking = cutting + sum((parts[term] for term in SHARES_OF), start=none)
+    before = none if world.lacking is None else world.lacking
+    now = replace(world, cutting=cutting, lacking=lacking, gained=parts["gain"])
+    moved = np.sum((lacking - before) ** 2) > FELT**2 * np.sum(now.sensed**2)
+    return now, bool(moved)
 
 
 def _stood_out(

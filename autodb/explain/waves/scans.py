@@ -90,7 +90,7 @@ def hard_spot_of_waves(world: SimulatedWaves, start_s: float, end_s: float, key:
         "hard_spot",
         forms,
         ("t",),
-        detail=keep_shape(world.simulated[:, :, None] * knots),
+        detail=keep_shape(world.made[:, :, None] * knots),
         interval=(start_s, end_s),
         scanned=True,
         anew=partial(hard_spot_of_waves, start_s=start_s, end_s=end_s, key=key),
@@ -114,7 +114,7 @@ def harder_stretch(world: SimulatedWaves, start_s: float, end_s: float, number: 
         soft = SOFT[number]
         rise = np.clip(np.minimum(u + 0.5 * soft, 1.0 + 0.5 * soft - u) / soft, 0.0, 1.0)
         course = rise**2 * (3.0 - 2.0 * rise)
-    return np.asarray((world.simulated * course)[:, :, None])
+    return np.asarray((world.made * course)[:, :, None])
 
 
 def _tones(world: SimulatedWaves, white: Array, places: Rows, number: int) -> list[Candidate]:

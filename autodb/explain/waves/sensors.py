@@ -26,7 +26,7 @@ def _gains(world: SimulatedWaves) -> Iterator[Candidate]:
     one = np.ones((len(world.time), 1))
     curve = spline(world.time, KNOTS)[:, 1:]
     for i, name in enumerate(world.waves.names):
-        course = world.simulated[i][:, None]
+        course = world.sensed[i][:, None]
         forms = (
             form(in_one(world, course, i), names=("factor",)),
             form(in_one(world, course * world.time[:, None], i)),
@@ -89,14 +89,12 @@ def heated_sensor(t_s: Array, engaged: Array, share: float) -> Array:
 
 
 def _crosstalk(world: SimulatedWaves) -> Iterator[Candidate]:
-    """A component takes a share of another: one way, both ways, or all of all."""
+    """A component takes a share of what another shows: one way, both ways, or all of all."""
     count = world.components
     if count == 1:
         return
     pairs = [(i, j) for i in range(count) for j in range(count) if i != j]
-    made = np.concatenate(
-        [in_one(world, world.simulated[j][:, None], i) for i, j in pairs], axis=-1
-    )
+    made = np.concatenate([in_one(world, world.shown[j][:, None], i) for i, j in pairs], axis=-1)
     both = [[k for k, pair in enumerate(pairs) if set(pair) == {i, j}] for i, j in pairs if i < j]
     forms = [
         *(form(made[..., [k]], tries=len(pairs), names=SHARES[:1]) for k in range(len(pairs))),

@@ -22,6 +22,7 @@ from autodb.explain.waves.law import (
     read_off,
     rubbing,
 )
+from autodb.explain.waves.plain_rows import GOLDEN
 from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts, machine_and_table
 from autodb.explain.waves.waves import Waves, heard, mill_of
 from autodb.files.channels import FORCES
@@ -38,13 +39,24 @@ READ = 3000
 SLICES = (*range(3, 41), 50, 60, 64, 80, 100)
 SLICE_MM = (0.05, 0.1, 0.2, 0.25)
 """Numbers and heights of slices that simulations cut an edge into."""
-IN_STEP = (2, 4, 6)
+LIKELY = 6
+"""Of these the best by LOOKED rows, which are looked at by READ rows again."""
+IN_STEP = (2, 4, 6, 9, 13)
 """Coefficients of what an angle that was not recorded is off by, one after the other, …"""
 STEPS = 4
-"""… and rounds to find them."""
+"""… and steps to find them."""
 STEPPED = 2000
-"""Rows, at most about twice as many, by which this is found."""
+"""Rows by which this is found at most; twice as many where teeth come in and go out."""
 NUDGE_RAD = 1e-3
+JUMP = 4.0
+"""Rows of which so many times as much as of the median one is left are those of a tooth that comes
+in or goes out: they say nothing of how the angle drifts. Chosen."""
+SHARES = (0.3, 0.1, 0.03)
+"""Shares of the angle between two rows over which slopes are then taken: how many teeth come in or
+go out at another row than the simulation's says what is off by less than a row. Chosen."""
+ROUNDS = 3
+FINER = 4
+"""Times that a grid gets four times as fine."""
 REACH = 0.15
 """By how much of the radius the mill may come in earlier or later than its first force says."""
 SILENT = 1e-6
@@ -110,18 +122,34 @@ def _first_that_fits(found: Iterable[Waves]) -> Waves:
 def _as_recorded(found: Sequence[Waves]) -> Waves:
     """Return the best of waves with the angle as it was recorded."""
     best = _sliced(max(map(_seen_in_some, found), key=lambda waves: waves.fits))
-    return _entered(best)
+    return _seen_in_some(_entered(best))
 
 
 def _elsewhere(found: Sequence[Waves]) -> Waves:
     """Return the best of waves with tooth 0 where the simulation has it."""
     best = max(map(_seen_in_some, found), key=lambda waves: waves.fits)
-    return _entered(_sliced(_turned(_sliced(best))))
+    return _seen_in_some(_entered(_sliced(_turned(_sliced(best)))))
 
 
 def _heard(found: Sequence[Waves]) -> Waves:
-    """Return the best of waves whose angle the simulation's own teeth tell."""
-    return max(map(_listened, found), key=lambda waves: waves.fits)
+    """Return the best of waves whose angle, which was not recorded, is what the simulation's teeth
+    tell: the frame by teeth that are in the work, the way into it by all, then all the rest.
+    """
+    steady = _steady(found[-1])
+    inside = np.flatnonzero(found[0].teeth.engaged > 0.0)
+    entering = [one for one in found if one.teeth.reach is found[-1].teeth.reach]
+    begun = [_in_step(_turned(one, steady), steady, IN_STEP[0]) for one in entering]
+    fits = [_seen_in_some(one, steady).fits for one in begun]
+    frame = int(np.argmax(fits))
+    angle = begun[frame].teeth.angle_rad
+    turned = [
+        replace(one, teeth=replace(one.teeth, angle_rad=angle))
+        for one in found[frame :: len(entering)]
+    ]
+    tried = sorted((_seen_in_some(one, inside) for one in turned), key=lambda one: -one.fits)
+    return _first_that_fits(
+        _followed(_sliced(one, steady), inside, reach) for reach in (None, REACH) for one in tried
+    )
 
 
 def _engaged(forces: Array) -> Array:
@@ -200,15 +228,26 @@ def _read(waves: Waves, *, edged: bool) -> Waves:
     return replace(read, fits=_share(waves.simulation - read.made, waves.simulation))
 
 
-def _some(waves: Waves, rows: NDArray[np.intp] | None) -> Waves:
-    """Return the same at LOOKED rows, of all where something is cut or of some."""
+def _some(waves: Waves, rows: NDArray[np.intp] | None, most: int) -> Waves:
+    """Return the same at so many rows, of all where something is cut or of some."""
     rows = np.flatnonzero(waves.teeth.engaged > 0.0) if rows is None else rows
-    return waves.at(rows[:: max(1, len(rows) // LOOKED)])
+    return waves.at(_spread(rows, most))
 
 
-def _seen_in_some(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
+def _spread(rows: NDArray[np.intp], most: int) -> NDArray[np.intp]:
+    """Return so many of rows, or all, in no even steps: those may be in step with the spindle."""
+    if len(rows) <= most:
+        return rows
+    steps = np.arange(most) + np.mod(np.arange(most) * GOLDEN, 1.0)
+    at = np.minimum((steps * len(rows) / most).astype(np.intp), len(rows) - 1)
+    return np.asarray(rows[at], dtype=np.intp)
+
+
+def _seen_in_some(
+    waves: Waves, rows: NDArray[np.intp] | None = None, *, most: int = LOOKED
+) -> Waves:
     """Return waves with how well some rows fit."""
-    some = _fitted(_some(waves, rows))
+    some = _fitted(_some(waves, rows, most))
     return replace(waves, law=some.law, fits=some.fits, uneven=some.uneven)
 
 
@@ -218,27 +257,38 @@ def _sliced(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:
     if mill.twist_rad == 0.0:
         return waves
     counts = {*SLICES, *(max(2, round(mill.depth_mm / height)) for height in SLICE_MM)}
-    tried = (
+    every = [
         replace(waves, teeth=replace(waves.teeth, mill=replace(mill, slices=count)))
         for count in sorted(counts)
-    )
-    return max((_seen_in_some(one, rows) for one in tried), key=lambda one: one.fits)
+    ]
+    likely = sorted((_seen_in_some(one, rows) for one in every), key=lambda one: -one.fits)
+    again = [_seen_in_some(one, rows, most=READ) for one in likely[:LIKELY]]
+    return max(again, key=lambda one: one.fits)
 
 
-def _listened(waves: Waves) -> Waves:
-    """Return waves whose angle, which was not recorded, is what the simulation's teeth tell.
-
-    First of all teeth in the work, then also while the mill comes in: what is off by little there
-    may be off by much where nothing has been looked at yet, so that a line comes before a curve.
+def _followed(waves: Waves, inside: NDArray[np.intp], reach: float | None) -> Waves:
+    """Return waves whose angle follows finer and finer curves, and slices and the way into the work
+    that fit then; ``reach``: by how much of the radius this may be off, None: two teeth pass.
     """
-    inside = np.flatnonzero(waves.teeth.engaged > 0.0)
-    steady = _steady(waves)
-    line, *curves = IN_STEP
-    found = _sliced(_in_step(_turned(waves, steady), steady, line), steady)
-    found = _entered(_in_step(found, steady, line))
-    for curve in (line, *curves):
-        found = _in_step(found, inside, curve)
-    return _fitted(found)
+    if reach is not None:
+        waves = _entered(waves, reach)
+    for curve in IN_STEP:
+        waves = _in_step(waves, inside, curve)
+    for _ in range(ROUNDS):
+        waves = _in_step(_sliced(_entered(waves, _passes(waves))), inside, IN_STEP[-1])
+        for share in SHARES:
+            waves = _in_step(waves, inside, IN_STEP[-1], share)
+    return _fitted(waves)
+
+
+def _passes(waves: Waves) -> float:
+    """Return the way over the radius in which two teeth pass."""
+    coming = np.flatnonzero((waves.teeth.reach < 1.0) & (waves.teeth.engaged > 0.0))
+    if len(coming) < 2:
+        return 0.0
+    fed = float(np.max(np.diff(waves.teeth.reach[coming])))
+    turned = float(np.median(np.abs(np.diff(waves.teeth.angle_rad[coming]))))
+    return 2.0 * fed * TURN / waves.teeth.mill.teeth / max(turned, 1e-9)
 
 
 def _steady(waves: Waves) -> NDArray[np.intp]:
@@ -248,26 +298,50 @@ def _steady(waves: Waves) -> NDArray[np.intp]:
     return steady if len(steady) >= LOOKED else inside[2 * len(inside) // 3 :]
 
 
-def _in_step(waves: Waves, rows: NDArray[np.intp], coefficients: int) -> Waves:
-    """Return waves whose angle, put right by a curve, is in step with the simulation at rows."""
+def _in_step(
+    waves: Waves, rows: NDArray[np.intp], coefficients: int, share: float | None = None
+) -> Waves:
+    """Return waves whose angle, put right by a curve, is in step with the simulation at rows.
+
+    ``share``: of the angle between two rows over which slopes are taken, teeth that come in or go
+    out among them; None: what teeth do that are in the work, once or STEPS times.
+    """
     t = waves.t_s
     u = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
     course = np.polynomial.legendre.legvander(u, coefficients - 1)
-    rows = rows[:: max(1, len(rows) // STEPPED)]
-    for _ in range(STEPS):
+    turned = float(np.median(np.abs(np.diff(waves.teeth.angle_rad[rows]))))
+    rows = _spread(rows, STEPPED if share is None else 2 * STEPPED)
+    for _ in range(STEPS if share is None else 1):
         some = _fitted(waves.at(rows))
-        now, teeth = some.made, some.teeth
-        nudged = replace(teeth, angle_rad=teeth.angle_rad + NUDGE_RAD)
-        slope = (replace(some, teeth=nudged).made - now) / NUDGE_RAD
-        columns = (slope[:, :, None] * course[rows]).reshape(-1, coefficients)
-        off = np.linalg.lstsq(columns, (some.simulation - now).ravel(), rcond=1e-6)[0]
+        left = some.simulation - some.made
+        if share is None:
+            slope = (_turned_by(some, NUDGE_RAD) - some.made) / NUDGE_RAD
+            used = _without_jumps(left)
+        else:
+            by = share * turned
+            slope = (_turned_by(some, by) - _turned_by(some, -by)) / (2.0 * by)
+            used = np.ones(len(rows), dtype=np.bool_)
+        columns = (slope[:, used, None] * course[rows[used]]).reshape(-1, coefficients)
+        off = np.linalg.lstsq(columns, left[:, used].ravel(), rcond=1e-6)[0]
         angle = waves.teeth.angle_rad + course @ off
         teeth = replace(waves.teeth, angle_rad=angle)
         waves = replace(waves, law=some.law, uneven=some.uneven, teeth=teeth)
     return waves
 
 
-def _entered(waves: Waves) -> Waves:
+def _turned_by(waves: Waves, by_rad: float) -> Array:
+    """Return what teeth make that are further by an angle (C, n)."""
+    teeth = replace(waves.teeth, angle_rad=waves.teeth.angle_rad + by_rad)
+    return replace(waves, teeth=teeth).made
+
+
+def _without_jumps(left: Array) -> NDArray[np.bool_]:
+    """Return at which rows what is left (C, n) is no tooth that comes in a row early or late."""
+    squares = np.sum(left**2, axis=0)
+    return np.asarray(squares <= JUMP**2 * np.median(squares))
+
+
+def _entered(waves: Waves, most: float = REACH) -> Waves:
     """Return waves whose mill comes into the work when the simulation's does."""
     reach = waves.teeth.reach
     rows = np.flatnonzero((reach < 1.0) & (waves.teeth.engaged > 0.0))
@@ -281,10 +355,11 @@ def _entered(waves: Waves) -> Waves:
         some = replace(waves, teeth=moved).at(rows)
         return float(np.sum((some.simulation - some.made) ** 2))
 
-    steps = np.linspace(-REACH, REACH, 33)
-    best = float(min(steps, key=left))
-    fine = best + np.linspace(-1.0, 1.0, 9) * (steps[1] - steps[0])
-    return replace(waves, teeth=replace(waves.teeth, reach=reach + float(min(fine, key=left))))
+    best, step = float(min(np.linspace(-most, most, 33), key=left)), most / 16.0
+    for _ in range(FINER):
+        best = float(min(best + np.linspace(-1.0, 1.0, 9) * step, key=left))
+        step /= 4.0
+    return replace(waves, teeth=replace(waves.teeth, reach=reach + best))
 
 
 def _turned(waves: Waves, rows: NDArray[np.intp] | None = None) -> Waves:

@@ -20,6 +20,8 @@ Law = Callable[[Array], tuple[Array, Array, Array]]
 """Force a mm of edge, tangential, radial, axial (m,) of chips (m,) mm."""
 
 TURN = 2.0 * np.pi
+SLICES = 24
+"""Slices of a helical edge, before a simulation says how many it has; a straight one is one."""
 TABLE = Kinematics(("a", "c"))
 """How the table turns that recordings with a.angle and c.angle are of."""
 
@@ -38,7 +40,7 @@ class Mill:
     feed_mm: float
     arc: tuple[float, float]
     direction_rad: float = 0.0
-    slices: int = 24
+    slices: int = SLICES
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from autodb.errors import UnusableInput
 from autodb.explain.waves.law import ReadLaw
-from autodb.explain.waves.teeth import TURN, Mill, Teeth, contrasts
+from autodb.explain.waves.teeth import SLICES, TURN, Mill, Teeth, contrasts
 from autodb.records.tables import Recording
 from autodb.wording import phrase
 from autodb.wording.kept import said_again
@@ -112,13 +112,15 @@ def mill_of(recording: Recording) -> Mill:
         )
     assert tool.diameter_mm and tool.teeth and cut.depth_mm and cut.feed_mm_tooth
     helix = np.radians(tool.helix_deg or 0.0)
+    twist_rad = float(cut.depth_mm * np.tan(helix) / (0.5 * tool.diameter_mm))
     return Mill(
         teeth=tool.teeth,
-        twist_rad=float(cut.depth_mm * np.tan(helix) / (0.5 * tool.diameter_mm)),
+        twist_rad=twist_rad,
         depth_mm=cut.depth_mm,
         feed_mm=cut.feed_mm_tooth,
         arc=_arc(cut.operation, cut.width_mm or tool.diameter_mm, tool.diameter_mm),
         direction_rad=float(np.radians(cut.feed_direction_deg or 0.0)),
+        slices=SLICES if twist_rad else 1,
     )
 
 

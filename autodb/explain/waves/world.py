@@ -53,7 +53,9 @@ class SimulatedWaves:
 
     ``timing``: the pieces that its rows lie in; ``has_edge``: the simulation has an edge force;
     ``out``: how far each tooth stands out, and ``deeper_mm`` how far the depth is off, where that
-    was found; ``tilted``: how the table is, None: it stands still.
+    was found; ``tilted``: how the table is, None: it stands still. ``cutting`` (C, n): what the
+    simulation leaves out of the force that teeth make, ``lacking``: of the force that is sensed,
+    and ``gained`` what components show beside it by their scale; None: as simulated.
     """
 
     waves: Waves
@@ -62,6 +64,9 @@ class SimulatedWaves:
     out: StandsOut | None = None
     deeper_mm: float | None = None
     tilted: Tilted | None = None
+    cutting: Array | None = None
+    lacking: Array | None = None
+    gained: Array | None = None
 
     def at(self, rows: NDArray[np.intp]) -> "SimulatedWaves":
         """Return the same at some rows."""
@@ -70,6 +75,9 @@ class SimulatedWaves:
             waves=self.waves.at(rows),
             timing=self.timing.at(rows),
             tilted=None if self.tilted is None else self.tilted.at(rows),
+            cutting=None if self.cutting is None else self.cutting[:, rows],
+            lacking=None if self.lacking is None else self.lacking[:, rows],
+            gained=None if self.gained is None else self.gained[:, rows],
         )
 
     @property
@@ -121,6 +129,21 @@ class SimulatedWaves:
     def simulated(self) -> Array:
         """The simulation, and what teeth that stand out change in it (C, n)."""
         return self.waves.simulation + self.stands_out
+
+    @property
+    def made(self) -> Array:
+        """The force that teeth make: the simulated one, and what was found that it leaves out."""
+        return self.simulated if self.cutting is None else self.waves.simulation + self.cutting
+
+    @property
+    def sensed(self) -> Array:
+        """The force that is sensed: the simulated one, and what was found that it leaves out."""
+        return self.simulated if self.lacking is None else self.waves.simulation + self.lacking
+
+    @property
+    def shown(self) -> Array:
+        """What components show of it, each by its own scale (C, n)."""
+        return self.sensed if self.gained is None else self.sensed + self.gained
 
     @cached_property
     def stands_out(self) -> Array:

@@ -165,6 +165,14 @@ def test_what_is_clear_is_named(kind: str, seed: int) -> None:
     assert set(_named(_looked(case))) == {kind}
 
 
+def test_a_faint_scale_and_crosstalk_take_the_place_of_a_smooth_law() -> None:
+    """White rows tell them with nine coefficients from a law of the chip with seventeen, which
+    blocks of time left out need as well.
+    """
+    case = draw_mill_case(562, ("gain", "crosstalk"), 20.0, family=DEVELOPMENT)
+    assert set(_named(_looked(case))) == {"gain", "crosstalk"}
+
+
 @pytest.mark.parametrize("seed", first(1, (4216, 4218, 4217, 4219)))
 def test_of_nothing_nothing_is_named(seed: int) -> None:
     """An own law that is off in ways which several effects share is `unknown`, with these."""

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import Cause, ChannelAnswer
-from autodb.explain.waves.fit import WhiteWaves, fit_waves
+from autodb.explain.engine.noise import PLAIN, Whitener
+from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, component_noise_sd, fit_waves
 from autodb.files.side import SideFile
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import Recording
@@ -139,3 +140,10 @@ def test_noise_taken_as_white_keeps_every_row() -> None:
     by_hand = np.sum(weight * column * difference) / np.sum(weight * column**2)
     assert fit.coefficients == pytest.approx(by_hand, rel=1e-9)
     assert np.all(np.isfinite(bench.held_out((), plain)[0]))
+
+
+def test_the_size_of_a_coloured_noise_is_that_of_its_spectrum() -> None:
+    """Of x_t = ρ x_(t−1) + e_t it is sd(e)/√(1 − ρ²), whatever the scale of white rows."""
+    rho, sd = 0.9, 2.5
+    quiet = WhitenedNoise((Whitener(np.array([rho])), PLAIN), (sd, sd))
+    assert component_noise_sd(quiet) == pytest.approx([sd / np.sqrt(1.0 - rho**2), sd], rel=1e-9)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.plain.rows import (
@@ -123,7 +123,8 @@ def _fall(differences: Array, *, ranks: bool) -> float:
     sd = float(np.std(differences, ddof=1)) / np.sqrt(len(differences))
     ahead = float(np.mean(differences)) / max(sd, 1e-300)
     freedom = len(differences) - 1
-    by_mean = float(student.logcdf(ahead, freedom) - student.logsf(ahead, freedom))
+    with np.errstate(divide="ignore"):
+        by_mean = float(np.log(stdtr(freedom, ahead)) - np.log(stdtr(freedom, -ahead)))
     if not ranks:
         return 2.0 * TEMPER * by_mean
     order = np.argsort(np.argsort(np.abs(differences))) + 1
