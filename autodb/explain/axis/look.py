@@ -21,20 +21,26 @@ from autodb.explain.axis.causes import causes
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
 from autodb.explain.axis.loads import TURNING, pulsed_loads
 from autodb.explain.axis.read_off import READ_OFF
-from autodb.explain.axis.reading import AxisReading, parts_of_causes, signals_of_causes
+from autodb.explain.axis.reading import (
+    GAP_S,
+    AxisReading,
+    best_reading,
+    error_of,
+    parts_of_causes,
+    signals_of_causes,
+    sized_anew,
+)
 from autodb.explain.axis.scan import Left, proposals_of_axis
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, Choice
-from autodb.explain.engine.fit import SAME, no_difference, quality, rms
+from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
-from autodb.explain.engine.normal import columns_side_by_side
-from autodb.explain.engine.prior import OWN_SD
 from autodb.explain.engine.search import FoundSet
 from autodb.explain.engine.tuning import tuned_together
 from autodb.explain.engine.weighing import weighing
@@ -59,11 +65,6 @@ GLITCH_ROWS = 20
 """A value GLITCH times the 20th largest is a glitch of the logger, not an effort."""
 AT_STARTS = frozenset({"stribeck", "presliding", "backlash", "compliance"})
 """Terms that act where a motion begins or ends, and nowhere else to speak of."""
-GAP_S = 0.25
-"""Rows this near to a block left out are not fitted on: noise is correlated over such times."""
-WORSE = 1.02
-"""Factor on the held-out error from which on what laws get wrong in shape is left out of the
-correction. Chosen."""
 REST = 0.02
 """Share of a simulation that its own terms do not give, from which on the rest is kept as one: less
 is how well they could be read, and turned round it would bend friction over speed. Chosen."""
@@ -118,9 +119,8 @@ def explain_axis(
     had = frozenset(own) | frozenset(includes or ())
     trace = replace(trace, considered=_considered(inquiry))
     read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
-    shown = [_predicting(reading, trace) for reading in read]
-    fit, reading = min(shown, key=lambda one: _error(one[0]))
-    if _error(fit) > fit.heldout_before:
+    fit, reading = best_reading(read, trace)
+    if error_of(fit) > fit.heldout_before:
         return _nothing(fit, unit), trace
     return _answer(reading, fit, trace, recording)
 
@@ -147,57 +147,12 @@ def _read(
     if unlike is not None:
         rest = inquiry.search.scored(found.without(unlike.candidate.key))
         return _read(bench, replace(inquiry, found=rest), signals, had, unit)
-    weighed = weighing(beside, choices, inquiry.noise)
-    noise = inquiry.plain_noise if inquiry.laws else weighed
-    fitted = fit_white_rows(beside, choices, noise, inquiry.founded)
+    noise = weighing(beside, choices, inquiry.noise, own=bool(inquiry.laws))
+    if inquiry.laws and noise[0] is not inquiry.whitener:
+        noise = inquiry.plain_noise
+    laws = inquiry.founded
+    fitted = fit_white_rows(beside, choices, noise, laws, also=sized_anew(inquiry, noise, beside))
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
-
-
-def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, AxisReading]:
-    """Return a reading with its errors: without what laws get wrong in shape, and with all of the
-    simulation's own terms re-tuned, where rows that were left out are predicted clearly better so.
-
-    White rows may show a shape that plain ones do not hold; and a law's coefficient is that beside
-    own terms that are free: without their change, which slow noise may hide, it makes no sense.
-    """
-    fit, exact = _quality(reading, trace), False
-    if fit.rms_after > fit.rms_before:
-        plain = replace(reading, noise=reading.inquiry.plain_noise)
-        fit, reading = _better(fit, reading, plain, trace)
-    ways = [(True, False)] if reading.fitted.deviates else []
-    every = len(reading.fitted.retuned) == len(reading.bench.own)
-    for without, free in [*ways, *([] if every else [(False, True)])]:
-        before = reading
-        fit, reading = _better(fit, reading, reading, trace, exact=exact or without, free=free)
-        exact |= without and reading is not before
-    return fit, reading
-
-
-def _better(
-    fit: FitQuality,
-    reading: AxisReading,
-    other: AxisReading,
-    trace: ChannelTrace,
-    *,
-    exact: bool = False,
-    free: bool = False,
-) -> tuple[FitQuality, AxisReading]:
-    """Return a reading with its errors, or another fitted anew where it is clearly better."""
-    fitted = fit_white_rows(
-        other.bench, other.choices, other.noise, other.inquiry.founded, exact=exact, free=free
-    )
-    other = replace(other, fitted=fitted)
-    its = _quality(other, trace)
-    return (its, other) if _error(its) * WORSE < _error(fit) else (fit, reading)
-
-
-def _error(fit: FitQuality) -> float:
-    """Return what a correction leaves of rows left out of the fit, or of all where it harms these.
-
-    The first is that of coefficients fitted to plain rows; those that are shown are of white rows,
-    of which a mass, say, may follow what trembles alone.
-    """
-    return fit.heldout_after if fit.rms_after <= fit.rms_before else fit.rms_after
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:
@@ -268,29 +223,6 @@ def _own_columns(signals: AxisSignals) -> dict[str, Array]:
     if rms(rest) > REST * rms(signals.simulation) > 0:
         own["rest"] = rest
     return own
-
-
-def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
-    """Return the errors of the simulation, and with all that was found, on all and other rows.
-
-    Two own terms that only the rows left out tell apart say nothing of these: a simulation's terms
-    are off by a share of themselves, as for plain rows, or by what all rows show.
-    """
-    fitted, laws, bench = reading.fitted, reading.inquiry.laws, reading.bench
-    sizes = fitted.values.copy()
-    firm = [number for number in fitted.retuned if number < bench.firm]
-    shown = np.abs(fitted.values[: len(firm)])
-    sizes[: len(firm)] = np.maximum(OWN_SD * bench.own_sizes[firm], shown)
-    before = trace.recording - trace.simulation
-    return quality(
-        before=before,
-        after=before - reading.correction,
-        columns=columns_side_by_side(
-            np.empty((len(before), 0)), *(law.columns for law in laws), fitted.design
-        ),
-        values=np.concatenate([*(law.coefficients for law in laws), sizes]),
-        gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
-    )
 
 
 def _nothing(fit: FitQuality, unit: str) -> ChannelAnswer:

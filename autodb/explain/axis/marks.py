@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import expit, ndtr, ndtri
 
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.candidates import Candidate, CandidateForm, near_one
@@ -34,6 +34,8 @@ ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
 size; of an effort with two signs twice the first share has the other where some rows recorded do,
 and this last share of rows is as near to none as that of what was recorded, but for noise.
 Chosen."""
+NORMAL_MEDIAN = float(ndtri(0.75))
+"""Median of the size of a standard normal."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
 """Terms that a simulation has at least for its signs to be looked for, and rounds of looking."""
 SWITCHED, SWITCHED_END = 0.02, 0.01
@@ -160,13 +162,15 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
 
 
 def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool:
-    """Whether what was recorded stays where it is while the effort goes beyond a limit.
+    """Whether what was recorded stays where it is while the effort goes beyond a limit, but for
+    what noise makes of it: a row that noise takes below the limit is recorded as it is.
 
     A wave that a simulation has too high turns back there, or goes on; few rows say nothing.
     """
     if s.recorded is None:
         return True
-    along = across = 0.0
+    noise = _row_noise(s.recorded - s.effort)
+    along = across = free = 0.0
     rows = 0
     for side in sides:
         beyond = side * s.effort > limit
@@ -175,8 +179,16 @@ def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool
             further = effort - effort.mean()
             along += float(further @ recorded)
             across += float(further @ further)
+            free += float(further**2 @ ndtr((limit - side * effort) / noise))
             rows += len(effort)
-    return rows < FLAT_ROWS or abs(along) <= FLAT_SLOPE * across
+    by_noise = free + noise * np.sqrt(across)
+    return rows < FLAT_ROWS or abs(along) <= FLAT_SLOPE * across + by_noise
+
+
+def _row_noise(left: Array) -> float:
+    """Return the noise of a row by itself, from the steps between rows of a residual (n,)."""
+    step = float(np.median(np.abs(np.diff(left))) / np.sqrt(2.0))
+    return max(step / NORMAL_MEDIAN, SAME * float(np.ptp(left)), 1e-300)
 
 
 def _recorded_end(s: AxisSignals, sides: tuple[float, ...]) -> float:

@@ -1,24 +1,31 @@
 """All that the answer about one axis channel is read from, and what each cause adds."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.answer import Cause, IntervalValue
+from autodb.explain.answer import Cause, ChannelTrace, FitQuality, IntervalValue
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.fitted import FittedEffects
+from autodb.explain.engine.fit import AS_RECORDED, FittedRows, quality
+from autodb.explain.engine.fitted import FittedEffects, fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry
 from autodb.explain.engine.noise import Noise
+from autodb.explain.engine.normal import columns_side_by_side
+from autodb.explain.engine.prior import OWN_SD
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.records.tables import Recording
 from autodb.terms.vocabulary import term_called
 
 Array = NDArray[np.float64]
 
+GAP_S = 0.25
+"""Rows this near to a block left out are not fitted on: noise is correlated over such times."""
+WORSE = 1.02
+"""Factor on the held-out error from which on a fit is clearly worse than another. Chosen."""
 DOUBLES, ALIKE = 1.0, 0.9
 """Share of itself by which an own term changes at least, and cosine between that change and an
 effect, from which on the change is counted to the effect. Chosen."""
@@ -48,9 +55,126 @@ class AxisReading:
         return (*self.inquiry.founded, *self.choices)
 
     @property
+    def white(self) -> bool:
+        """Whether its sizes are those of white rows."""
+        return self.noise[0] is self.inquiry.whitener
+
+    @property
     def correction(self) -> Array:
         """What all that was found adds, and the simulation's own terms re-tuned, (n,)."""
         return sum((law.effect for law in self.inquiry.laws), start=self.fitted.correction)
+
+
+def sized_anew(inquiry: Inquiry, noise: Noise, bench: WhiteRows) -> range:
+    """Return the numbers of own columns that are laws of plain rows, where white rows size them."""
+    white = noise[0] is inquiry.whitener
+    return range(bench.firm - len(inquiry.laws) * white, bench.firm)
+
+
+def best_reading(
+    read: Sequence[AxisReading], trace: ChannelTrace
+) -> tuple[FitQuality, AxisReading]:
+    """Return the reading that predicts rows left out best, with its errors.
+
+    They are compared with the same own terms re-tuned: what a further one follows of slow noise
+    says nothing against an effect.
+    """
+    shown = [_predicting(reading, trace) for reading in read]
+    own = {n for _, one in shown for n in one.fitted.retuned if n < one.bench.firm}
+    noise = shown[0][1].noise
+    fits = [
+        _quality(
+            _refitted(replace(one, noise=noise), exact=not one.fitted.deviates, also=own), trace
+        )
+        for _, one in shown
+    ]
+    return shown[int(np.argmin([error_of(fit) for fit in fits]))]
+
+
+def _refitted(
+    reading: AxisReading,
+    *,
+    exact: bool = False,
+    free: bool = False,
+    also: Collection[int] = (),
+) -> AxisReading:
+    bench, choices, noise, inquiry = reading.bench, reading.choices, reading.noise, reading.inquiry
+    also = {*also, *sized_anew(inquiry, noise, bench)}
+    fitted = fit_white_rows(
+        bench, choices, noise, inquiry.founded, exact=exact, free=free, also=also
+    )
+    return replace(reading, fitted=fitted)
+
+
+def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, AxisReading]:
+    """Return a reading with its errors: beside laws of plain rows with the sizes of these, and
+    without what laws get wrong in shape, where rows that were left out are predicted clearly better
+    so, and with all of the simulation's own terms re-tuned.
+
+    White rows may show a shape that plain ones do not hold; and a law's coefficient is that beside
+    own terms that are free: without their change, which slow noise may hide, it makes no sense.
+    Where white rows size effects they size own terms beside them, too, unless rows left out are
+    predicted clearly worse so, or than by the simulation; else all of them change only where these
+    are predicted clearly better.
+    """
+    shown = _quality(reading, trace), reading
+    plainly = reading.white and bool(reading.inquiry.laws)
+    if plainly or shown[0].rms_after > shown[0].rms_before:
+        plain = replace(reading, noise=reading.inquiry.plain_noise)
+        shown = _better(shown, _refitted(plain), trace)
+    if shown[1].fitted.deviates:
+        shown = _better(shown, _refitted(shown[1], exact=True), trace)
+    fit, reading = shown
+    if len(reading.fitted.retuned) == len(reading.bench.own):
+        return shown
+    free = _refitted(reading, exact=not reading.fitted.deviates, free=True)
+    if reading.white and reading.everything:
+        its = _quality(free, trace)
+        fair = error_of(its) <= min(WORSE * error_of(fit), fit.heldout_before)
+        return (its, free) if fair else shown
+    return _better(shown, free, trace)
+
+
+def _better(
+    shown: tuple[FitQuality, AxisReading], other: AxisReading, trace: ChannelTrace
+) -> tuple[FitQuality, AxisReading]:
+    """Return a reading with its errors, or another where it is clearly better."""
+    its = _quality(other, trace)
+    return (its, other) if error_of(its) * WORSE < error_of(shown[0]) else shown
+
+
+def error_of(fit: FitQuality) -> float:
+    """Return what a correction leaves of rows left out of the fit, or of all where it harms these.
+
+    Coefficients of white rows may leave more of all rows than was there: a mass, say, follows what
+    trembles alone.
+    """
+    return fit.heldout_after if fit.rms_after <= fit.rms_before else fit.rms_after
+
+
+def _quality(reading: AxisReading, trace: ChannelTrace) -> FitQuality:
+    """Return the errors of the simulation, and with all that was found, on all and other rows.
+
+    Two own terms that only the rows left out tell apart say nothing of these: a simulation's terms
+    are off by a share of themselves, as for plain rows, or by what all rows show.
+    """
+    fitted, laws, bench = reading.fitted, reading.inquiry.laws, reading.bench
+    whitener = reading.noise[0]
+    sizes = fitted.values.copy()
+    firm = [number for number in fitted.retuned if number < bench.firm]
+    shown = np.abs(fitted.values[: len(firm)])
+    sizes[: len(firm)] = np.maximum(OWN_SD * bench.own_sizes[firm], shown)
+    before = trace.recording - trace.simulation
+    return quality(
+        before=before,
+        after=before - reading.correction,
+        columns=columns_side_by_side(
+            np.empty((len(before), 0)), *(law.columns for law in laws), fitted.design
+        ),
+        values=np.concatenate([*(law.coefficients for law in laws), sizes]),
+        gap=round(GAP_S / float(np.median(np.diff(trace.x)))),
+        fitted_on=FittedRows(bench.rate, whitener) if whitener.coefficients.size else AS_RECORDED,
+    )
 
 
 def value_of(value: float, sd: float, unit: str) -> IntervalValue:

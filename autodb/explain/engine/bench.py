@@ -217,6 +217,13 @@ class WhiteRows:
         right = target if whitener is None else whitener(target)
         return np.asarray(target - columns @ solved(design, right))
 
+    def innovation(self, columns: Array) -> float:
+        """Return the innovations' variance of the noise that columns leave, both fitted in turn."""
+        whitener = self.whitener_of(self.left(columns))
+        left = self.left(columns, whitener)
+        whitener = self.whitener_of(left)
+        return float(np.mean(whitener(self.left(columns, whitener)) ** 2))
+
     def whitener_of(self, left: Array) -> Whitener:
         """Return the filter that whitens a residual at the working rate, (m,)."""
         return fitted_whitener(left, linked=self.rate.linked(ORDER))

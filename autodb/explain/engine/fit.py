@@ -4,13 +4,16 @@ Squares on stretches left out of a fit, for many sets of columns, from sums of t
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import ChannelAnswer, FitQuality, Where
+from autodb.explain.engine.noise import PLAIN, Whitener
 from autodb.explain.engine.normal import HELD, solved
+from autodb.explain.engine.working import WorkingRate
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -47,34 +50,73 @@ def no_difference(unit: str) -> ChannelAnswer:
     return ChannelAnswer(unit=unit, mismatch=False, where=Where(), missing=(), fit=nothing)
 
 
-def held_out_residual(columns: Array, difference: Array, values: Array, *, gap: int) -> Array:
+@dataclass(frozen=True)
+class FittedRows:
+    """Rows that coefficients are fitted to: at a working rate, made white by a filter."""
+
+    rate: WorkingRate = field(default_factory=lambda: WorkingRate(1))
+    whitener: Whitener = PLAIN
+
+    def __call__(self, values: Array) -> Array:
+        """Return values (n,) or columns (n, p) in these rows, (m,) or (m, p)."""
+        return self.whitener(self.rate.reduced(values))
+
+    def places(self, rows: int) -> Index:
+        """Return the row, of so many as recorded, that each stands at, (m,)."""
+        middles = self.rate.reduced(np.arange(rows, dtype=np.float64)).astype(np.intp)
+        return middles[self.whitener.places(len(middles))]
+
+
+AS_RECORDED = FittedRows()
+
+
+def held_out_residual(
+    columns: Array,
+    difference: Array,
+    values: Array,
+    *,
+    gap: int,
+    fitted_on: FittedRows = AS_RECORDED,
+) -> Array:
     """Return difference − correction (n,) on rows whose block, and ``gap`` rows around it, was
     left out of the fit; blocks of contiguous rows are dealt to the folds. A gap is no longer than a
     block, so that two fifths of a short recording remain.
 
     A coefficient that the rows left do not hold is drawn to none as far as its size in all rows, of
-    ``values`` (p,), allows.
+    ``values`` (p,), allows. ``fitted_on``: the rows that coefficients are fitted to.
     """
     n = len(difference)
+    rows, target, at = fitted_on(columns), fitted_on(difference), fitted_on.places(n)
     block = np.minimum(np.arange(n) * BLOCKS // n, BLOCKS - 1)
-    weight = float(np.var(difference - columns @ values)) / np.maximum(values**2, 1e-300)
+    weight = float(np.var(target - rows @ values)) / np.maximum(values**2, 1e-300)
     left, gap, dealt = np.empty(n), min(gap, n // BLOCKS), fold_of_block(BLOCKS, FOLDS)[block]
     for fold in range(FOLDS):
         test = dealt == fold
         near = np.convolve(test, np.ones(2 * gap + 1), mode="same") > 0 if gap else test
-        fitted = solved(columns[~near], difference[~near], weight=weight)
+        used = ~near[at]
+        fitted = solved(rows[used], target[used], weight=weight)
         left[test] = difference[test] - columns[test] @ fitted
     return left
 
 
-def quality(*, before: Array, after: Array, columns: Array, values: Array, gap: int) -> FitQuality:
+def quality(
+    *,
+    before: Array,
+    after: Array,
+    columns: Array,
+    values: Array,
+    gap: int,
+    fitted_on: FittedRows = AS_RECORDED,
+) -> FitQuality:
     """Return the errors before and after, on all rows and on rows left out of the fit.
 
     ``before`` and ``after`` (n,) at every row, ``columns`` (n, p) the accepted ones (p may be 0)
-    with their coefficients. The noise floor is what they leave of
-    plain rows.
+    with their coefficients, ``fitted_on`` the rows that these are of. The noise floor is what they
+    leave of plain rows.
     """
-    kept_out = held_out_residual(columns, before, values, gap=gap) if columns.shape[1] else before
+    kept_out = before
+    if columns.shape[1]:
+        kept_out = held_out_residual(columns, before, values, gap=gap, fitted_on=fitted_on)
     return FitQuality(
         rms_before=rms(before),
         rms_after=rms(after),

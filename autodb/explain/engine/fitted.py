@@ -1,6 +1,6 @@
 """The accepted set fitted together with the simulation's own terms, at every row."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -63,6 +63,7 @@ def fit_white_rows(
     *,
     exact: bool = False,
     free: bool = False,
+    also: Collection[int] = (),
 ) -> FittedEffects:
     """Fit own and chosen columns together to rows that a noise's filter makes white.
 
@@ -70,7 +71,7 @@ def fit_white_rows(
     take the re-tuning up: what either would do is no contradiction of the simulation. The
     correction also takes what a law gets wrong in shape, as far as the rows show it; of ``laws``,
     which are among the own columns, too. ``exact``: without that. ``free``: every own term is
-    re-tuned.
+    re-tuned; ``also``: these are, by their numbers.
     """
     own = tuple(bench.own)
     choices = [c if c.candidate.static else across_own(bench, c) for c in choices]
@@ -79,7 +80,7 @@ def fit_white_rows(
     taken, taken_covariance = _beside(bench, choices, noise, range(len(own)), loose=LOOSE)
     taken_sd = np.sqrt(np.maximum(np.diag(taken_covariance), 1e-300))
     off = np.minimum(np.abs(coefficients / sd), np.abs(taken / taken_sd))
-    retuned = [i for i in range(len(own)) if free or off[i] > KEPT_SDS]
+    retuned = [i for i in range(len(own)) if free or i in also or off[i] > KEPT_SDS]
     _, law_covariance = _beside(bench, choices, noise, retuned)
     off_shape = [] if exact else deviations(bench, choices, noise, laws)
     shaped = [*choices, *off_shape]
@@ -114,10 +115,16 @@ def across_own(bench: WhiteRows, choice: Choice) -> Choice:
     columns = bench.columns(choice.key, choice.shape)
     along = solved_together(bench.chosen(()), columns)
     built = bench.built(choice.shape) - bench.own_columns() @ along
-    form = replace(choice.shape, law=lambda **_: built, through=None)
+    through = choice.shape.through or _as_built
+    form = replace(choice.shape, law=lambda **_: built, through=through)
     forms = [*choice.candidate.forms]
     forms[choice.form] = form
     return Choice(replace(choice.candidate, forms=tuple(forms)), choice.form)
+
+
+def _as_built(columns: Array, **_: float) -> Array:
+    """Return columns as they are: what they were built of was seen as it is recorded."""
+    return columns
 
 
 def _beside(
@@ -163,7 +170,8 @@ def deviations(
     found: list[Choice] = []
     for choice in (*choices, *laws):
         detail = choice.candidate.detail
-        if detail is None or not choice.shape.names or choice.shape.through is not None:
+        acts_on_all = choice.shape.through not in (None, _as_built)
+        if detail is None or not choice.shape.names or acts_on_all:
             continue
         key = _deviation_key(choice)
         shape = Choice(Candidate(key, choice.candidate.term, (CandidateForm(detail),)), 0)

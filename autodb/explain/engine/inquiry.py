@@ -185,7 +185,7 @@ def _outlier_test(bench: WhiteRows, account: Inquiry) -> float:
     """
     found, search = account.found, account.search
     cost = search.explained(found) - found.score
-    left = _innovation(bench, bench.chosen(found.choices))
+    left = bench.innovation(bench.chosen(found.choices))
     return search.products.rows * float(np.log(left)) + cost
 
 
@@ -264,19 +264,11 @@ def _beside_noise(
     bench: WhiteRows, found: FoundSet, choice: Choice, search: CandidateSearch
 ) -> float:
     others = found.without(choice.candidate.key)
-    with_it = _innovation(bench, bench.chosen(found.choices))
-    without = _innovation(bench, bench.chosen(others))
+    with_it = bench.innovation(bench.chosen(found.choices))
+    without = bench.innovation(bench.chosen(others))
     gain = search.products.given([c.key for c in others]).gain(choice.key)
     rows = search.products.rows
     return rows * float(np.log(without / with_it)) - gain.cost - search.penalty(choice)
-
-
-def _innovation(bench: WhiteRows, columns: Array) -> float:
-    """Return the innovations' variance of the noise that columns leave, both fitted in turn."""
-    whitener = bench.whitener_of(bench.left(columns))
-    left = bench.left(columns, whitener)
-    whitener = bench.whitener_of(left)
-    return float(np.mean(whitener(bench.left(columns, whitener)) ** 2))
 
 
 def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> FoundSet:

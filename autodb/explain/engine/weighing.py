@@ -25,19 +25,27 @@ makes them."""
 
 
 def weighing(
-    bench: WhiteRows, choices: Sequence[Choice], noise: Noise, *, of: Choice | None = None
+    bench: WhiteRows,
+    choices: Sequence[Choice],
+    noise: Noise,
+    *,
+    of: Choice | None = None,
+    own: bool = False,
 ) -> Noise:
     """Return the noise by which rows are weighed for the coefficients of plain laws.
 
-    ``of``: the choice whose coefficients count, None: of all.
+    ``of``: the choice whose coefficients count, None: of all; ``own``: those of the bench's own
+    terms count, too, of which some are laws that were found.
     """
     counted = _places(bench, choices, of)
+    if own:
+        counted = np.concatenate([np.arange(bench.firm), counted])
     plain = unweighed(noise)
     columns, difference = bench.chosen(choices), bench.reduced_difference
     white, variance = _least_squares(columns, difference, noise)
     robust, its_variance = _least_squares(columns, difference, plain)
     sd = np.sqrt(np.maximum(its_variance - variance, 0.0))
-    apart = np.abs(white - robust) > APART_SDS * sd
+    apart = np.abs(white - robust) > np.maximum(APART_SDS * sd, np.sqrt(its_variance))
     return plain if np.any(apart[counted] & (sd[counted] > 0)) else noise
 
 

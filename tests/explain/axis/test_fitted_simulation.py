@@ -42,10 +42,16 @@ def test_what_a_fit_has_taken_up_is_given_back(*, fitted: bool) -> None:
     measured, simulated = _swinging(fitted=fitted)
     answer = explain(measured, simulated, includes=["coulomb", "inertia"])
     (channel,) = answer.explanation.channels.values()
-    (spring,) = channel.missing
+    (spring,) = (cause for cause in channel.missing if cause.kind == "missing")
     assert spring.term == "spring"
     most = SPRING_A_MM * float(np.abs(measured["x.position"]).max())
     assert spring.parameters["size"].value == pytest.approx(most, rel=0.1)
+    own = np.column_stack([np.sign(measured["x.velocity"]), measured["x.acceleration"]])
+    off_A = FRICTION_A - np.linalg.lstsq(own, simulated["x.current"], rcond=None)[0][0]
+    for cause in channel.missing:
+        if cause.kind == "mistuned":
+            assert cause.term == "coulomb"
+            assert cause.parameters["size"].value == pytest.approx(off_A, rel=0.2)
 
 
 def test_a_simulation_says_nothing_of_terms_that_give_nothing_of_the_difference() -> None:

@@ -203,3 +203,16 @@ def test_the_direction_is_that_of_the_motion_which_the_simulation_was_computed_w
     )
     read = axis_signals(recording, 0.004 * VELOCITY, "x.current", includes=["viscous"])
     assert_allclose(read.sense, read.direction)
+
+
+def test_noise_that_a_limit_lets_through_is_no_slope() -> None:
+    """A limit 0.1 A below the largest effort, under noise of 0.4 A: rows that noise takes below it
+    are recorded there, so that on the mean they follow the effort by nearly a half."""
+    noise = 0.4 * np.random.default_rng(12).normal(size=len(T_S))
+    limit = 0.97 * float(EFFORT.max())
+    recorded = np.clip(EFFORT + noise, -limit, limit)
+    signals = axis_signals(_recording(recorded), EFFORT, "x.current")
+    between = [form.within["limit"] for form in clipping(signals).forms if form.within]
+    assert any(low < limit < high for low, high in between)
+    free = axis_signals(_recording(EFFORT + 0.2 * noise), 1.05 * EFFORT, "x.current")
+    assert not clipping(free).forms

@@ -30,6 +30,7 @@ from autodb.explain.engine.plain.growing import (
     only_of_their_kind,
 )
 from autodb.explain.engine.plain.rows import NEEDED, PlainRows, rms_fall
+from autodb.explain.engine.search import MARGIN
 from autodb.explain.engine.tuning import BesideShapes, tuned
 
 Array = NDArray[np.float64]
@@ -98,6 +99,7 @@ def founded(
         found = _better_account(
             bench, found, _continued(bench, named, _alone(bench, named, field), field)
         )
+    found = _likelier(bench, named, found, field)
     found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
     found = only_of_their_kind(PlainRows(bench, [c.candidate for c in found], found), found)
     kept = [c for c in found if c.candidate.first]
@@ -233,6 +235,41 @@ def _left_of(bench: WhiteRows, choice: Choice, columns: Array) -> float:
     """Return the squares of a choice's columns that others (m, p) cannot give."""
     its = bench.columns(choice.key, choice.shape)
     return float(np.sum((its - columns @ solved_together(columns, its)) ** 2))
+
+
+def _likelier(
+    bench: WhiteRows, named: Sequence[Candidate], found: Sequence[Choice], field: Proposals
+) -> list[Choice]:
+    """Return the laws, each that acts on others, or what acts on these and plain rows do not tell
+    from it, as white rows are likelier: friction that falls as it warms, or a gain that does.
+    """
+    kept = list(found)
+    for number, choice in enumerate(found):
+        like, others = choice.candidate, [c for c in kept if c is not kept[number]]
+        if bench.through or not like.acts or choice.shape.through is not None:
+            continue
+        rivals = [
+            c
+            for c in _anew(bench, named, others, field, ROUNDS)
+            if c.acts and not c.first and c.term != like.term and c.term in like.excludes
+        ]
+        rows = PlainRows(bench, [*rivals, *(c.candidate for c in kept)], kept)
+        whole = rows.squares(kept, like=like)
+        offers = [rows.with_one_more(others, c, like=like) for c in rivals]
+        near = [o[1] for o in offers if o and rms_fall(whole, o[0]) > -NEEDED]
+        tuned_near = [_tuned(bench, others, one) for one in near]
+        gains = [_log_odds(bench, [*others, one], kept) for one in tuned_near]
+        if max(gains, default=0.0) > MARGIN:
+            kept[number] = tuned_near[int(np.argmax(gains))]
+    return kept
+
+
+def _log_odds(bench: WhiteRows, account: Sequence[Choice], rival: Sequence[Choice]) -> float:
+    """Return twice the log of how much likelier white rows are with an account than with a rival,
+    noise of any colour fitted to either.
+    """
+    left = [bench.innovation(bench.chosen(choices)) for choices in (account, rival)]
+    return len(bench.reduced_difference) * float(np.log(left[1] / left[0]))
 
 
 def _surer_than_curves(

@@ -225,7 +225,30 @@ def confined_one(rows: PlainRows, choices: Sequence[Choice]) -> Candidate | None
 
 
 def completed(rows: PlainRows, found: Sequence[Choice]) -> list[Choice]:
-    """Return the choices with one more law of any kind, then static ones anew."""
+    """Return the choices with one more law of any kind, then static ones anew.
+
+    What acts on others joins only where it does more than a static law that is itself too faint to
+    be clearly needed: then white rows tell which of them it is.
+    """
     static = [c for c in rows.candidates if c.static]
     others = [c for c in rows.candidates if not c.static]
-    return grown(rows, grown(rows, found, others, most=1), static)
+    more = grown(rows, found, others, most=1)
+    taken = {c.candidate.key for c in found}
+    new = [c for c in more if c.candidate.key not in taken]
+    if new and new[0].candidate.acts and _does_as_well(rows, found, new[0], static):
+        more = list(found)
+    return grown(rows, more, static)
+
+
+def _does_as_well(
+    rows: PlainRows, found: Sequence[Choice], law: Choice, static: Sequence[Candidate]
+) -> bool:
+    """Whether a static law does as well beside the choices as another law, within NEEDED."""
+    like, taken = law.candidate, {c.candidate.key for c in found}
+    whole = rows.squares([*beside(found, like), law], like=like)
+    offers = (
+        rows.with_one_more(beside(found, candidate), candidate, like=like)
+        for candidate in static
+        if candidate.key not in taken
+    )
+    return any(offer is not None and rms_fall(offer[0], whole) < NEEDED for offer in offers)
