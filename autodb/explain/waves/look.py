@@ -26,7 +26,7 @@ from autodb.explain.waves.candidates import (
 from autodb.explain.waves.fit import WhitenedNoise, WhiteWaves, fit_waves
 from autodb.explain.waves.long_waveforms import rows_searched
 from autodb.explain.waves.plain_rows import account_of_waves, needed_laws
-from autodb.explain.waves.refined import felt, seen_anew, sharpened
+from autodb.explain.waves.refined import seen_anew, sharpened, with_sensed_force
 from autodb.explain.waves.scans import proposals_of_waves
 from autodb.explain.waves.simulation import waves_of
 from autodb.explain.waves.teeth import TABLE, is_tilted, table_angles
@@ -116,7 +116,7 @@ def _at_every_row(looked: FoundInWaves, world: SimulatedWaves, measured: Array) 
     bench, quiet = _bench(world, measured), looked.quiet.over(world.timing)
     choices = _built(looked.found.choices, world)
     if looked.world.lacking is not None:
-        world, _ = felt(world, bench, tuple(choices.values()), quiet)
+        world, _ = with_sensed_force(world, bench, tuple(choices.values()), quiet)
         bench, choices = _bench(world, measured), _built(looked.found.choices, world)
     laws = tuple(choices[c.candidate.key] for c in looked.laws)
     if looked.plainly:

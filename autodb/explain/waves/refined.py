@@ -44,7 +44,7 @@ SCALING = frozenset({"gain", "crosstalk"})
 """What scales or mixes the force that is sensed."""
 SHARES_OF = frozenset({"hard_spot", "deflection"})
 """What is a share of the force that teeth make."""
-FELT = 0.002
+ANOTHER_FORCE = 0.002
 """Share by which the force that is sensed is another, from which on columns are built anew.
 Chosen."""
 DEPTH = "depth_error"
@@ -58,7 +58,7 @@ def seen_anew(
 ) -> tuple[SimulatedWaves, bool]:
     """Return the world as what was found has it, and whether its columns are others by now."""
     world, moved = _stood_out(world, bench, found)
-    world, otherwise = felt(world, bench, found.choices, quiet)
+    world, otherwise = with_sensed_force(world, bench, found.choices, quiet)
     moved |= otherwise
     if DEPTH not in found.keys:
         return replace(world, deeper_mm=None), moved or world.deeper_mm is not None
@@ -68,7 +68,7 @@ def seen_anew(
     return replace(world, deeper_mm=error_mm), moved
 
 
-def felt(
+def with_sensed_force(
     world: SimulatedWaves, bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise
 ) -> tuple[SimulatedWaves, bool]:
     """Return the world with the force that is sensed as it was found, and whether it is another by
@@ -90,7 +90,7 @@ def felt(
     lacking = cutting + sum((parts[term] for term in SHARES_OF), start=none)
     before = none if world.lacking is None else world.lacking
     now = replace(world, cutting=cutting, lacking=lacking, gained=parts["gain"])
-    moved = np.sum((lacking - before) ** 2) > FELT**2 * np.sum(now.sensed**2)
+    moved = np.sum((lacking - before) ** 2) > ANOTHER_FORCE**2 * np.sum(now.sensed**2)
     return now, bool(moved)
 
 
