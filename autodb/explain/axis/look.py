@@ -25,7 +25,7 @@ from autodb.explain.axis.reading import (
     GAP_S,
     AxisReading,
     best_reading,
-    error_of,
+    left_out_error,
     parts_of_causes,
     signals_of_causes,
     sized_anew,
@@ -120,7 +120,7 @@ def explain_axis(
     trace = replace(trace, considered=_considered(inquiry))
     read = [_read(bench, one, signals, had, unit) for one in _plainer(inquiry)]
     fit, reading = best_reading(read, trace)
-    if error_of(fit) > fit.heldout_before:
+    if left_out_error(fit) > fit.heldout_before:
         return _nothing(fit, unit), trace
     return _answer(reading, fit, trace, recording)
 

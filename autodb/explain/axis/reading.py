@@ -88,7 +88,7 @@ def best_reading(
         )
         for _, one in shown
     ]
-    return shown[int(np.argmin([error_of(fit) for fit in fits]))]
+    return shown[int(np.argmin([left_out_error(fit) for fit in fits]))]
 
 
 def _refitted(
@@ -130,7 +130,7 @@ def _predicting(reading: AxisReading, trace: ChannelTrace) -> tuple[FitQuality, 
     free = _refitted(reading, exact=not reading.fitted.deviates, free=True)
     if reading.white and reading.everything:
         its = _quality(free, trace)
-        fair = error_of(its) <= min(WORSE * error_of(fit), fit.heldout_before)
+        fair = left_out_error(its) <= min(WORSE * left_out_error(fit), fit.heldout_before)
         return (its, free) if fair else shown
     return _better(shown, free, trace)
 
@@ -140,10 +140,10 @@ def _better(
 ) -> tuple[FitQuality, AxisReading]:
     """Return a reading with its errors, or another where it is clearly better."""
     its = _quality(other, trace)
-    return (its, other) if error_of(its) * WORSE < error_of(shown[0]) else shown
+    return (its, other) if left_out_error(its) * WORSE < left_out_error(shown[0]) else shown
 
 
-def error_of(fit: FitQuality) -> float:
+def left_out_error(fit: FitQuality) -> float:
     """Return what a correction leaves of rows left out of the fit, or of all where it harms these.
 
     Coefficients of white rows may leave more of all rows than was there: a mass, say, follows what
