@@ -62,7 +62,7 @@ bench: $(VENV)/.dev
 # every proof; killed in the middle it goes on where it was
 prove: $(VENV)/.dev
 	failed=0; \
-	for name in published-axis axis-field stamps published-mill mill-forces mill-networks table faults faults-commands flips fleet axis-intervals calibration pairs pair-curve pair-laws explain explain-outside explain-milling real force-tables day weeks; do \
+	for name in published-axis axis-field stamps published-mill mill-forces mill-networks table faults faults-commands flips fleet axis-intervals calibration pairs pair-curve pair-laws pair-tables explain explain-outside explain-milling real force-tables day weeks; do \
 	  $(BIN)/autodb prove $$name --out prove-out || failed=1; \
 	done; exit $$failed
 

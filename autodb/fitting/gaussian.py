@@ -11,6 +11,19 @@ NORMAL_95 = 1.959964
 """Half width of a normal 95 % interval in standard deviations."""
 
 
+def student_95(freedom: Array) -> Array:
+    """Return half the width of Student's t interval of 95 %, in its standard deviations.
+
+    Expanded in 1/freedom to the third order: within 0.3 % from 4 degrees of freedom on. Source:
+    Abramowitz and Stegun 1964, 26.7.5.
+    """
+    z, v = NORMAL_95, np.asarray(freedom)
+    first = (z**3 + z) / 4.0
+    second = (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0
+    third = (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0
+    return np.asarray(z + first / v + second / v**2 + third / v**3)
+
+
 @dataclass(frozen=True)
 class Gaussian:
     """A normal posterior about parameters: mean (p,), covariance (p, p)."""

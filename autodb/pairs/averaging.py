@@ -30,6 +30,9 @@ STEPS = 200
 one, they may be thousands, for a hill that does not count."""
 MANY_STEPS = 10 * STEPS
 """Steps where no hill is found in STEPS. Chosen: at some milliseconds each, seconds."""
+SCATTERS = 0.25, 4.0
+"""Shares of the scatter expected from which hills are climbed, too: where cuts are few, a law that
+follows them and one that calls them scatter may both be hills. Chosen."""
 ALIKE = 1e-3
 """Standard deviations within which two hills are one. Chosen: they are known to 1e-9."""
 SHUT = 1e-13
@@ -80,6 +83,10 @@ def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list
 
     for k in range(len(laws)):
         climb(k)
+    for k, law in enumerate(laws):
+        for times in SCATTERS:
+            share = times * law.scatter.share
+            climb(k, replace(law, scatter=Scatter(share, law.scatter.weight)))
     first = [some[0].there if some else None for some in found]
     for k, near in enumerate(first[::-1]):
         if near is not None:
@@ -165,7 +172,8 @@ def _carried(
 def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:
     """Return the logarithm of the probability of readings, but for a constant.
 
-    After Laplace: at the posterior's maximum, times the share of the prior that it leaves.
+    After Laplace: at the posterior's maximum, times the share of the prior that it leaves, and how
+    probable the scatter found was before.
     """
     prior, model = met(before, observed)
     open_ways = _open(prior.state.covariance)
@@ -176,7 +184,8 @@ def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed
     off = open_ways.T @ (after.state.mean - prior.state.mean)
     misfit = left @ left + off @ np.linalg.solve(wide, off)
     volume = np.linalg.slogdet(wide)[1] - np.linalg.slogdet(narrow)[1]
-    return float(-0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
+    scatter = before.scatter.log_chance(after.scatter)
+    return float(scatter - 0.5 * (misfit + 2.0 * np.sum(np.log(noise)) + volume))
 
 
 def _open(covariance: Array) -> Array:

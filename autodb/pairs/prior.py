@@ -19,8 +19,8 @@ from autodb.pairs.posterior import (
     GAIN,
     OF_CARD,
     OWN,
-    P1_SCATTER,
     REFERENCES,
+    USUAL_SCATTER,
     PairPosterior,
     Shared,
 )
@@ -86,13 +86,13 @@ def any_metal() -> PairPosterior:
     mean = np.array(
         [float(p.inside(middle)) for p, (middle, _) in zip(PARAMETERS, pairs, strict=True)]
     )
-    return PairPosterior(Gaussian(mean, np.diag([sd**2 for _, sd in pairs])), (), P1_SCATTER, 0)
+    return PairPosterior(Gaussian(mean, np.diag([sd**2 for _, sd in pairs])), (), USUAL_SCATTER, 0)
 
 
 def of_card(card: CardForces, *, start: PairPosterior | None = None) -> PairPosterior:
     """Return the posterior that a card leaves; it counts as no cut."""
     known = posterior_of_readings(start or any_metal(), _as_readings(card))
-    return PairPosterior(known.law, (), P1_SCATTER, 0)
+    return PairPosterior(known.law, (), USUAL_SCATTER, 0)
 
 
 def of_relative(posterior: PairPosterior) -> PairPosterior:

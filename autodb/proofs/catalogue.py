@@ -39,7 +39,15 @@ from autodb.proofs.runs.mill import (
     table_run,
     table_summary,
 )
-from autodb.proofs.runs.pairs import curve_run, curve_summary, laws_run, laws_summary, pair_run
+from autodb.proofs.runs.pairs import (
+    curve_run,
+    curve_summary,
+    laws_run,
+    laws_summary,
+    pair_run,
+    published_pairs,
+    published_summary,
+)
 from autodb.proofs.runs.pairs.curve_plans import PlannedPair
 from autodb.proofs.runs.real import real_run, real_summary
 from autodb.proofs.runs.real.real_score import JudgedReal
@@ -316,6 +324,16 @@ PROOFS: tuple[Proof[Any], ...] = (
         score=laws_summary.laws_summary_of,
         read=laws_summary.LawsSummary.from_json,
         generator=generators.LAW_PAIRS,
+    ),
+    Proof(
+        name="pair-tables",
+        what="published tables of forces: few of their cuts teach, beside plain least squares",
+        runs=24,
+        run=published_pairs.run_tables,
+        kept=TypeAdapter(Finished[published_pairs.TabledForce]),
+        score=published_summary.published_summary_of,
+        read=published_summary.PublishedPairs.from_json,
+        generator=generators.TABLED_PAIRS,
     ),
     Proof(
         name="fleet",

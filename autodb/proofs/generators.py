@@ -21,6 +21,7 @@ from autodb.proofs.cases.mill import (
     mill_table_effects,
     milling,
 )
+from autodb.proofs.cases.tables import published_tables
 from autodb.proofs.machines.axis import (
     axes,
     curves,
@@ -102,4 +103,5 @@ MILL_NETWORKS = (*REFERENCE_MILL, reference_plan)
 TABLE = (reference_ringing, reference_table)
 PAIRS = (power_pairs, process)
 LAW_PAIRS = (edge_laws, law_pairs, power_pairs, process)
+TABLED_PAIRS = (published_tables,)
 FLEETS = (fleets, power_pairs, process)

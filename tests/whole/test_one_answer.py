@@ -84,7 +84,7 @@ def test_no_law_is_taken_by_a_rounding() -> None:
 
     Switched at odds of 20, what its direction may be off by jumped from 0 to 0.15 rad between two.
     """
-    steps = np.linspace(0.04, 0.06, 11)
+    steps = np.linspace(0.045, 0.065, 11)
     laws = [learn_averaging(PRIOR, readings(float(step))).off_law for step in steps]
     far = np.array([law.direction_rad for law in laws]) ** 2 / 0.15**2
     assert far[0] < 1e-4

@@ -17,7 +17,7 @@ from autodb.agent.rows.posteriors import (
 from autodb.errors import UnusableInput
 from autodb.pairs.handbook import conventional
 from autodb.pairs.hierarchy import of_relatives
-from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.posterior import USUAL_SCATTER, PairPosterior
 from autodb.pairs.prior import any_metal, of_card, of_relative
 from autodb.store import models
 from autodb.wording import stored_msgid
@@ -45,7 +45,7 @@ def start_of(session: Session, machine_id: int, material: str, tool: str) -> Sta
     """
     others = from_others(session, machine_id, material, tool)
     if others is not None:
-        start = PairPosterior(others.law, (), P1_SCATTER, 0)
+        start = PairPosterior(others.law, (), USUAL_SCATTER, 0)
         return begins(start, others.words, prior=others.prior)
     related = _of_other_tools(session, machine_id, material, tool)
     if related is not None:

@@ -31,7 +31,7 @@ from autodb.pairs.handbook.material_groups import (
     spellings,
 )
 from autodb.pairs.handbook.stated import ForceTable, Kienzle, LinearEdge, Shear, StatedMaterial
-from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.posterior import USUAL_SCATTER, PairPosterior
 from autodb.pairs.prior import CardForces, any_metal, of_card
 from autodb.wording import phrase
 
@@ -209,7 +209,7 @@ def along_lines(stated: Shear) -> PairPosterior:
     mean[places] = np.real(_coordinates(value))
     covariance[places] = covariance[:, places] = 0.0
     covariance[np.ix_(places, places)] = slope.T @ np.diag(sd**2) @ slope
-    return PairPosterior(Gaussian(mean, covariance), (), P1_SCATTER, 0)
+    return PairPosterior(Gaussian(mean, covariance), (), USUAL_SCATTER, 0)
 
 
 def _coordinates(read: Values) -> Values:

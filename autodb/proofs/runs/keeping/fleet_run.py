@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autodb.pairs.disagreeing import Disagrees, compared, disagrees
 from autodb.pairs.hierarchy import InformationOfCuts, KnownMaterial, information_of_cuts
-from autodb.pairs.posterior import P1_SCATTER, PairPosterior
+from autodb.pairs.posterior import USUAL_SCATTER, PairPosterior
 from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.machines.lathe import fleets
 from autodb.proofs.machines.lathe.power_pairs import PowerPair
@@ -84,7 +84,7 @@ def _joined(rng: np.random.Generator, fleet: fleets.Fleet) -> list[Joined]:
         pair = fleets.on_machine(rng, fleet, [(material, tool)])[material, tool]
         sensed = draw_read_cuts(rng, pair, TURN, LEARNT[-1])
         asked = tuple(TURN.draw(rng, pair) for _ in range(ASKED))
-        others = PairPosterior(known.pair(tool), (), P1_SCATTER, 0)
+        others = PairPosterior(known.pair(tool), (), USUAL_SCATTER, 0)
         ways = {WAYS[1]: others} if tool == first else {WAYS[2]: others}
         for way, start in ({WAYS[0]: _start(pair), **ways} if tool == first else ways).items():
             found.append(Joined(way, *_course(start, pair, sensed, asked)))

@@ -46,7 +46,7 @@ def kienzle_squares(case: LawsCase, *, speed: bool) -> LineForces:
     told = {}
     for k, component in enumerate(case.read):
         log_N = np.log(np.maximum(case.read_N[:, k], noise[component]))
-        told[ROLES[component]] = _line(design, log_N - _log_width(case, case.cuts), asked)
+        told[ROLES[component]] = line_through(design, log_N - _log_width(case, case.cuts), asked)
     each = [
         _turned(told, cut, place, float(width))
         for place, (cut, width) in enumerate(
@@ -75,12 +75,17 @@ def _design(case: LawsCase, cuts: tuple[TurnedCut, ...], *, speed: bool) -> Arra
     return np.column_stack(columns)
 
 
-def _line(design: Array, values: Array, asked: Array) -> Array:
-    """Return middles of a line at other rows, and the half-widths of its intervals: (2, m)."""
+def line_through(design: Array, values: Array, asked: Array) -> Array:
+    """Return middles of a line at other rows, and the half-widths of its intervals: (2, m).
+
+    Rows that do not determine the line leave intervals without end.
+    """
     from scipy.stats import t
 
-    found, *_ = np.linalg.lstsq(design, values)
+    found, _, rank, _ = np.linalg.lstsq(design, values)
     free = len(values) - design.shape[1]
+    if rank < design.shape[1]:
+        return np.stack([asked @ found, np.full(len(asked), np.inf)])
     scatter = math.sqrt(float(np.sum((values - design @ found) ** 2)) / free)
     leverage = np.einsum("ni,ij,nj->n", asked, np.linalg.inv(design.T @ design), asked)
     half = float(t.ppf(0.5 * (1.0 + LEVEL), free)) * scatter * np.sqrt(1.0 + leverage)
