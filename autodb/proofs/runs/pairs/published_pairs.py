@@ -149,7 +149,7 @@ def _plain(
     design = np.column_stack(columns)
     middle, half = line_through(design[taught], (np.log(force) - known)[taught], design[asked])
     middle = middle + known[asked]
-    return np.exp(np.stack([middle, middle - half, middle + half], axis=1))
+    return np.asarray(np.exp(np.stack([middle, middle - half, middle + half], axis=1)))
 
 
 def _finite(values: Array) -> list[float | None]:
