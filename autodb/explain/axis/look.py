@@ -35,9 +35,10 @@ from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
+from autodb.explain.engine.cancelling import most_cancelled
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import SAME, no_difference, rms
-from autodb.explain.engine.fitted import FittedEffects, fit_white_rows
+from autodb.explain.engine.fitted import fit_white_rows
 from autodb.explain.engine.inquiry import Inquiry, inquire
 from autodb.explain.engine.locate import regimes
 from autodb.explain.engine.noise import Whitener
@@ -68,10 +69,6 @@ AT_STARTS = frozenset({"stribeck", "presliding", "backlash", "compliance"})
 REST = 0.02
 """Share of a simulation that its own terms do not give, from which on the rest is kept as one: less
 is how well they could be read, and turned round it would bend friction over speed. Chosen."""
-CANCELLED = 3.0
-"""Times the rms of the difference from which on what an effect adds is not its own: others take
-back all but a third of it, and laws that are known to some per cent say nothing of what remains.
-Chosen."""
 
 
 def explain_axis(
@@ -144,7 +141,7 @@ def _read(
     unit: str,
 ) -> AxisReading:
     """Return the final fit of what was found, less what is of its kind no more once it is tuned,
-    and what others take back.
+    and what the others cancel.
     """
     found = inquiry.found
     beside = inquiry.bench.loosened(found.choices)
@@ -157,9 +154,15 @@ def _read(
         noise = inquiry.plain_noise
     laws = inquiry.founded
     fitted = fit_white_rows(beside, choices, noise, laws, also=sized_anew(inquiry, noise, beside))
-    taken_back = _cancelled(inquiry.bench, choices, fitted)
-    if taken_back is not None:
-        return _read(bench, _without(inquiry, taken_back), signals, had, unit)
+    rows = inquiry.bench
+    cancelled = most_cancelled(
+        [rows.reduce(effect)[:, 0] for effect in fitted.effects],
+        rows.chosen(()),
+        rows.reduced_difference,
+        named=[choice.candidate.named for choice in choices],
+    )
+    if cancelled is not None:
+        return _read(bench, _without(inquiry, choices[cancelled]), signals, had, unit)
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
 
 
@@ -167,17 +170,6 @@ def _without(inquiry: Inquiry, choice: Choice) -> Inquiry:
     """Return an inquiry that did not find a choice."""
     rest = inquiry.found.without(choice.candidate.key)
     return replace(inquiry, found=inquiry.search.scored(rest))
-
-
-def _cancelled(bench: WhiteRows, choices: Sequence[Choice], fitted: FittedEffects) -> Choice | None:
-    """Return the effect of which others take back the most, if that is nearly all of it.
-
-    Dry friction and friction by direction are one constant where an axis hardly ever turns: their
-    sum is known, neither of them is, and what slow noise has of their difference is none of them.
-    """
-    shares = [rms(bench.beyond_own(effect)) / rms(bench.difference) for effect in fitted.effects]
-    most = int(np.argmax(shares)) if shares else 0
-    return choices[most] if shares and shares[most] > CANCELLED else None
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:

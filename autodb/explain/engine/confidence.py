@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 SWAPS = 4
 """Effects that are tried in the place of one beside own terms that are held: the likeliest."""
-TOLD = 0.5
+LIKELIER_THAN_NOT = 0.5
 """Probability above which another size of what the simulation has is said: likelier than not."""
 RARER = MARGIN
 """Evidence by which a named effect has to do better than a change of an own term: a number that the
@@ -179,7 +179,7 @@ class Mistuned:
     @property
     def told(self) -> bool:
         """Whether it is said: it has evidence, and is likelier than not."""
-        return self.worth > 0.0 and self.standing.confidence > TOLD
+        return self.worth > 0.0 and self.standing.confidence > LIKELIER_THAN_NOT
 
     @property
     def either(self) -> bool:
