@@ -16,7 +16,12 @@ from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
-from autodb.explain.engine.entries import own_term_entries, retuned_words, size_words
+from autodb.explain.engine.entries import (
+    own_term_entries,
+    retuned_words,
+    size_words,
+    told_entries,
+)
 from autodb.explain.engine.plain.odds import beside_plain, of_plain
 from autodb.explain.engine.standing import Standing
 from autodb.explain.engine.tuning import BesideShapes, Tuned, tuned
@@ -53,7 +58,7 @@ def causes(reading: AxisReading) -> list[Cause]:
     entries = [entry for entry in made if entry.parameters["size"].value > 0.0]
     named = {entry.term for entry in entries}
     again = _mistuned(reading, beside=entries)
-    return [*_merged(entries), *(c for c in again if c.term not in named)]
+    return [*told_entries(_merged(entries)), *(c for c in again if c.term not in named)]
 
 
 def _merged(entries: list[Cause]) -> list[Cause]:

@@ -35,6 +35,7 @@ from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates
 from autodb.explain.engine.bench import WhiteRows
+from autodb.explain.engine.cancelling import most_cancelled
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import SAME, no_difference, rms
 from autodb.explain.engine.fitted import fit_white_rows
@@ -139,20 +140,36 @@ def _read(
     had: frozenset[str],
     unit: str,
 ) -> AxisReading:
-    """Return the final fit of what was found, less what is of its kind no more once it is tuned."""
+    """Return the final fit of what was found, less what is of its kind no more once it is tuned,
+    and what the others cancel.
+    """
     found = inquiry.found
     beside = inquiry.bench.loosened(found.choices)
     choices = tuned_together(beside, found.choices, inquiry.noise)
     unlike = beside.of_another_kind(choices, inquiry.whitener)
     if unlike is not None:
-        rest = inquiry.search.scored(found.without(unlike.candidate.key))
-        return _read(bench, replace(inquiry, found=rest), signals, had, unit)
+        return _read(bench, _without(inquiry, unlike), signals, had, unit)
     noise = weighing(beside, choices, inquiry.noise, own=bool(inquiry.laws))
     if inquiry.laws and noise[0] is not inquiry.whitener:
         noise = inquiry.plain_noise
     laws = inquiry.founded
     fitted = fit_white_rows(beside, choices, noise, laws, also=sized_anew(inquiry, noise, beside))
+    rows = inquiry.bench
+    cancelled = most_cancelled(
+        [rows.reduce(effect)[:, 0] for effect in fitted.effects],
+        rows.chosen(()),
+        rows.reduced_difference,
+        named=[choice.candidate.named for choice in choices],
+    )
+    if cancelled is not None:
+        return _read(bench, _without(inquiry, choices[cancelled]), signals, had, unit)
     return AxisReading(beside, inquiry, noise, choices, fitted, signals, had, unit, bench)
+
+
+def _without(inquiry: Inquiry, choice: Choice) -> Inquiry:
+    """Return an inquiry that did not find a choice."""
+    rest = inquiry.found.without(choice.candidate.key)
+    return replace(inquiry, found=inquiry.search.scored(rest))
 
 
 def unseen_terms(recording: Recording, axis: str) -> frozenset[str]:

@@ -165,7 +165,8 @@ def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool
     """Whether what was recorded stays where it is while the effort goes beyond a limit, but for
     what noise makes of it: a row that noise takes below the limit is recorded as it is.
 
-    A wave that a simulation has too high turns back there, or goes on; few rows say nothing.
+    A wave that a simulation has too high turns back there, or goes on. Few rows beyond it are
+    spikes: nothing shows that all of these would have ended at one height.
     """
     if s.recorded is None:
         return True
@@ -182,7 +183,7 @@ def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool
             free += float(further**2 @ ndtr((limit - side * effort) / noise))
             rows += len(effort)
     by_noise = free + noise * np.sqrt(across)
-    return rows < FLAT_ROWS or abs(along) <= FLAT_SLOPE * across + by_noise
+    return rows >= FLAT_ROWS and abs(along) <= FLAT_SLOPE * across + by_noise
 
 
 def _row_noise(left: Array) -> float:

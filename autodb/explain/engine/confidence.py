@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 SWAPS = 4
 """Effects that are tried in the place of one beside own terms that are held: the likeliest."""
+LIKELIER_THAN_NOT = 0.5
+"""Probability above which another size of what the simulation has is said: likelier than not."""
 RARER = MARGIN
 """Evidence by which a named effect has to do better than a change of an own term: a number that the
 simulation has is off more often than a term that it lacks is there. Chosen: as for any effect."""
@@ -177,7 +179,7 @@ class Mistuned:
     @property
     def told(self) -> bool:
         """Whether it is said: it has evidence, and is likelier than not."""
-        return self.worth > 0.0 and self.standing.confidence > 0.5
+        return self.worth > 0.0 and self.standing.confidence > LIKELIER_THAN_NOT
 
     @property
     def either(self) -> bool:

@@ -5,7 +5,7 @@ from typing import Literal
 
 from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned
+from autodb.explain.engine.confidence import LIKELIER_THAN_NOT, Mistuned
 from autodb.explain.engine.search import alike_terms
 from autodb.explain.engine.standing import Standing
 from autodb.terms.vocabulary import effect_called
@@ -93,6 +93,20 @@ def retuned_words(term: str, now: IntervalValue, *, of: tuple[str, float] | None
     return HAS_WITH.format(
         term=term, parameter=parameter, size=size, size_now=value, size_low=low, size_high=high
     )
+
+
+def told_entries(entries: Sequence[Cause]) -> list[Cause]:
+    """Return the entries without other sizes of what the simulation is said to have, found as
+    effects, that are no likelier than not: as of own terms, these are not said.
+
+    Where nothing else is said they stay, so that a mismatch is not passed over.
+    """
+    told = [
+        entry
+        for entry in entries
+        if entry.kind == "missing" or entry.confidence > LIKELIER_THAN_NOT
+    ]
+    return told or list(entries)
 
 
 def own_term_entries(

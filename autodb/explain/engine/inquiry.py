@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.bench import WhiteRows
+from autodb.explain.engine.cancelling import most_cancelled
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.fit import BLOCKS, FOLDS, fold_of_block
 from autodb.explain.engine.noise import Noise, Whitener
@@ -273,8 +274,8 @@ def _beside_noise(
 
 def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> FoundSet:
     """Return the best set of which every effect helps to predict stretches left out of the fit, and
-    is of its kind and not much larger than all that it may explain: such a one stands against
-    another like it.
+    is of its kind and not much larger than all that it may explain, and that own terms and the
+    others do not cancel: such a one stands against another like it.
 
     A shape that fails is barred, and the search goes on with simpler ones.
     """
@@ -292,6 +293,10 @@ def _predicting(bench: WhiteRows, search: CandidateSearch, noise: Noise) -> Foun
         largest = int(np.argmax(sizes))
         if sizes[largest] > most:
             search.bar(found.choices[largest])
+            continue
+        cancelled = _cancelled(bench, found.choices, noise)
+        if cancelled is not None:
+            search.bar(cancelled)
             continue
         whole = held_out_sums(bench, found.choices, noise)
         worth = [
@@ -314,6 +319,17 @@ def _sizes(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> list[fl
         for choice, part in zip(choices, parts, strict=True)
     )
     return [float(np.abs(part).max()) for part in added]
+
+
+def _cancelled(bench: WhiteRows, choices: Sequence[Choice], noise: Noise) -> Choice | None:
+    """Return the choice that own terms and the others cancel, if there is one."""
+    number = most_cancelled(
+        [bench.reduce(part)[:, 0] for part in bench.parts(choices, noise[0])[1]],
+        bench.chosen(()),
+        bench.reduced_difference,
+        named=[choice.candidate.named for choice in choices],
+    )
+    return None if number is None else choices[number]
 
 
 def _helped(without: tuple[float, float], whole: tuple[float, float]) -> float:

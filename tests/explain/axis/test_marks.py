@@ -216,3 +216,18 @@ def test_noise_that_a_limit_lets_through_is_no_slope() -> None:
     assert any(low < limit < high for low, high in between)
     free = axis_signals(_recording(EFFORT + 0.2 * noise), 1.05 * EFFORT, "x.current")
     assert not clipping(free).forms
+
+
+def test_a_spike_of_a_few_rows_shows_no_limit() -> None:
+    """Six rows in which a simulation goes half as high again as anything that was recorded: nothing
+    says where these would have ended. Of twelve rows it does."""
+    few, more = (EFFORT.copy() for _ in range(2))
+    highest = float(EFFORT.max())
+    rows = np.random.default_rng(6).permutation(np.argsort(EFFORT)[-12:])
+    spikes = highest * np.linspace(1.5, 1.7, 12)
+    few[rows[:6]], more[rows] = spikes[:6], spikes
+    recording = _recording(np.clip(EFFORT + NOISE, None, 0.99 * highest))
+    for simulated, some in ((few, False), (more, True)):
+        forms = clipping(axis_signals(recording, simulated, "x.current")).forms
+        above = [form.shape["limit"] > 1.02 * highest for form in forms if form.within]
+        assert any(above) == some

@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 
 import autodb
 from autodb.explain.answer import Cause, ChannelAnswer
+from autodb.proofs.cases.real.real_case import RealSpec
+from autodb.proofs.cases.real.real_cases import made_case
+from autodb.proofs.runs.real.real_answers import explained_real
+from autodb.proofs.runs.real.real_score import own_within
 from autodb.terms.drive import tilt
+from tests.conftest import shared
 
 Array = NDArray[np.float64]
 
@@ -96,3 +101,21 @@ def test_one_way_the_usual_law_is_named(term: str, seed: int, size: float) -> No
     assert cause.confidence >= 0.8
     name = "coefficient" if term == "viscous" else "level"
     assert cause.parameters[name].value == pytest.approx(size, rel=0.2)
+
+
+def test_effects_that_are_one_constant_one_way_take_nothing_back_from_each_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The second half of a motor's steps of speed, 92 % of them one way, beside its own full model:
+    dry friction of 0.85 A, which the simulation has with 0.18 A, was said together with as much
+    drift and as much friction by direction the other way, of a difference of 0.1 A."""
+    shared("data", "real")
+    monkeypatch.setenv("AUTODB_SHARED", str(shared("data").parent))
+    case = made_case(RealSpec("null", "laas-speed", variant="second half"))
+    answer = explained_real(case)
+    assert own_within(case, answer)
+    assert "coulomb" not in {one.term for one in answer.entries}
+    assert max(one.size for one in answer.entries) < 0.6
+    assert answer.before is not None
+    assert answer.after is not None
+    assert answer.after < 0.4 * answer.before

@@ -10,7 +10,7 @@ from autodb.explain.answer import Cause, ChannelAnswer, FitQuality, IntervalValu
 from autodb.explain.axis.read_off import own_terms_of
 from autodb.explain.engine.candidates import UNKNOWN
 from autodb.explain.engine.confidence import Mistuned
-from autodb.explain.engine.entries import own_term_entries
+from autodb.explain.engine.entries import own_term_entries, told_entries
 from autodb.explain.engine.standing import standing
 from autodb.records.tables import Recording
 from autodb.reports.explanation import headline
@@ -121,3 +121,13 @@ def test_where_a_simulation_has_no_friction_no_rounding_chooses_how_it_turns(see
     assert_array_equal(read.sense, inputs["direction"])
     assert set(read.had) == {"viscous", "inertia", "gravity"}
     assert read.share > 1.0 - 1e-9
+
+
+def test_another_size_of_what_the_simulation_has_is_said_where_it_is_likelier_than_not() -> None:
+    """A ripple that the simulation has by name, found as an effect: at 19 % it may be any of five
+    things, and is said beside nothing else only."""
+    faint = _cause("cogging", 0.8).model_copy(update={"confidence": 0.19})
+    missing = faint.model_copy(update={"term": "asymmetry", "kind": "missing"})
+    clear = _cause("coulomb", 0.3)
+    assert told_entries([faint, missing, clear]) == [missing, clear]
+    assert told_entries([faint]) == [faint]
