@@ -1,4 +1,4 @@
-"""Friction that falls within seconds and comes back within minutes: after short rapids it is low."""
+"""Friction that falls within seconds and comes back in minutes: after short rapids it is low."""
 
 from pathlib import Path
 
