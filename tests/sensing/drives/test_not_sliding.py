@@ -55,7 +55,8 @@ def test_a_velocity_that_is_noise_is_no_motion() -> None:
     x = np.concatenate([[0.0], np.cumsum(v)[:-1] * 0.01])
     seen = v + 0.1 * rng.standard_normal(len(v))
     recording = Recording(
-        Path("noisy.csv"), {"t": 0.01 * np.arange(len(v)), "x.position": x, "x.velocity": seen}
+        Path("noisy.csv"),
+        {"t": np.linspace(0.0, 12.0, len(v), endpoint=False), "x.position": x, "x.velocity": seen},
     )
     sense = np.abs(term_inputs(recording, "x", cutoff_hz=20.0)["direction"])
     assert np.mean(sense[v == 0.0]) < 0.03
