@@ -5,7 +5,7 @@ contacts of guide, nut and seals bend before they slide, and friction rises to i
 (Dahl 1968; P2 names both gaps). Laws over speed claim 0 at rest and the whole level from the first
 micrometre on. Coloured noise is nearly constant over a move, so that its whitening leaves the steps
 at the ends of moves as nearly all that tells Coulomb friction from a load: just these rows. The
-level then reads low and viscous friction high: on halves of EMPS, a published ball-screw axis, 18.0
+level then reads low and viscous friction high: on two thirds of EMPS, a published ball-screw, 18.0
 and 18.8 N, where 20.4 N is published and plain least squares finds it.
 """
 
