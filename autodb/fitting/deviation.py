@@ -69,13 +69,21 @@ class Deviating:
         """Covariance of β, (p, p)."""
         return self.whole_covariance[: self.columns, : self.columns]
 
+    @property
+    def narrow_covariance(self) -> Array:
+        """Covariance (p + m, p + m) before blocks widened it: how one value follows another."""
+        wide = np.ones(len(self.whole))
+        wide[: self.columns] = self.inflation
+        return self.whole_covariance / np.outer(wide, wide)
+
 
 @dataclass(frozen=True)
 class _Rows:
     """The white rows reduced: R (p + m + 1, p + m + 1) of [X, Z, values], columns scaled.
 
     ``scale`` (p + m,) of them; ``unit`` (groups,): the mean of a group's scales. ``left`` (m, m):
-    what X leaves of Z, in units, without directions that X can follow.
+    what X leaves of Z, in units, without directions that X can follow. ``likely`` (groups,): the
+    size that τ_g/σ is taken to have at most, σ that of the noise which X and Z together leave.
     """
 
     factor: Array
@@ -85,6 +93,7 @@ class _Rows:
     group: NDArray[np.intp]
     unit: Array
     left: Array
+    likely: Array
 
     @property
     def freedom(self) -> int:
@@ -106,6 +115,7 @@ def least_squares_with_deviation(
     *,
     blocks: NDArray[np.intp],
     order: int = 10,
+    likely: Sequence[float] | None = None,
 ) -> Deviating:
     """Fit values (n,) = design (n, p) · β + deviations (n, m_g) · u + coloured noise.
 
@@ -116,13 +126,16 @@ def least_squares_with_deviation(
     scaled so that ± 1.96 sd are 95 % of Student's t with G − 1 degrees of freedom: how noise and
     deviation vary is not known better than the blocks show.
 
+    ``likely`` (groups,): how large each τ_g may be taken to be beforehand (a normal's sd; infinite,
+    or without it: any). Where rows hardly show a group they would else let it be anything.
+
     Raises NotSettled where the variances' likelihood has no end to climb to.
     """
     matrix = np.column_stack([design, *deviations])
     group = np.repeat(np.arange(len(deviations)), [z.shape[1] for z in deviations])
     whitener = _noise(matrix, values, order)
     white = _whitened(np.column_stack([matrix, values]), whitener)
-    rows = _reduced(white, design.shape[1], group, len(deviations))
+    rows = _reduced(white, design.shape[1], group, likely or [np.inf] * len(deviations))
     places = _optima(rows)
     shares = [share for share, _ in places]
     answers = [_answer(rows, rows.sizes(at), white, blocks[order:]) for _, at in places]
@@ -158,16 +171,21 @@ def _whitened(columns: Array, a: Array) -> Array:
     return np.asarray(lfilter(taps, [1.0], columns, axis=0)[len(a) :], dtype=np.float64)
 
 
-def _reduced(white: Array, columns: int, group: NDArray[np.intp], groups: int) -> _Rows:
+def _reduced(white: Array, columns: int, group: NDArray[np.intp], likely: Sequence[float]) -> _Rows:
     found = triangle(white[:, :-1], white[:, -1])
     k = found.columns
     ridged = np.vstack([found.factor, np.sqrt(RIDGE) * np.eye(k, k + 1)])
     factor = np.asarray(np.linalg.qr(ridged, mode="r"))
+    groups = len(likely)
     unit = np.array([found.scale[columns:][group == g].mean() for g in range(groups)])
     left = factor[columns:-1, columns:-1] * (found.scale[columns:] / unit[group])
     for g in range(groups):
         left[:, group == g] = _unfollowed(left[:, group == g])
-    return _Rows(factor, found.scale, found.rows, columns, group, unit, left)
+    # The noise is what all columns leave; an exact fit leaves its rounding
+    exact = RANK * float(np.linalg.norm(factor[:, -1]))
+    noise = max(abs(float(factor[-1, -1])), exact) / np.sqrt(max(found.rows - k, 1))
+    most = np.asarray(likely, dtype=np.float64) / max(noise, np.finfo(float).tiny)
+    return _Rows(factor, found.scale, found.rows, columns, group, unit, left, most)
 
 
 def _unfollowed(left: Array) -> Array:
@@ -202,9 +220,12 @@ def _restricted_likelihood(rows: _Rows, at: Array) -> tuple[float, Array]:
     rss = float(beyond**2 + white[:, -1] @ white[:, -1] + rounding)
     misfit = rows.freedom * np.log(rss) + 2.0 * float(np.sum(np.log(np.abs(np.diag(root)))))
     misfit += float(np.sum((at / VAST) ** 2))
+    most = rows.unit * rows.likely
+    misfit += float(np.sum((size / most) ** 2))
     sensed = white[:, :-1].T @ white[:, -1]
     each = np.einsum("ij,ij->j", white[:, :-1], white[:, :-1]) - rows.freedom / rss * sensed**2
     gradient = 2.0 * size * slope * np.bincount(group, each, len(size)) + 2.0 * at / VAST**2
+    gradient += 2.0 * size * slope / most**2
     return float(misfit), np.asarray(gradient)
 
 

@@ -23,18 +23,19 @@ from autodb.sensing.drives.fit.axis_model import (
     Posteriors,
     predicted_effort,
 )
+from autodb.sensing.drives.fit.beside_laws import beside_laws
+from autodb.sensing.drives.fit.deviation import SPEED, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors, drive_errors
-from autodb.sensing.drives.fit.held_out import held_out_effort, held_out_off_law
+from autodb.sensing.drives.fit.held_out import held_out
 from autodb.sensing.drives.fit.linearised import Linearised, linearised
 from autodb.sensing.drives.fit.prior import combined_with_prior
 from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
-from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.fit.unevenness import row_roots
-from autodb.sensing.drives.fit.wander import friction_wander
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms.channel import ChannelPart
+from autodb.terms.friction import COULOMB
 from autodb.terms.term import Contribution, TermParameter
 from autodb.terms.vocabulary import term_called
 from autodb.wording import localized, phrase
@@ -45,6 +46,9 @@ NOISE_ORDER = 10
 EXCITED = 0.5
 """A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
 else its 95 % interval holds the whole effort."""
+BLURRED = 0.1
+"""Share of the effort's rms by which Coulomb friction is unsure at least, where it may be the
+deviation from the law that hides it. Chosen: of sweeps of axes it is sure to 0.03 of it."""
 TURNED = "is the sign of the effort reversed?"
 SETTLED = 1e-6
 """Step of the shape, in standard errors, at which it is where the fit with deviation and coloured
@@ -76,8 +80,12 @@ def fit_axis(
     Raises UnusableInput when no term is excited.
     """
     dropped: list[Name] = []
+    deviates = True
     while True:
-        solved, moving = _settled(rows, parts, uneven=uneven)
+        solved, moving = _settled(rows, parts, uneven=uneven, deviates=deviates)
+        if deviates and not uneven and _hidden(solved, rows, published):
+            deviates = False
+            continue
         if posteriors is not None:
             solved = combined_with_prior(solved, posteriors, rows)
         vague = [solved.problem.names[i] for i in _vague(solved, rows)]
@@ -96,6 +104,34 @@ def fit_axis(
     return _described(rows, solved, dropped, published, moving, sweep=uneven)
 
 
+def _hidden(solved: Solved, rows: Prepared, published: Prepared) -> bool:
+    """Say whether Coulomb friction is vague only because friction may deviate from its law.
+
+    The law is its best approximation over even speeds; where moves dwell at few of them, the others
+    could be anything, and what every move shows of friction would not be told. It is then that of
+    the speeds that they dwell at, unless blocks left out are nearer with the deviation.
+    """
+    problem = solved.problem
+    names = [part.term for part, _ in problem.names]
+    if COULOMB not in names or solved.deviation is None:
+        return False
+    level, kept = names.index(COULOMB), spanning(problem.columns)
+    size = _rms(problem.columns[:, level]) / _rms(rows.effort)
+    own = float(np.sqrt(solved.covariance[level, level]))
+    if size * own < BLURRED or level not in kept:
+        return False
+    plain = least_squares(problem.columns[:, kept], problem.target, lags=0)
+    if size * float(plain.sd[kept.index(level)]) > BLURRED:
+        return False
+    there = linearised(published, problem.parts)
+    return not held_out(published, there, _off_sds(solved), sweep=False)[0]
+
+
+def _off_sds(solved: Solved) -> Array | None:
+    """Return the sizes of what friction is off its laws by; None where it is not."""
+    return solved.fit.sds[: len(solved.deviation.groups)] if solved.deviation else None
+
+
 def _told_by(part: ChannelPart, parameter: TermParameter) -> bool:
     """Say whether a part is nothing without a parameter: of its shape, or its one coefficient."""
     alone = isinstance(part.term, Contribution) and len(part.term.coefficients) == 1
@@ -103,7 +139,7 @@ def _told_by(part: ChannelPart, parameter: TermParameter) -> bool:
 
 
 def _settled(
-    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool
+    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool, deviates: bool
 ) -> tuple[Solved, dict[str, float]]:
     """Fit around the shape that the fit itself wants, where a step of Gauss-Newton moves nothing.
 
@@ -113,7 +149,7 @@ def _settled(
     """
     before, pace = np.zeros(0), np.ones(0)
     for _ in range(ROUNDS):
-        solved, wanted = _solved(rows, parts, uneven=uneven)
+        solved, wanted = _solved(rows, parts, uneven=uneven, deviates=deviates)
         names = solved.problem.names
         shape = [i for i, (part, p) in enumerate(names) if p in part.term.shape]
         free = [names[i] for i in shape]
@@ -145,20 +181,20 @@ def _shaped(parts: tuple[ChannelPart, ...], free: list[Name], at: Array) -> tupl
 
 
 def _solved(
-    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool
+    rows: Prepared, parts: tuple[ChannelPart, ...], *, uneven: bool, deviates: bool
 ) -> tuple[Solved, Array]:
     """Return the fit around the parts' shape, and the values with the shape that it wants, (p,)."""
     problem = linearised(rows, parts)
-    deviation = friction_deviation(rows, problem)
-    groups = deviation.groups if deviation else []
-    wander = friction_wander(rows, problem, tells=deviation is not None and not uneven)
-    root = row_roots(rows, problem, groups) if uneven else np.ones(len(problem.target))
+    beside = beside_laws(rows, problem, sweep=uneven, deviates=deviates)
+    own = beside.deviation.groups if beside.deviation else []
+    root = row_roots(rows, problem, own) if uneven else np.ones(len(problem.target))
     try:
         fit = least_squares_with_deviation(
             problem.columns * root[:, None],
-            [group * root[:, None] for group in (*groups, *wander.groups)],
+            [group * root[:, None] for group in beside.groups],
             problem.target * root,
-            blocks=wander.blocks,
+            likely=beside.likely,
+            blocks=beside.blocks,
             order=NOISE_ORDER,
         )
     except NotSettled as error:
@@ -173,9 +209,9 @@ def _solved(
                 terms=terms,
             )
         ) from None
-    end = fit.columns + sum(group.shape[1] for group in groups)
+    end = fit.columns + sum(group.shape[1] for group in own)
     values, weights, _ = np.split(_at_shape(problem, fit), [fit.columns, end])
-    return Solved(problem, fit, deviation, values, fit.covariance, weights), fit.coefficients
+    return Solved(problem, fit, beside.deviation, values, fit.covariance, weights), fit.coefficients
 
 
 def _at_shape(problem: Linearised, fit: Deviating) -> Array:
@@ -190,8 +226,9 @@ def _at_shape(problem: Linearised, fit: Deviating) -> Array:
     if not is_shape.any():
         return values
     here = np.array([part.shape[p.name] for part, p in problem.names if p in part.term.shape])
-    cross = fit.whole_covariance[np.ix_(~is_shape, is_shape)]
-    own = fit.whole_covariance[np.ix_(is_shape, is_shape)]
+    covariance = fit.narrow_covariance
+    cross = covariance[np.ix_(~is_shape, is_shape)]
+    own = covariance[np.ix_(is_shape, is_shape)]
     values[~is_shape] -= cross @ np.linalg.solve(own, values[is_shape] - here)
     values[is_shape] = here
     return values
@@ -229,7 +266,9 @@ def _without_vague(solved: Solved, rows: Prepared) -> Array:
         if not vague:
             return solved.values
         k = vague[0]
-        slope = solved.covariance[:, k] / solved.covariance[k, k]
+        # That blocks widen one sd more than another changes nothing in how values follow each other
+        widened = solved.fit.inflation[k] / solved.fit.inflation
+        slope = widened * solved.covariance[:, k] / solved.covariance[k, k]
         values = solved.values - slope * solved.values[k]
         values[k] = 0.0
         keep = np.arange(len(values)) != k
@@ -258,7 +297,8 @@ def _described(
     told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
     weights = solved.weights_with(values)
-    off_law, left = _off_law(published, there, solved.fit, weights if sweep else None)
+    nearer, left = held_out(published, there, _off_sds(solved), sweep=sweep)
+    off_law = solved.deviation.off_law(weights) if solved.deviation and nearer else None
     error = published.effort - published.reduced(predicted_effort(told, published.inputs, off_law))
     rms, effort_rms = _rms(error), _rms(published.effort)
     return Identified(
@@ -269,7 +309,7 @@ def _described(
         covariance=solved.covariance[np.ix_(numbered, numbered)],
         relative_error=rms / effort_rms,
         held_out_error=_rms(left) / effort_rms,
-        errors=_errors(published, left, terms),
+        errors=_errors(published, left, told, off_law),
         residual_rms=rms,
         protocol=published.protocol,
         not_excited=_not_excited([*dropped, *(names[i] for i in vague)]),
@@ -281,35 +321,29 @@ def _described(
     )
 
 
-def _off_law(
-    rows: Prepared, problem: Linearised, fit: Deviating, weights: Array | None
-) -> tuple[FrictionDiscrepancy | None, Array]:
-    """Return what friction is off its laws, and what is left (m,) of blocks left out.
-
-    Only a sweep over speeds shows it, with ``weights`` (m,), and only where it makes blocks left
-    out better, row by row of the way gone, it is told.
-    """
-    left = held_out_effort(rows, problem)
-    deviation = friction_deviation(rows, problem) if weights is not None else None
-    if weights is None or deviation is None:
-        return None, left
-    better = held_out_off_law(rows, problem, deviation.groups, fit.sds[: len(deviation.groups)])
-    way = np.abs(rows.sampled("velocity"))
-    if way @ better**2 >= way @ left**2:
-        return None, left
-    return deviation.off_law(weights), better
-
-
-def _errors(rows: Prepared, left: Array, terms: Sequence[IdentifiedTerm]) -> DriveErrors | None:
+def _errors(
+    rows: Prepared,
+    left: Array,
+    terms: Sequence[IdentifiedTerm],
+    off_law: FrictionDiscrepancy | None,
+) -> DriveErrors | None:
     """Return how far off the model is by what the axis does; a spindle has no travel and no turns.
 
-    Breakaway is Coulomb friction, with what Stribeck friction adds at rest.
+    Breakaway is Coulomb friction, with what Stribeck friction adds at rest; at least what friction
+    is, off its laws too, in the slower half of the motion.
     """
     if rows.axis == SPINDLE:
         return None
     grips = {("coulomb", "level"), ("stribeck", "level")}
     breakaway = sum(abs(t.value) for t in terms if (t.term, t.parameter) in grips)
     inputs = {name: rows.sampled(name) for name in rows.inputs}
+    rubs = [t for t in terms if follows(term_called(t.term, t.form), SPEED)]
+    friction = np.abs(rows.reduced(predicted_effort(rubs, rows.inputs, off_law)))
+    speed = np.abs(inputs["velocity"])
+    moves = np.abs(inputs["direction"]) >= 1.0
+    if moves.any():
+        slow = moves & (speed <= np.median(speed[moves]))
+        breakaway = max(breakaway, float(np.median(friction[slow])))
     rate_hz = rows.rate_hz / rows.protocol.decimate
     return drive_errors(inputs, left, rate_hz=rate_hz, breakaway=breakaway)
 

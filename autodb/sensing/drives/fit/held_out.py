@@ -9,6 +9,7 @@ from autodb.fitting.covariance import long_run_variance
 from autodb.fitting.linear import solve, triangle
 from autodb.fitting.scores import leave_one_out
 from autodb.sensing.drives.fit.linearised import Linearised
+from autodb.sensing.drives.fit.steady import friction_deviation
 from autodb.sensing.drives.fit.unevenness import row_roots
 from autodb.sensing.drives.moves.motion import motion_blocks
 from autodb.sensing.drives.moves.prepared import Prepared
@@ -17,6 +18,24 @@ Array = NDArray[np.float64]
 
 GAP_S = 0.25
 """Rows this near to a block left out are not fitted on."""
+
+
+def held_out(
+    rows: Prepared, problem: Linearised, sds: Array | None, *, sweep: bool
+) -> tuple[bool, Array]:
+    """Say whether blocks left out are nearer with what friction is off its laws; and what is left
+    (m,) of them the nearer way. Of a sweep rows count by the way gone, else by time.
+
+    ``sds`` (groups,): how large it is; None where it is not told.
+    """
+    left = held_out_effort(rows, problem)
+    deviation = friction_deviation(rows, problem) if sds is not None else None
+    if deviation is None or sds is None:
+        return False, left
+    with_it = held_out_off_law(rows, problem, deviation.groups, sds)
+    counts = np.abs(rows.sampled("velocity")) if sweep else np.ones(len(left))
+    nearer = bool(counts @ with_it**2 < counts @ left**2)
+    return nearer, with_it if nearer else left
 
 
 def held_out_effort(rows: Prepared, problem: Linearised) -> Array:

@@ -32,13 +32,17 @@ class Solved:
     moved: tuple[ChangedParameter, ...] = ()
 
     def weights_with(self, values: Array) -> Array:
-        """Return the deviation's weights (m,), given other ``values`` (p,) of the law."""
-        p = self.fit.columns
-        scale = np.sqrt(np.diag(self.fit.covariance))
-        unit = self.fit.covariance / np.outer(scale, scale)
+        """Return the deviation's weights (m,), given other ``values`` (p,) of the law.
+
+        By what the rows say of both together: that blocks widen a coefficient's sd moves no other.
+        """
+        p, covariance = self.fit.columns, self.fit.narrow_covariance
+        own = covariance[:p, :p]
+        scale = np.sqrt(np.diag(own))
+        unit = own / np.outer(scale, scale)
         change = (values - self.values) / scale
         pushed = np.linalg.lstsq(unit, change, rcond=1e-12)[0] / scale
-        whole = self.fit.whole_covariance[p : p + len(self.weights), :p]
+        whole = covariance[p : p + len(self.weights), :p]
         return np.asarray(self.weights + whole @ pushed)
 
 

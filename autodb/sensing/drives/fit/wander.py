@@ -32,14 +32,22 @@ wanders slower cannot be told from the mean.
 """
 
 
+WANDER_SHARE = 0.1
+"""Share by which friction likely differs from run to run: runs of P2 differ by ± 10 %. It matters
+where few runs show a speed: one with rapids took their friction for its own, and viscous friction
+was told by what happens near standstill, ten times too high (the x axis of a mill, SMART lab)."""
+
+
 @dataclass(frozen=True)
 class Wander:
     """Groups of columns (m, runs) by which friction of each run may differ.
 
-    ``blocks`` (m,): rows that are left out together to see how sure the laws are.
+    ``likely``: how large each group's size is taken to be beforehand. ``blocks`` (m,): rows that
+    are left out together to see how sure the laws are.
     """
 
     groups: list[Array]
+    likely: list[float]
     blocks: NDArray[np.intp]
 
 
@@ -55,19 +63,21 @@ def friction_wander(rows: Prepared, problem: Linearised, *, tells: bool) -> Wand
     run = runs(sense)
     count = int(run[-1]) + 1
     if not tells or count < FEWEST_RUNS:
-        return Wander([], motion_blocks(t, sense))
-    friction = _friction(problem)
+        return Wander([], [], motion_blocks(t, sense))
+    friction = friction_of(problem)
     fast = rows.reduced(rows.inputs["velocity"])
     member = np.eye(count)[run]
     middle = np.bincount(run, t) / np.bincount(run)
     apart = np.abs(np.subtract.outer(middle, middle)) / (SLOW_SHARE * (t[-1] - t[0]))
     alike = np.linalg.cholesky(np.exp(-apart) + 1e-9 * np.eye(count))
-    return Wander(
-        [friction[:, None] * m for m in (member, member @ alike)] + [fast[:, None] * member], run
-    )
+    groups = [friction[:, None] * m for m in (member, member @ alike)] + [fast[:, None] * member]
+    # What grows with the speed is as large a share of friction at the highest one
+    by_speed = float(np.max(np.abs(friction))) / max(float(np.max(np.abs(fast))), 1e-300)
+    likely = [WANDER_SHARE, WANDER_SHARE, WANDER_SHARE * by_speed or np.inf]
+    return Wander(groups, likely, run)
 
 
-def _friction(problem: Linearised) -> Array:
+def friction_of(problem: Linearised) -> Array:
     """Return friction over speed (m,) by plain least squares of the laws."""
     told = np.linalg.lstsq(problem.columns, problem.target, rcond=1e-10)[0]
     rubs = [follows(part.term, SPEED) and p not in part.term.shape for part, p in problem.names]

@@ -21,6 +21,9 @@ STANDSTILL_RPM = 1.0
 """Spindle speed below which the direction fades out. Chosen."""
 NOISE_BAND = 4.0
 """Standard deviations of a velocity's noise within which an axis counts as standing."""
+STILL_BAND = 2.0
+"""Standard deviations of a velocity's noise below which none of it is motion: there an axis that
+stands would turn with its noise, while the drive holds anything up to breakaway. Chosen."""
 STILL_SHARE = 1.0 / 3000.0
 """Share of the top speed below which the direction fades out: 0.05 mm/s of 150 mm/s. Chosen."""
 TOP_QUANTILE = 0.95
@@ -88,7 +91,7 @@ def axis_motion(
         acceleration = _slope_of(recording, velocity, cutoff_hz=cutoff_hz)
     noise = noise_sd(velocity)
     still = standstill_speed(position, velocity, noise) if own_speeds else STANDSTILL_MM_S
-    sense = direction(velocity, standstill_mm_s=max(still, NOISE_BAND * noise))
+    sense = _noisy_direction(velocity, still=still, noise=noise, own_speeds=own_speeds)
     sense = without_flicker(sense, position)
     return AxisMotion(position, velocity, acceleration, sense)
 
@@ -205,7 +208,22 @@ def _derived_direction(
     still = standstill_speed(position, filtered, noise) if own_speeds else STANDSTILL_MM_S
     if NOISE_BAND * plain < still:
         return direction(signals.slope(position, timing, recording.t_s), standstill_mm_s=still)
-    return direction(filtered, standstill_mm_s=max(still, NOISE_BAND * noise))
+    return _noisy_direction(filtered, still=still, noise=noise, own_speeds=own_speeds)
+
+
+def _noisy_direction(velocity: Array, *, still: float, noise: float, own_speeds: bool) -> Array:
+    """Return the direction of a velocity (n,) whose noise has this sd.
+
+    It fades out below ``still``. Where the noise is larger it is ±1 beyond NOISE_BAND of it, and 0
+    below STILL_BAND; with ``own_speeds`` it fades to 0 at standstill.
+    """
+    band = NOISE_BAND * noise
+    sense = direction(velocity, standstill_mm_s=max(still, band))
+    if own_speeds or band <= still:
+        return sense
+    inner = STILL_BAND / NOISE_BAND
+    faded = np.maximum(np.abs(sense) - inner, 0.0) / (1.0 - inner)
+    return np.asarray(np.sign(sense) * faded)
 
 
 def term_inputs(
