@@ -37,8 +37,11 @@ class Scatter:
 
     @property
     def of_next(self) -> "Scatter":
-        """What the next cut scatters by: a normal as wide at 95 % as Student's t of ``weight``."""
-        return Scatter(self.share * student_95(self.weight) / NORMAL_95, self.weight)
+        """What the next cut scatters by: a normal as wide at 95 % as Student's t of ``weight``, but
+        no wider than of FEWEST.
+        """
+        freedom = np.maximum(self.weight, FEWEST)
+        return Scatter(self.share * student_95(freedom) / NORMAL_95, self.weight)
 
     def log_chance(self, other: "Scatter") -> float:
         """Return the logarithm of how probable another scatter is by this one, but for a constant.
@@ -49,7 +52,9 @@ class Scatter:
         return float(-0.5 * np.sum(self.weight * (np.log(ratio) + 1.0 / ratio)))
 
 
-USUAL_SCATTER = Scatter(share=np.array([0.04, 0.10]), weight=np.full(2, 4.0))
+FEWEST = 4.0
+"""Degrees of freedom below which a scatter is not taken to be less known. Chosen."""
+USUAL_SCATTER = Scatter(share=np.array([0.04, 0.10]), weight=np.full(2, 2.0))
 """What cuts of a pair scatter by before any is known. One cut repeated within a day scatters by 1.9
 and 5.5 % (P1 Table 2: 84 N² at 486 N, 320 N² at 326 N, 12 cuts); around a power law of feed, depth
 and speed forces of six published tables by 4 to 27 and 5 to 24 % (median 8 and 18;

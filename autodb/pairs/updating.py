@@ -262,7 +262,9 @@ class _Rounds:
                 self._steps += STEPS - 1 - taken
                 break
             seen, design = self._model.steep(self._mean(z))
-        if self._steps > PATIENCE and self._log_evidence(z, seen, noise, triangle) < self._beaten:
+        likely = self._prior.scatter.log_chance(scatter)
+        likely += self._log_evidence(z, seen, noise, triangle)
+        if self._steps > PATIENCE and likely < self._beaten:
             raise NotSettled(f"far below another law after {self._steps} steps")
         known = dtrtrs(triangle, columns.T, trans=1)[0]
         return z, self._scatter(seen, np.sum(known**2, axis=0), scatter), triangle
@@ -307,7 +309,9 @@ class _Rounds:
         return z, seen
 
     def _log_evidence(self, z: Array, seen: Seen, noise: Array, triangle: Array) -> float:
-        """Return about the logarithm of the probability of the readings, were this a maximum."""
+        """Return about the logarithm of the probability of the readings, were this a maximum and the
+        scatter known.
+        """
         left = (self._model.observed.value - seen.expected) / noise
         volume = np.sum(np.log(noise)) + np.sum(np.log(np.abs(np.diag(triangle))))
         return float(-0.5 * (left @ left + z @ z) - volume)

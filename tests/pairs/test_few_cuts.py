@@ -36,8 +36,11 @@ def test_how_probable_a_scatter_is() -> None:
 
 
 def test_the_next_cut_is_as_wide_as_the_few_before_tell() -> None:
-    few, many = (Scatter(np.array([0.04, 0.1]), np.full(2, weight)) for weight in (4.0, 1e9))
+    none, few, many = (
+        Scatter(np.array([0.04, 0.1]), np.full(2, weight)) for weight in (2.0, 4.0, 1e9)
+    )
     assert_allclose(few.of_next.share / few.share, 2.776 / 1.960, rtol=4e-3)
+    assert_allclose(none.of_next.share, few.of_next.share)
     assert_allclose(many.of_next.share, many.share, rtol=1e-6)
 
 
@@ -65,7 +68,7 @@ def test_rows_in_any_order_are_one_table() -> None:
     off = (one.state.mean - other.state.mean)[sd > 0.0] / sd[sd > 0.0]
     assert np.max(np.abs(off)) < 1e-6
     assert any_metal().scatter == USUAL_SCATTER
-    assert one.scatter.weight.tolist() == [9 + 4.0, 4.0]
+    assert one.scatter.weight.tolist() == [9 + 2.0, 2.0]
 
 
 def test_score_of_published_pairs() -> None:
