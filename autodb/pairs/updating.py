@@ -309,8 +309,8 @@ class _Rounds:
         return z, seen
 
     def _log_evidence(self, z: Array, seen: Seen, noise: Array, triangle: Array) -> float:
-        """Return about the logarithm of the probability of the readings, were this a maximum and the
-        scatter known.
+        """Return about the logarithm of the probability of the readings, were this a maximum and
+        the scatter known.
         """
         left = (self._model.observed.value - seen.expected) / noise
         volume = np.sum(np.log(noise)) + np.sum(np.log(np.abs(np.diag(triangle))))

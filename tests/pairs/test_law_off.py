@@ -81,8 +81,8 @@ def test_laws_that_need_many_steps_are_averaged_all_the_same(
 def test_a_climb_is_left_where_another_law_is_far_likelier(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """By exp(30); one that is as likely is climbed to its end."""
-    monkeypatch.setattr(updating, "PATIENCE", 0)
+    """By exp(30), once its scatter is about found; one that is as likely is climbed to its end."""
+    monkeypatch.setattr(updating, "PATIENCE", 8)
     cuts = cuts_of(24, 1)
     observed = sensed(cuts, _scattered(cut_forces(_true(2), cuts.elements).force_N, 3))
     found = posterior_of_readings(PRIOR, observed)
