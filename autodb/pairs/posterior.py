@@ -57,7 +57,7 @@ FEWEST = 4.0
 USUAL_SCATTER = Scatter(share=np.array([0.04, 0.10]), weight=np.full(2, 2.0))
 """What cuts of a pair scatter by before any is known. One cut repeated within a day scatters by 1.9
 and 5.5 % (P1 Table 2: 84 N² at 486 N, 320 N² at 326 N, 12 cuts); around a power law of feed, depth
-and speed forces of six published tables by 4 to 27 and 5 to 24 % (median 8 and 18;
+and speed forces of six published tables by 4 to 27 and 4 to 24 % (median 7 and 17;
 `published_tables` of the proofs). Share and weight: chosen between them."""
 CUT_SHARE = 0.015
 """Share by which the law may be off from one chip to another within an operation. Chosen."""
@@ -108,7 +108,7 @@ tests transformed to oblique edges about 10 % off before anything was learnt of 
 FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.25, 0.25, 0.25), 0.05)
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987); forces of six
-published tables grow with depth by exponents of 0.6 to 1.4 (standard deviation 0.24;
+published tables grow with depth by exponents of 0.6 to 1.4 (standard deviation 0.23;
 `published_tables` of the proofs). Else chosen."""
 BENDS_MM = np.array([0.1, 0.05])
 """Chips below each of which the law's exponents in thickness may change. Chosen: halves of the

@@ -222,6 +222,8 @@ def paired() -> list[Figure]:
     )
     curve, width = "Median error of the next", "of the next cut's force, everything included"
     error = Cell("pair-laws", beside, ("everywhere", "all"), "error")
+    together = "All components"
+    tables = Cell("pair-tables", together, ("12", "autodb"), "error (rms)")
     return [
         *(
             _held_beside_oracle(job, name, "pairs", row)
@@ -263,6 +265,23 @@ def paired() -> list[Figure]:
             limit="below both kinds of least squares",
             cases=error.beside("pairs"),
             rival=("Kienzle's law with speed", error.beside("Kienzle with")),
+        ),
+        Figure(
+            job,
+            "Forces of published tables, learnt from 12 of their cuts: intervals that hold",
+            Cell("pair-tables", "Limits", ("held after 12 cuts",), "found"),
+            rival=("power law", Cell("pair-tables", together, ("12", "power law"), "held")),
+        ),
+        Figure(
+            job,
+            "Error of these forces, of their mean",
+            tables,
+            judged=Cell(
+                "pair-tables", "Limits", ("error over the power law's after 12 cuts",), "found"
+            ),
+            text="{0}, {1} × the power law's, component by component",
+            limit="{1} × the power law's",
+            rival=("power law", Cell("pair-tables", together, ("12", "power law"), "error (rms)")),
         ),
         Figure(
             job,

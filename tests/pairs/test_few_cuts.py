@@ -8,8 +8,14 @@ from scipy import stats
 from autodb.fitting.gaussian import student_95
 from autodb.pairs.posterior import USUAL_SCATTER, Scatter
 from autodb.pairs.prior import any_metal
-from autodb.proofs.cases.tables.published_tables import published_tables
-from autodb.proofs.runs.pairs.published_pairs import ASKED, QUANTITIES, foreseen, posterior_of_table
+from autodb.proofs.cases.tables.published_tables import DRILLING, published_tables
+from autodb.proofs.runs.pairs.published_pairs import (
+    ASKED,
+    QUANTITIES,
+    TURNED_ABOUT,
+    foreseen,
+    posterior_of_table,
+)
 from autodb.proofs.runs.pairs.published_summary import published_summary_of
 from autodb.proofs.runs.run_file import Finished, Origin
 
@@ -42,6 +48,26 @@ def test_the_next_cut_is_as_wide_as_the_few_before_tell() -> None:
     assert_allclose(few.of_next.share / few.share, 2.776 / 1.960, rtol=4e-3)
     assert_allclose(none.of_next.share, few.of_next.share)
     assert_allclose(many.of_next.share, many.share, rtol=1e-6)
+
+
+def test_what_published_forces_scatter_by_and_how_they_grow_with_depth() -> None:
+    """Figures that the priors of scatter and of a law far off are chosen by."""
+    along, across, exponents = [], [], []
+    for table in published_tables().values():
+        if table.name in DRILLING:
+            continue
+        roles = TURNED_ABOUT.get(table.name, QUANTITIES)
+        logs = np.log([np.full(len(table), np.e), table.feed, table.depth, table.speed])
+        for channel, force in table.forces.items():
+            found, *_ = np.linalg.lstsq(logs.T, np.log(force))
+            left = np.log(force) - found @ logs
+            scatter = float(np.sqrt(left @ left / (len(table) - 4)))
+            (along if roles[channel] == 1 else across).append(scatter)
+            exponents.append(found[2])
+    assert_allclose([min(along), np.median(along), max(along)], [0.04, 0.07, 0.27], atol=0.006)
+    assert_allclose([min(across), np.median(across), max(across)], [0.04, 0.17, 0.24], atol=0.006)
+    assert_allclose([min(exponents), max(exponents)], [0.6, 1.4], atol=0.05)
+    assert np.std(exponents) == pytest.approx(0.23, abs=0.005)
 
 
 @pytest.mark.parametrize(

@@ -35,9 +35,9 @@ def _law(chip_mm: Array) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize(
     ("operation", "teeth", "helix_deg", "enters"),
     [
-        ("side-up", 4, 35.0, False),
+        pytest.param("side-up", 4, 35.0, False, marks=pytest.mark.campaign),
         ("side-down", 3, 40.0, True),
-        ("side-up", 2, 38.0, True),
+        pytest.param("side-up", 2, 38.0, True, marks=pytest.mark.campaign),
         ("side-down", 3, 0.0, False),
     ],
 )
