@@ -223,7 +223,6 @@ def paired() -> list[Figure]:
     curve, width = "Median error of the next", "of the next cut's force, everything included"
     error = Cell("pair-laws", beside, ("everywhere", "all"), "error")
     together = "All components"
-    tables = Cell("pair-tables", together, ("12", "autodb"), "error (rms)")
     return [
         *(
             _held_beside_oracle(job, name, "pairs", row)
@@ -274,14 +273,8 @@ def paired() -> list[Figure]:
         ),
         Figure(
             job,
-            "Error of these forces, of their mean",
-            tables,
-            judged=Cell(
-                "pair-tables", "Limits", ("error over the power law's after 12 cuts",), "found"
-            ),
-            text="{0}, {1} × the power law's, component by component",
-            limit="{1} × the power law's",
-            rival=("power law", Cell("pair-tables", together, ("12", "power law"), "error (rms)")),
+            "Error of these forces, over that of a power law of each component",
+            Cell("pair-tables", "Limits", ("error over the power law's after 12 cuts",), "found"),
         ),
         Figure(
             job,

@@ -27,7 +27,7 @@ from autodb.sensing.drives.fit.beside_laws import beside_laws
 from autodb.sensing.drives.fit.deviation import SPEED, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors, drive_errors
-from autodb.sensing.drives.fit.held_out import held_out
+from autodb.sensing.drives.fit.held_out import nearer_held_out
 from autodb.sensing.drives.fit.linearised import Linearised, linearised
 from autodb.sensing.drives.fit.prior import combined_with_prior
 from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
@@ -124,7 +124,7 @@ def _hidden(solved: Solved, rows: Prepared, published: Prepared) -> bool:
     if size * float(plain.sd[kept.index(level)]) > BLURRED:
         return False
     there = linearised(published, problem.parts)
-    return not held_out(published, there, _off_sds(solved), sweep=False)[0]
+    return not nearer_held_out(published, there, _off_sds(solved), sweep=False)[0]
 
 
 def _off_sds(solved: Solved) -> Array | None:
@@ -297,7 +297,7 @@ def _described(
     told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
     weights = solved.weights_with(values)
-    nearer, left = held_out(published, there, _off_sds(solved), sweep=sweep)
+    nearer, left = nearer_held_out(published, there, _off_sds(solved), sweep=sweep)
     off_law = solved.deviation.off_law(weights) if solved.deviation and nearer else None
     error = published.effort - published.reduced(predicted_effort(told, published.inputs, off_law))
     rms, effort_rms = _rms(error), _rms(published.effort)

@@ -20,7 +20,7 @@ GAP_S = 0.25
 """Rows this near to a block left out are not fitted on."""
 
 
-def held_out(
+def nearer_held_out(
     rows: Prepared, problem: Linearised, sds: Array | None, *, sweep: bool
 ) -> tuple[bool, Array]:
     """Say whether blocks left out are nearer with what friction is off its laws; and what is left
