@@ -52,7 +52,9 @@ def test_the_next_cut_is_as_wide_as_the_few_before_tell() -> None:
 
 def test_what_published_forces_scatter_by_and_how_they_grow_with_depth() -> None:
     """Figures that the priors of scatter and of a law far off are chosen by."""
-    along, across, exponents = [], [], []
+    along: list[float] = []
+    across: list[float] = []
+    exponents: list[float] = []
     for table in published_tables().values():
         if table.name in DRILLING:
             continue
@@ -64,8 +66,8 @@ def test_what_published_forces_scatter_by_and_how_they_grow_with_depth() -> None
             scatter = float(np.sqrt(left @ left / (len(table) - 4)))
             (along if roles[channel] == 1 else across).append(scatter)
             exponents.append(found[2])
-    assert_allclose([min(along), np.median(along), max(along)], [0.04, 0.07, 0.27], atol=0.006)
-    assert_allclose([min(across), np.median(across), max(across)], [0.04, 0.17, 0.24], atol=0.006)
+    assert_allclose(np.quantile(along, (0.0, 0.5, 1.0)), (0.04, 0.07, 0.27), atol=0.006)
+    assert_allclose(np.quantile(across, (0.0, 0.5, 1.0)), (0.04, 0.17, 0.24), atol=0.006)
     assert_allclose([min(exponents), max(exponents)], [0.6, 1.4], atol=0.05)
     assert np.std(exponents) == pytest.approx(0.23, abs=0.005)
 
