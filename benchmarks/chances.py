@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from autodb.cutting import shear
 from autodb.fitting.gaussian import Gaussian
 from autodb.forward.prediction import chance_above, intervals
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.posterior import OWN, PairPosterior, Shared
+from autodb.pairs.posterior import OWN, PairPosterior, Scatter, Shared
 from autodb.pairs.prior import CardForces, any_metal, of_card
-from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def _drawn(rng: np.random.Generator, operation: str, *, card: bool, count: int) 
         posterior = of_card(_card(rng, truth))
     if count:
         made = _cuts(operation, rows[:count])
-        posterior = posterior_of_readings(posterior, _read(rng, made, forces[:count]))
+        posterior = learn_averaging(posterior, _read(rng, made, forces[:count])).past()
     (said,) = intervals(forecast(posterior, _cuts(operation, rows[count:])))
     for one, was in zip(said[:4], forces[count].tolist(), strict=False):
         above = chance_above(one, was)
@@ -104,8 +104,9 @@ def _truth(rng: np.random.Generator, cuts: PairCuts) -> tuple[Array, Array]:
     known: PairPosterior = any_metal()
     known = known.also((*known.law_errors(cuts.operation), *cuts.assumed))
     drawn = rng.multivariate_normal(known.state.mean, known.state.covariance)
+    scatter = Scatter(known.scatter.share, np.full(2, np.inf))  # its own, which it knows
     its = PairPosterior(
-        Gaussian(drawn, known.state.covariance), known.shared, known.scatter, 0, known.off_law
+        Gaussian(drawn, known.state.covariance), known.shared, scatter, 0, known.off_law
     )
     score = rng.standard_normal((cuts.elements.count, 5))
     score[:, 3:] = score[:, 1:2]
