@@ -59,7 +59,7 @@ def test_what_published_forces_scatter_by_and_how_they_grow_with_depth() -> None
         if table.name in DRILLING:
             continue
         roles = TURNED_ABOUT.get(table.name, QUANTITIES)
-        logs = np.log([np.full(len(table), np.e), table.feed, table.depth, table.speed])
+        logs = np.vstack([np.ones(len(table)), np.log([table.feed, table.depth, table.speed])])
         for channel, force in table.forces.items():
             found, *_ = np.linalg.lstsq(logs.T, np.log(force))
             left = np.log(force) - found @ logs
