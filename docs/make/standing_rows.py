@@ -213,16 +213,24 @@ def _held_by_laws(job: str, what: str, row: tuple[str, str]) -> Figure:
     )  # fmt: skip
 
 
+def _of_tables(job: str) -> list[Figure]:
+    held, error = (
+        Cell("pair-tables", "Limits", (f"{what} after 12 cuts",), "found")
+        for what in ("held", "error over the power law's")
+    )
+    rival = "power law", Cell("pair-tables", "All components", ("12", "power law"), "held")
+    learnt = "Forces of published tables, learnt from 12 of their cuts: intervals that hold"
+    over = "Error of these forces, over that of a power law of each component"
+    return [Figure(job, learnt, held, rival=rival), Figure(job, over, error)]
+
+
 def paired() -> list[Figure]:
     """Return figures of what work and tool need."""
-    job, beside, laws = (
-        "Pairs: what work and tool need",
-        "Least squares beside it",
-        "Forces of the next",
-    )
+    job, laws = "Pairs: what work and tool need", "Forces of the next"
+    beside = "Least squares beside it"
+    passive = "Intervals of passive forces, inside that range, that hold"
     curve, width = "Median error of the next", "of the next cut's force, everything included"
     error = Cell("pair-laws", beside, ("everywhere", "all"), "error")
-    together = "All components"
     return [
         *(
             _held_beside_oracle(job, name, "pairs", row)
@@ -248,11 +256,7 @@ def paired() -> list[Figure]:
         ),
         _held_by_laws(job, "Intervals outside the range of the cuts that hold", ("outside", "all")),
         replace(
-            _held_by_laws(
-                job,
-                "Intervals of passive forces, inside that range, that hold",
-                ("inside", "force.x"),
-            ),
+            _held_by_laws(job, passive, ("inside", "force.x")),
             judged=Cell("pair-laws", laws, ("inside", "force.x"), "width × nominal"),
             text="{0}, {1} × as wide as those of who knows the tool",
             limit="{0}, × as wide: {1}",
@@ -264,18 +268,8 @@ def paired() -> list[Figure]:
             limit="below both kinds of least squares",
             cases=error.beside("pairs"),
             rival=("Kienzle's law with speed", error.beside("Kienzle with")),
-        ),
-        Figure(
-            job,
-            "Forces of published tables, learnt from 12 of their cuts: intervals that hold",
-            Cell("pair-tables", "Limits", ("held after 12 cuts",), "found"),
-            rival=("power law", Cell("pair-tables", together, ("12", "power law"), "held")),
-        ),
-        Figure(
-            job,
-            "Error of these forces, over that of a power law of each component",
-            Cell("pair-tables", "Limits", ("error over the power law's after 12 cuts",), "found"),
-        ),
+        ),  # fmt: skip
+        *_of_tables(job),
         Figure(
             job,
             "Cuts that a new machine needs among others, of those alone",

@@ -28,6 +28,7 @@ from autodb.sensing.drives.fit.deviation import SPEED, follows
 from autodb.sensing.drives.fit.discrepancy import FrictionDiscrepancy
 from autodb.sensing.drives.fit.drive_errors import DriveErrors, drive_errors
 from autodb.sensing.drives.fit.held_out import nearer_held_out
+from autodb.sensing.drives.fit.hidden_coulomb import coulomb_is_hidden
 from autodb.sensing.drives.fit.linearised import Linearised, linearised
 from autodb.sensing.drives.fit.prior import combined_with_prior
 from autodb.sensing.drives.fit.solved import Name, Solved, given_shape, identified_term
@@ -35,7 +36,6 @@ from autodb.sensing.drives.fit.unevenness import row_roots
 from autodb.sensing.drives.moves.motion import SPINDLE
 from autodb.sensing.drives.moves.prepared import Prepared
 from autodb.terms.channel import ChannelPart
-from autodb.terms.friction import COULOMB
 from autodb.terms.term import Contribution, TermParameter
 from autodb.terms.vocabulary import term_called
 from autodb.wording import localized, phrase
@@ -46,9 +46,6 @@ NOISE_ORDER = 10
 EXCITED = 0.5
 """A term is excited while its sd times its column's rms is below EXCITED times the effort's rms:
 else its 95 % interval holds the whole effort."""
-BLURRED = 0.1
-"""Share of the effort's rms by which Coulomb friction is unsure at least, where it may be the
-deviation from the law that hides it. Chosen: of sweeps of axes it is sure to 0.03 of it."""
 TURNED = "is the sign of the effort reversed?"
 SETTLED = 1e-6
 """Step of the shape, in standard errors, at which it is where the fit with deviation and coloured
@@ -83,7 +80,7 @@ def fit_axis(
     deviates = True
     while True:
         solved, moving = _settled(rows, parts, uneven=uneven, deviates=deviates)
-        if deviates and not uneven and _hidden(solved, rows, published):
+        if deviates and not uneven and coulomb_is_hidden(solved, rows, published):
             deviates = False
             continue
         if posteriors is not None:
@@ -102,34 +99,6 @@ def fit_axis(
             phrase("{file}: {axis} does not move enough", file=rows.path, axis=rows.axis)
         )
     return _described(rows, solved, dropped, published, moving, sweep=uneven)
-
-
-def _hidden(solved: Solved, rows: Prepared, published: Prepared) -> bool:
-    """Say whether Coulomb friction is vague only because friction may deviate from its law.
-
-    The law is its best approximation over even speeds; where moves dwell at few of them, the others
-    could be anything, and what every move shows of friction would not be told. It is then that of
-    the speeds that they dwell at, unless blocks left out are nearer with the deviation.
-    """
-    problem = solved.problem
-    names = [part.term for part, _ in problem.names]
-    if COULOMB not in names or solved.deviation is None:
-        return False
-    level, kept = names.index(COULOMB), spanning(problem.columns)
-    size = _rms(problem.columns[:, level]) / _rms(rows.effort)
-    own = float(np.sqrt(solved.covariance[level, level]))
-    if size * own < BLURRED or level not in kept:
-        return False
-    plain = least_squares(problem.columns[:, kept], problem.target, lags=0)
-    if size * float(plain.sd[kept.index(level)]) > BLURRED:
-        return False
-    there = linearised(published, problem.parts)
-    return not nearer_held_out(published, there, _off_sds(solved), sweep=False)[0]
-
-
-def _off_sds(solved: Solved) -> Array | None:
-    """Return the sizes of what friction is off its laws by; None where it is not."""
-    return solved.fit.sds[: len(solved.deviation.groups)] if solved.deviation else None
 
 
 def _told_by(part: ChannelPart, parameter: TermParameter) -> bool:
@@ -297,7 +266,7 @@ def _described(
     told = (*terms, *in_sum, *given_shape(solved.problem.parts, rows))
     there = linearised(published, solved.problem.parts)
     weights = solved.weights_with(values)
-    nearer, left = nearer_held_out(published, there, _off_sds(solved), sweep=sweep)
+    nearer, left = nearer_held_out(published, there, solved.off_law_sds, sweep=sweep)
     off_law = solved.deviation.off_law(weights) if solved.deviation and nearer else None
     error = published.effort - published.reduced(predicted_effort(told, published.inputs, off_law))
     rms, effort_rms = _rms(error), _rms(published.effort)

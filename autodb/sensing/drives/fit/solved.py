@@ -31,6 +31,11 @@ class Solved:
     weights: Array
     moved: tuple[ChangedParameter, ...] = ()
 
+    @property
+    def off_law_sds(self) -> Array | None:
+        """Sizes (groups,) of what friction is off its laws by; None where it is not."""
+        return self.fit.sds[: len(self.deviation.groups)] if self.deviation else None
+
     def weights_with(self, values: Array) -> Array:
         """Return the deviation's weights (m,), given other ``values`` (p,) of the law.
 
