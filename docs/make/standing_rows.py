@@ -229,6 +229,8 @@ def paired() -> list[Figure]:
     job, laws = "Pairs: what work and tool need", "Forces of the next"
     beside = "Least squares beside it"
     passive = "Intervals of passive forces, inside that range, that hold"
+    among = "among others, of those alone"
+    told = "A new machine", (f"cuts to 10 % {among}",)
     curve, width = "Median error of the next", "of the next cut's force, everything included"
     error = Cell("pair-laws", beside, ("everywhere", "all"), "error")
     return [
@@ -268,13 +270,9 @@ def paired() -> list[Figure]:
             limit="below both kinds of least squares",
             cases=error.beside("pairs"),
             rival=("Kienzle's law with speed", error.beside("Kienzle with")),
-        ),  # fmt: skip
-        *_of_tables(job),
-        Figure(
-            job,
-            "Cuts that a new machine needs among others, of those alone",
-            Cell("fleet", "A new machine", ("cuts to 10 % among others, of those alone",), "found"),
         ),
+        *_of_tables(job),
+        Figure(job, f"Cuts that a new machine needs {among}", Cell("fleet", *told, "found")),
     ]
 
 
