@@ -311,6 +311,16 @@ def chip_area_mm2(elements: Elements) -> Array:
     return _of_cuts(elements, elements.width_mm * elements.edge.thickness_mm)
 
 
+def mean_speed_m_min(elements: Elements) -> Array:
+    """Return the cutting speed of each cut, or at each moment, m/min (n,), over its engaged edge;
+    0 where nothing is engaged.
+    """
+    length = engaged_mm(elements)
+    ones = np.ones(elements.edge.thickness_mm.shape)
+    moment = _of_cuts(elements, elements.width_mm * elements.edge.speed_m_min * ones)
+    return np.divide(moment, length, out=np.zeros_like(length), where=length > 0.0)
+
+
 def removal_mm3_min(elements: Elements) -> Array:
     """Return what chips of each cut take off the work in a minute, mm³/min (n,).
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import Gaussian, root_of
@@ -35,6 +36,8 @@ SCATTERS = 0.25, 4.0
 follows them and one that calls them scatter may both be hills. Chosen."""
 ALIKE = 1e-3
 """Standard deviations within which two hills are one. Chosen: they are known to 1e-9."""
+CARRIED = 1e-9
+"""How near, as a share of the way, numbers that are carried from hill to hill are known. Chosen."""
 SHUT = 1e-13
 """Share of the greatest variance, of numbers in their standard deviations, that is rounding."""
 
@@ -155,18 +158,28 @@ def _carried(
 ) -> Gaussian:
     """Return the state of one posterior as numbers about the other's that expect the same readings.
 
-    What readings do not tell stays as it is: the least change, by the prior.
+    What readings do not tell stays as the other has it: the least change, by the prior. It is
+    looked for step by step: forces that bend would be far off after one, at half of it too.
     """
     known, model = met(prior, observed)
-    (there, steep), (here, other_steep) = (model.steep(p.state.mean) for p in (one, other))
-    noise = model.noise(here, other.scatter)[:, None]
-    root = root_of(known.state.covariance)
+    there, steep = model.steep(one.state.mean)
+    noise = model.noise(model.seen(other.state.mean), other.scatter)[:, None]
+    root, middle = root_of(known.state.covariance), other.state.mean
+
+    def off(z: Array) -> Array:
+        expected = model.seen(middle + root @ z).expected
+        return np.concatenate([(expected - there.expected) / noise[:, 0], z])
+
+    def slopes(z: Array) -> Array:
+        columns = model.steep(middle + root @ z)[1] @ root / noise
+        return np.vstack([columns, np.eye(len(z))])
+
+    z = least_squares(off, np.zeros(root.shape[1]), slopes, xtol=CARRIED, ftol=None, gtol=None).x
+    other_steep = model.steep(middle + root @ z)[1]
     columns = other_steep @ root / noise
     least = root @ np.linalg.solve(columns.T @ columns + np.eye(root.shape[1]), columns.T) / noise.T
-    off = one.state.mean - other.state.mean
-    off = off + least @ (there.expected - here.expected - other_steep @ off)
-    ways = np.eye(len(off)) + least @ (steep - other_steep)
-    return Gaussian(other.state.mean + off, ways @ one.state.covariance @ ways.T)
+    ways = np.eye(len(middle)) + least @ (steep - other_steep)
+    return Gaussian(middle + root @ z, ways @ one.state.covariance @ ways.T)
 
 
 def log_evidence(before: PairPosterior, after: PairPosterior, observed: Observed) -> float:

@@ -12,9 +12,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting.elements import mean_speed_m_min
 from autodb.errors import UnusableInput
 from autodb.pairs.averaging import log_evidence
-from autodb.pairs.modelled import mean_speed_m_min
 from autodb.pairs.observed import CHIP, Observed
 from autodb.pairs.posterior import PairPosterior, PairTerms, SpeedBand, open_lot
 from autodb.pairs.updating import log_evidence_near, posterior_of_readings
@@ -90,7 +90,7 @@ def learn_banded(
             known[at] = _evidence(_banded(start, band), observed, near)
         return known[at]
 
-    speeds = np.concatenate([mean_speed_m_min(cuts) for cuts in observed.cuts])
+    speeds = np.concatenate([mean_speed_m_min(cuts.elements) for cuts in observed.cuts])
     inside = [one for one in CENTRES if speeds.min() <= one <= speeds.max()]
     tried = product(np.log(inside or [np.median(speeds)]).tolist(), np.log(WIDTHS).tolist())
     some = list(tried) if hint is None else [(float(np.log(hint[0])), float(np.log(hint[1])))]
@@ -118,7 +118,7 @@ def band_after(
         return known[at]
 
     found = _climbed((float(np.log(band.centre_m_min)), float(np.log(band.width))), after)
-    speeds = np.concatenate([mean_speed_m_min(cuts) for cuts in observed.cuts])
+    speeds = np.concatenate([mean_speed_m_min(cuts.elements) for cuts in observed.cuts])
     cut = bool(speeds.min() <= found.centre_m_min <= speeds.max())
     return found if cut and _is_told(found) else band
 

@@ -19,7 +19,7 @@ from autodb.cutting.elements import (
     linearised_forces,
 )
 from autodb.pairs.modelled import inside_band, moved_band, own_variance
-from autodb.pairs.observed import PairCuts, chip_bends, edge_growth, off_surface, with_growth
+from autodb.pairs.observed import PairCuts, chip_bends, growth, off_surface, with_growth
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
 
 Array = NDArray[np.float64]
@@ -185,15 +185,15 @@ def worn(posterior: PairPosterior, cuts: PairCuts) -> Worn:
 def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array, ...]:
     """Return forces (n, 5) of cuts whose assumed quantities are ``off`` (v,) by so many sds.
 
-    ``law`` (6 + 2 k,): what the law is off by.
+    ``law`` (12 + 2 k,): what the law is off by.
 
     With them their parts as if they were not and as they are, the slopes by the law's coordinates
     (n, 5, p), and what one standard deviation of each quantity changes (n, 5, v).
     """
     several = [cuts.elements, *(one.elements for one in cuts.variants)]
-    joined, growth = joined_elements(several), edge_growth(cuts.elements)[:, None]
+    joined, grown = joined_elements(several), growth(cuts.elements)
     by_error = np.zeros((joined.count, 3))
-    by_error[: cuts.elements.count] = law[:3] + growth * law[3:6]
+    by_error[: cuts.elements.count] = law[:3] + grown @ law[3 : OF_BENDS.start].reshape(3, 3)
     bent = chip_bends(cuts.elements) @ law[OF_BENDS].reshape(2, -1).T
     by_error[: cuts.elements.count, :2] += bent
     whole, parts, slopes_of_both = (

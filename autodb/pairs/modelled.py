@@ -19,14 +19,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import force_parts, joined_elements, linearised_forces
-from autodb.pairs.observed import CHIP, Observed, PairCuts, chip_bends, edge_growth
+from autodb.cutting.elements import (
+    force_parts,
+    joined_elements,
+    linearised_forces,
+    mean_speed_m_min,
+)
+from autodb.pairs.observed import (
+    CHIP,
+    Observed,
+    PairCuts,
+    chip_bends,
+    grown_parts,
+    growth,
+)
 from autodb.pairs.posterior import (
     BAND,
     CUT_SHARE,
     LAW_BENDS,
     OF_BENDS,
     OF_CARD,
+    OF_GROWTH,
     OF_OPERATION,
     OWN,
     LawDiscrepancy,
@@ -38,6 +51,7 @@ from autodb.terms.chip import built_up_edge
 
 Array = NDArray[np.float64]
 
+IN_OPERATION = OF_OPERATION, OF_GROWTH
 FORCE = 2
 """Parts of a reading that are force; the third is a chip's thickness."""
 
@@ -98,12 +112,9 @@ class Modelled:
         self._keys = [one.key for one in observed.assumed]
         self._assumed = [_behind(posterior, key).start for key in self._keys]
         self._laws = [
-            _LawPart(
-                _behind(posterior, posterior.law_error(name).key),
-                observed.within(name).astype(float),
-                OF_OPERATION,
-            )
+            _LawPart(_behind(posterior, one.key), observed.within(name).astype(float), columns)
             for name in observed.operations
+            for one, columns in zip(posterior.errors_in(name), IN_OPERATION, strict=True)
         ]
         self._bends = _behind(posterior, LAW_BENDS.key)
         cut = (~observed.within(OF_CARD)).astype(float)
@@ -115,12 +126,13 @@ class Modelled:
             self._laws.append(_LawPart(_behind(posterior, BAND), inside, slice(0, FORCE)))
         self._band = _behind(posterior, BAND) if band is not None else None
         self._law_of_batch = [
-            _behind(posterior, posterior.law_error(one.operation).key) for one in observed.cuts
+            np.concatenate([np.r_[_behind(posterior, error.key)] for error in errors])
+            for errors in (posterior.errors_in(one.operation) for one in observed.cuts)
         ]
         several = [[one.elements, *(v.elements for v in one.variants)] for one in observed.cuts]
         self._joined = [joined_elements(one) for one in several]
         self._at = [_places(one, self._keys) for one in observed.cuts]
-        self._shape = [(edge_growth(e)[:, None], chip_bends(e)) for e in self._joined]
+        self._shape = [(growth(e), chip_bends(e)) for e in self._joined]
         self._grown = self._of_readings([grown for grown, _ in self._shape])
         self._bent = self._of_readings([bent for _, bent in self._shape])[:, :, None, :]
 
@@ -186,7 +198,7 @@ class Modelled:
             self.observed.cuts, self._shape, self._law_of_batch, strict=True
         ):
             off, own = np.zeros((len(grown), 3)), slice(one.elements.count)
-            off[own] = errors[law][:3] + grown[own] * errors[law][3:]
+            off[own] = errors[law][:3] + grown[own] @ errors[law][3:].reshape(3, 3)
             if one.operation != OF_CARD:
                 off[own, :FORCE] += bent[own] @ errors[self._bends].reshape(FORCE, -1).T
             found.append(off)
@@ -216,7 +228,7 @@ class Modelled:
         direct = np.where(force[:, None], parts[:, observed.cut, quantity], 0.0)
         bent = direct[..., :FORCE, None] * self._bent
         off = np.concatenate(
-            [direct, direct * self._grown, bent.reshape(*bent.shape[:2], -1)], axis=-1
+            [direct, grown_parts(direct, self._grown), bent.reshape(*bent.shape[:2], -1)], axis=-1
         )
         chips = np.zeros(off.shape[:2])
         steep = np.concatenate(slopes, axis=1)[:, observed.cut, quantity] if slopes else None
@@ -259,30 +271,15 @@ def _behind(posterior: PairPosterior, key: str) -> slice:
     return slice(columns.start - OWN, columns.stop - OWN)
 
 
-def mean_speed_m_min(cuts: PairCuts) -> Array:
-    """Return the cutting speed of cuts (n,), the mean over their engaged edge, m/min."""
-    elements = cuts.elements
-    shape = np.broadcast_shapes(elements.edge.speed_m_min.shape, elements.width_mm.shape)
-    speed = np.broadcast_to(elements.edge.speed_m_min, shape)
-    width = np.broadcast_to(elements.width_mm, shape)
-    if elements.of is not None:
-        whole = np.bincount(elements.of, width, elements.count)
-        moment = np.bincount(elements.of, width * speed, elements.count)
-    else:
-        whole, moment = width.sum(axis=1), (width * speed).sum(axis=1)
-        whole, moment = (np.broadcast_to(one, elements.count) for one in (whole, moment))
-    return np.asarray(moment / np.where(whole > 0.0, whole, 1.0))
-
-
 def inside_band(cuts: PairCuts, band: SpeedBand) -> Array:
     """Return how far in a band cuts (n,) are: 1 in its middle, 0 far from it."""
-    speed = mean_speed_m_min(cuts)
+    speed = mean_speed_m_min(cuts.elements)
     whole = built_up_edge(speed, change=1.0, centre_m_min=band.centre_m_min, width=band.width)
     return whole - 1.0
 
 
 def moved_band(cuts: PairCuts, band: SpeedBand) -> Array:
     """Return what ln centre and width change in how far in a band cuts are: (n, 2)."""
-    off = np.log(np.maximum(mean_speed_m_min(cuts), 1e-9) / band.centre_m_min) / band.width
+    off = np.log(np.maximum(mean_speed_m_min(cuts.elements), 1e-9) / band.centre_m_min) / band.width
     inside = inside_band(cuts, band)
     return np.column_stack([inside * off / band.width, inside * off**2 / band.width])

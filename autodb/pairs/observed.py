@@ -14,8 +14,9 @@ from autodb.cutting.elements import (
     engaged_mm,
     force_gradient,
     force_parts,
+    mean_speed_m_min,
 )
-from autodb.cutting.shear import THINNEST_MM, Edge, Values
+from autodb.cutting.shear import SPEED_M_MIN, THICKNESS_MM, THINNEST_MM, Edge, Values
 from autodb.pairs.posterior import BENDS_MM, Shared
 
 Array = NDArray[np.float64]
@@ -144,21 +145,23 @@ class Observed:
 
 
 def off_law(theta: Array, elements: Elements) -> Array:
-    """Return what errors of the law change in force x, y, z, torque, power (n, 5, 6 + 2 k).
+    """Return what errors of the law change in force x, y, z, torque, power (n, 5, 12 + 2 k).
 
     Shares of what is along and across the cutting speed, and the direction of what is across, rad;
     then the same by how they grow with the logarithm of the engaged edge over 1 mm: a law that
-    leaves out what a nose does is off by another share in a shallow cut than in a deep one. Last,
-    by how much the exponents in thickness change where chips are thinner.
+    leaves out what a nose does is off by another share in a shallow cut than in a deep one; with
+    that of the chip's thickness, and of the cutting speed. Last, by how much the exponents in
+    thickness change where chips are thinner.
     """
     return with_growth(force_parts(theta, elements), elements)
 
 
 def with_growth(parts: Array, elements: Elements) -> Array:
-    """Return parts of forces (n, 5, 3), behind them how they grow with the engaged edge, and how
-    those along and across the cutting speed bend under thin chips (n, 5, 6 + 2 k).
+    """Return parts of forces (n, 5, 3), behind them how they grow with the engaged edge, the chip
+    and the speed, and how those along and across the cutting speed bend under thin chips
+    (n, 5, 12 + 2 k).
     """
-    grown = parts * edge_growth(elements)[:, None, None]
+    grown = grown_parts(parts, growth(elements)[:, None])
     bent = parts[..., :2, None] * chip_bends(elements)[:, None, None, :]
     return np.concatenate([parts, grown, bent.reshape(*bent.shape[:2], -1)], axis=-1)
 
@@ -168,9 +171,7 @@ def chip_bends(elements: Elements) -> Array:
 
     The chip's mean thickness over its width; none where nothing is engaged.
     """
-    width, area = engaged_mm(elements), chip_area_mm2(elements)
-    mean = np.divide(area, width, out=np.full_like(area, BENDS_MM[0]), where=width > 0.0)
-    thinnest = np.maximum(mean, THINNEST_MM)
+    thinnest = np.maximum(_mean_thickness_mm(elements), THINNEST_MM)
     return np.maximum(np.log(BENDS_MM / thinnest[:, None]), 0.0)
 
 
@@ -179,10 +180,32 @@ def off_surface(elements: Elements) -> Array:
     return np.broadcast_to(elements.frames[:, 2], (elements.count, 3))
 
 
-def edge_growth(elements: Elements) -> Array:
-    """Return the logarithm of the engaged edge over 1 mm (n,); 0 where nothing is engaged."""
-    length = engaged_mm(elements)
-    return np.log(np.where(length > 0.0, length, 1.0))
+def growth(elements: Elements) -> Array:
+    """Return what errors of the law grow with (n, 3); 0 where nothing is engaged.
+
+    Logarithms of the engaged edge over 1 mm, and of the chip's mean thickness and the cutting speed
+    over those at which the law's own exponents change nothing.
+    """
+    length, speed = engaged_mm(elements), mean_speed_m_min(elements)
+    thickness = np.maximum(_mean_thickness_mm(elements), THINNEST_MM) / THICKNESS_MM
+    return np.column_stack(
+        [
+            np.log(np.where(length > 0.0, length, 1.0)),
+            np.log(thickness),
+            np.log(np.where(speed > 0.0, speed, SPEED_M_MIN) / SPEED_M_MIN),
+        ]
+    )
+
+
+def grown_parts(parts: Array, by: Array) -> Array:
+    """Return parts of forces (..., 3) times each of what they grow with (..., 3): (..., 9)."""
+    return (by[..., :, None] * parts[..., None, :]).reshape(*parts.shape[:-1], -1)
+
+
+def _mean_thickness_mm(elements: Elements) -> Array:
+    """Return the mean thickness of each cut's chip (n,); THICKNESS_MM where nothing is engaged."""
+    width, area = engaged_mm(elements), chip_area_mm2(elements)
+    return np.divide(area, width, out=np.full_like(area, THICKNESS_MM), where=width > 0.0)
 
 
 def _chip_slopes(theta: Array, elements: Elements) -> Array:

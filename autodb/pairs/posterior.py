@@ -9,6 +9,7 @@ does not grow with the number of cuts.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from autodb.fitting.gaussian import NORMAL_95, Gaussian, student_95
 from autodb.terms.chip import BUILT_UP_EDGE, HARD_SPOT
 
 Array = NDArray[np.float64]
+Three = tuple[float, float, float]
 
 OWN = len(NAMES)
 """Coordinates of the law, the first of a posterior's state."""
@@ -77,14 +79,16 @@ class LawDiscrepancy:
 
     ``along`` and ``across`` the cutting speed, shares; ``direction_rad`` of what is across; by how
     much these ``grow`` with a factor e of the engaged edge; ``cut_direction_rad``: the direction
-    from one chip to another.
+    from one chip to another; ``grow_in_chip``: by how much the three grow with a factor e of the
+    chip's thickness, and of the cutting speed.
     """
 
     along: float
     across: float
     direction_rad: float
-    grow: tuple[float, float, float]
+    grow: Three
     cut_direction_rad: float
+    grow_in_chip: Three
 
     def averaged(self, other: "LawDiscrepancy", weight: float) -> "LawDiscrepancy":
         """Return how far off a law is that is the other with a probability of ``weight``."""
@@ -92,20 +96,24 @@ class LawDiscrepancy:
         def sd(a: float, b: float) -> float:
             return float(np.sqrt((1.0 - weight) * a**2 + weight * b**2))
 
-        grow = [sd(a, b) for a, b in zip(self.grow, other.grow, strict=True)]
+        def sds(some: Three, others: Three) -> Three:
+            first, second, third = map(sd, some, others)
+            return first, second, third
+
         return LawDiscrepancy(
             sd(self.along, other.along),
             sd(self.across, other.across),
             sd(self.direction_rad, other.direction_rad),
-            (grow[0], grow[1], grow[2]),
+            sds(self.grow, other.grow),
             sd(self.cut_direction_rad, other.cut_direction_rad),
+            sds(self.grow_in_chip, other.grow_in_chip),
         )
 
 
-NEAR = LawDiscrepancy(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0)
+NEAR = LawDiscrepancy(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0))
 """A law that holds but for its size. Chosen, where Aksu, Celebi and Budak 2016 find orthogonal
 tests transformed to oblique edges about 10 % off before anything was learnt of such an edge."""
-FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.25, 0.25, 0.25), 0.05)
+FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.25, 0.25, 0.25), 0.05, (0.2, 0.2, 0.2))
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987); forces of six
 published tables grow with depth by exponents of 0.6 to 1.4 (standard deviation 0.23;
@@ -117,8 +125,10 @@ BEND = 0.1
 """Standard deviation of such a change."""
 OF_CARD = "orthogonal"
 """What the edge is called that a card's values are of: over its chips the card says its shape."""
-OF_OPERATION, OF_BENDS = slice(0, 6), slice(6, 6 + 2 * len(BENDS_MM))
-"""Columns, of what errors of the law change, of those in an operation and of those of thin chips.
+OF_OPERATION, OF_GROWTH = slice(0, 6), slice(6, 12)
+OF_BENDS = slice(12, 12 + 2 * len(BENDS_MM))
+"""Columns, of what errors of the law change, of those in an operation, of how they grow there with
+the chip's thickness and the speed, and of those of thin chips.
 """
 LAW_BENDS = Shared("law, thin chips", BEND**2 * np.eye(2 * len(BENDS_MM)))
 """How far the law may be off under thin chips, along and then across the cutting speed, whatever
@@ -137,6 +147,15 @@ def law_error(operation: str, off: LawDiscrepancy = NEAR) -> Shared:
     shares = max(least[0], off.along), max(least[1], off.across)
     sd = np.array([*shares, off.direction_rad, *off.grow])
     return Shared(f"law, {operation}", np.diag(sd**2))
+
+
+def growth_error(operation: str, off: LawDiscrepancy = NEAR) -> Shared:
+    """Return how far exponents of the law may be off in an operation, in the chip's thickness and
+    then in the cutting speed: along, across, in direction. Over its own chips a card says that
+    itself.
+    """
+    sd = np.zeros(6) if operation == OF_CARD else np.array(2 * off.grow_in_chip)
+    return Shared(f"law in thickness and speed, {operation}", np.diag(sd**2))
 
 
 CALIBRATION, REFERENCES, GAIN = "calibration", "references", "gain"
@@ -270,9 +289,13 @@ class PairPosterior:
         """Return how far the law may be off in an operation."""
         return law_error(operation, self.off_law)
 
+    def errors_in(self, operation: str) -> tuple[Shared, ...]:
+        """Return how far the law may be off in an operation, and in how it grows there."""
+        return self.law_error(operation), growth_error(operation, self.off_law)
+
     def law_errors(self, *operations: str) -> tuple[Shared, ...]:
         """Return how far the law may be off in operations, and under thin chips in any."""
-        return (*map(self.law_error, operations), LAW_BENDS)
+        return (*chain.from_iterable(map(self.errors_in, operations)), LAW_BENDS)
 
     @property
     def open_terms(self) -> tuple[Shared, ...]:

@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.cutting.elements import cut_forces
+from autodb.cutting.elements import cut_forces, mean_speed_m_min
 from autodb.pairs.confirmed import band_after, learn_banded, with_terms
 from autodb.pairs.forecast import Forecast, expected_means, forecast
-from autodb.pairs.modelled import Modelled, inside_band, mean_speed_m_min, moved_band
+from autodb.pairs.modelled import Modelled, inside_band, moved_band
 from autodb.pairs.observed import Observed, PairCuts
 from autodb.pairs.posterior import BAND, NO_TERMS, PairPosterior, PairTerms, SpeedBand, lot_key
 from autodb.pairs.updating import met, posterior_of_readings
@@ -29,7 +29,7 @@ def change_at(speed: Array) -> Array:
 
 def parts(cuts: PairCuts) -> Array:
     """Return by what share each of the five quantities of turned cuts changes (n, 5)."""
-    along, across = change_at(mean_speed_m_min(cuts)).T
+    along, across = change_at(mean_speed_m_min(cuts.elements)).T
     return np.column_stack([across, along, across, along, along])
 
 
@@ -90,7 +90,7 @@ def test_a_band_stays_where_readings_do_not_tell_it() -> None:
         plain = sensed(truth(1), cuts, 31)
         near = posterior_of_readings(start, plain)
         found = band_after(prior(), plain, near=near, band=was)
-        speeds = mean_speed_m_min(cuts)
+        speeds = mean_speed_m_min(cuts.elements)
         assert found == was or speeds.min() <= found.centre_m_min <= speeds.max()
         sd = np.sqrt(np.diag(np.array(found.covariance)))
         assert (sd < 0.25 * found.width).all()

@@ -63,6 +63,7 @@ def test_sums_are_the_joint_inference() -> None:
     prior = np.zeros((blocks * SIZE, blocks * SIZE))
     variances = [METALS, *[OF_TOOLS[MIDDLE[0]]] * 2, *[OF_MACHINES[MIDDLE[1]]] * (len(pairs) + 1)]
     prior[np.diag_indices(blocks * SIZE)] = np.concatenate(variances)
+    prior[:SIZE, :SIZE] = ANY.covariance[np.ix_(ACTIVE, ACTIVE)]
     mean = np.concatenate([ANY.mean[ACTIVE], np.zeros((blocks - 1) * SIZE)])
     precision, weighted = np.linalg.inv(prior), np.linalg.solve(prior, mean)
     for k, ((tool, _), one) in enumerate(zip(pairs, given, strict=True)):

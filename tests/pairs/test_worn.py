@@ -172,8 +172,8 @@ def test_edges_that_differ_are_known_to_and_forgotten() -> None:
         "tool_wear", "wear of edge A", "wear of edge B", "wear of edge C",
     ]  # fmt: skip
     posterior = posterior_of_readings(replace(prior(), terms=PairTerms(WEARS)), readings)
-    assert [one.key for one in posterior.past().shared][-3:] == [
-        "tool_wear", "law, turn", LAW_BENDS.key,
+    assert [one.key for one in posterior.past().shared][-4:] == [
+        "tool_wear", "law, turn", "law in thickness and speed, turn", LAW_BENDS.key,
     ]  # fmt: skip
     assert posterior.past().columns(WEAR).stop <= OWN + 4
 

@@ -16,13 +16,13 @@ from autodb.agent.rows.mismatches import IN_BAND, around, mismatch_line, recordi
 from autodb.agent.rows.posteriors import as_posterior, latest, pair_name
 from autodb.agent.rows.recorded_edges import cut_before_s
 from autodb.agent.rows.sensed_forces import QUANTITY, PairForces, as_cuts, operation_of
+from autodb.cutting.elements import mean_speed_m_min
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.changes.speed_bands import CutsAtSpeeds, FoundBand, speed_band
 from autodb.pairs.engaged import DEPTH, FEED, SPEED
 from autodb.pairs.forecast import means_of_lots
-from autodb.pairs.modelled import mean_speed_m_min
 from autodb.pairs.posterior import BAND
 from autodb.store import models
 from autodb.terms.chip import BUILT_UP_EDGE
@@ -89,7 +89,7 @@ def _read(
             sd[k, column] = (force.sd_N or 0.0) / abs(force.value_N or 1.0)
     groups = [(cut.recording.first_id, operation_of(cut)) for cut in cuts]
     stated = [[_ln(cut, FEED), _ln(cut, DEPTH), cut_before_s(cut) or 0.0] for cut in cuts]
-    speed = np.concatenate([mean_speed_m_min(some) for some in made])[order]
+    speed = np.concatenate([mean_speed_m_min(some.elements) for some in made])[order]
     return CutsAtSpeeds(
         off,
         sd,

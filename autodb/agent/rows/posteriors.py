@@ -13,6 +13,7 @@ from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import (
     BAND,
     CALIBRATION,
+    FAR,
     GAIN,
     REFERENCES,
     WEAR,
@@ -68,10 +69,20 @@ def posterior_of(
         shared=tuple(Shared(one["key"], np.array(one["covariance"])) for one in shared),
         scatter=Scatter(np.array(scatter["share"]), np.array(scatter["weight"])),
         cuts=cuts,
-        off_law=LawDiscrepancy(**{**scatter["off_law"], "grow": tuple(scatter["off_law"]["grow"])}),
+        off_law=_off_law(scatter["off_law"]),
         terms=_terms(terms or {}),
         passive={k: PassiveKnown(**one) for k, one in scatter.get("passive", {}).items()},
     )
+
+
+def _off_law(kept: Mapping[str, Any]) -> LawDiscrepancy:
+    """Return how far off a law is; of a version that did not know how it grows with the chip, as
+    far as it grows with the engaged edge.
+    """
+    grow = tuple(kept["grow"])
+    chips = [far / FAR.grow[0] * grow[k] for k, far in enumerate(FAR.grow_in_chip)]
+    in_chip = tuple(kept.get("grow_in_chip", chips))
+    return LawDiscrepancy(**{**kept, "grow": grow, "grow_in_chip": in_chip})
 
 
 def _terms(kept: Mapping[str, Any]) -> PairTerms:
