@@ -140,13 +140,14 @@ def _read(
     had: frozenset[str],
     unit: str,
 ) -> AxisReading:
-    """Return the final fit of what was found, less what is of its kind no more once it is tuned,
-    and what the others cancel.
+    """Return the final fit of what was found, less what is of its kind no more once it is tuned, or
+    not what was recorded, and what the others cancel.
     """
     found = inquiry.found
     beside = inquiry.bench.loosened(found.choices)
     choices = tuned_together(beside, found.choices, inquiry.noise)
-    unlike = beside.of_another_kind(choices, inquiry.whitener)
+    unshown = next((choice for choice in choices if not choice.shape.is_shown), None)
+    unlike = unshown or beside.of_another_kind(choices, inquiry.whitener)
     if unlike is not None:
         return _read(bench, _without(inquiry, unlike), signals, had, unit)
     noise = weighing(beside, choices, inquiry.noise, own=bool(inquiry.laws))

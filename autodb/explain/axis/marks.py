@@ -34,6 +34,9 @@ ONE_SIGN, OTHER_SIGN, TURNING = 0.02, 0.1, 0.002
 size; of an effort with two signs twice the first share has the other where some rows recorded do,
 and this last share of rows is as near to none as that of what was recorded, but for noise.
 Chosen."""
+ABOVE, ABOVE_SDS = 0.02, 3.0
+"""Share of the rows beyond a limit of which as many may stand above it, by more than so many
+deviations of a row's noise: a spike does. Chosen."""
 NORMAL_MEDIAN = float(ndtri(0.75))
 """Median of the size of a standard normal."""
 TERMS_WITH_SIGNS, FIT_ROUNDS = 2, 10
@@ -131,6 +134,10 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
     limits = [at for n in range(CLIPS) if (at := lowest + step * n) > lowest_seen]
     limits = [at for at in limits if _flat_beyond(s.frame, sides, at)]
 
+    def ends(limit: float, knee: float) -> bool:
+        there = _is_ceiling(s.frame, sides, limit, knee * limit)
+        return there and _flat_beyond(s.frame, sides, limit)
+
     def sharp(limit: float) -> Array:
         return np.where(size > limit, sign * limit - s.simulation, 0.0)
 
@@ -155,8 +162,12 @@ def _limits(s: AxisSignals, sides: tuple[float, ...]) -> list[CandidateForm]:
             tries=len(SIDES) * len((*limits, *limits[::SOFTER])),
             allowed=near_one,
             through=through,
+            shown=partial(ends, knee=knee),
         )
-        for law, through, tried in ((sharp, clipped, limits), (soft, softened, limits[::SOFTER]))
+        for law, through, tried, knee in (
+            (sharp, clipped, limits, 0.0),
+            (soft, softened, limits[::SOFTER], SOFT * float(np.log(2.0))),
+        )
         for at in tried
     ]
 
@@ -184,6 +195,19 @@ def _flat_beyond(s: AxisSignals, sides: tuple[float, ...], limit: float) -> bool
             rows += len(effort)
     by_noise = free + noise * np.sqrt(across)
     return rows >= FLAT_ROWS and abs(along) <= FLAT_SLOPE * across + by_noise
+
+
+def _is_ceiling(s: AxisSignals, sides: tuple[float, ...], limit: float, knee: float) -> bool:
+    """Whether rows were recorded at a limit, or no further below it than its knee, and none above
+    it but what noise of single rows takes there, and ABOVE of the rows beyond it.
+    """
+    if s.recorded is None:
+        return True
+    size, recorded = _beyond(s.effort, sides), _beyond(s.recorded, sides)
+    by_noise = ABOVE_SDS * _row_noise(s.recorded - s.effort)
+    there = np.count_nonzero(recorded > limit - max(knee, by_noise))
+    above = np.count_nonzero(recorded > limit + by_noise)
+    return bool(there >= FLAT_ROWS and above <= ABOVE * np.count_nonzero(size > limit))
 
 
 def _row_noise(left: Array) -> float:

@@ -25,7 +25,9 @@ class CandidateForm:
     through for this one; ``allowed`` says whether fitted coefficients (p,) are of the candidate's
     kind: friction falls as it warms. ``through`` gives what is recorded of other effects' columns
     (n, p) where this one changes all that is recorded: it clips, shifts, signs. ``alone`` gives
-    what it changes (n,) where its law also holds the simulation's terms in other sizes.
+    what it changes (n,) where its law also holds the simulation's terms in other sizes. ``shown``
+    says of the values of its shape, tuned, whether what was recorded shows them: not a limit that
+    rows stand above.
     """
 
     law: Callable[..., Array]
@@ -36,6 +38,12 @@ class CandidateForm:
     allowed: Callable[[Array], bool] | None = None
     through: Callable[..., Array] | None = None
     alone: Callable[[], Array] | None = None
+    shown: Callable[..., bool] | None = None
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether what was recorded shows the values of its shape."""
+        return self.shown is None or self.shown(**self.shape)
 
     def build(self) -> Array:
         """Return its columns (n, p) at every row."""

@@ -4,6 +4,7 @@ A virtual axis with friction, mass and a little noise; simulations are its own t
 fitted by least squares to what was recorded.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.marks import clipping, lost_sign_candidate
 from autodb.explain.axis.sensors_of_axis import shift
 from autodb.explain.axis.signals import axis_signals
+from autodb.explain.engine.candidates import CandidateForm
 from autodb.records.tables import Recording
 from autodb.sensing.drives.moves.motion import without_flicker
 from autodb.terms.friction import backlash, since_reversal
@@ -231,3 +233,29 @@ def test_a_spike_of_a_few_rows_shows_no_limit() -> None:
         forms = clipping(axis_signals(recording, simulated, "x.current")).forms
         above = [form.shape["limit"] > 1.02 * highest for form in forms if form.within]
         assert any(above) == some
+
+
+def test_a_limit_that_rows_stand_above_is_none() -> None:
+    """A wave that ends a fifth lower than simulated, and the same with single rows above its end,
+    one in eight there: these have no limit."""
+    wave = np.sin(2.0 * T_S)
+    ended = np.clip(wave, -0.8, 0.8)
+    spiked = ended.copy()
+    rows = np.flatnonzero(np.abs(wave) > 0.9)[::8]
+    spiked[rows] *= 1.25
+    for effort, some in ((ended, True), (spiked, False)):
+        offered = clipping(axis_signals(_recording(effort + 0.1 * NOISE), wave, "x.current")).forms
+        at_limit = [replace(form, shape={"limit": 0.8}) for form in offered if form.within]
+        assert at_limit
+        assert any(form.is_shown for form in at_limit) == some
+
+
+def test_a_faint_clip_goes_where_no_limit_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A limit a hundredth below the largest effort is too faint for plain rows: white ones hold it,
+    tuned. It stands as long as what was recorded shows its limit."""
+    asked: list[CandidateForm] = []
+    monkeypatch.setattr(CandidateForm, "is_shown", property(asked.append))
+    limit = 0.99 * float(EFFORT.max())
+    answer = _answer(np.clip(EFFORT + NOISE, -limit, limit), EFFORT)
+    assert [form for form in asked if "limit" in form.shape]
+    assert "saturation" not in [one.term for one in answer.missing]
