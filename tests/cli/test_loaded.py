@@ -33,6 +33,15 @@ def _loaded(*arguments: str) -> tuple[set[str], int]:
     return set(names), sum(name.startswith("autodb.") for name in names)
 
 
+def test_what_a_command_has_made_is_not_searched_for_garbage_as_python_ends() -> None:
+    code = (
+        "import atexit, gc, sys; atexit.register(lambda: print(gc.get_freeze_count())); "
+        "from autodb.cli import main; sys.argv[1:] = ['--version']; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout.splitlines()[-1]) > 10_000
+
+
 @pytest.mark.usefixtures("one_law", "standard_learnt")
 def test_an_answer_from_what_is_learnt_loads_nothing_that_learns(sample_jobs: Path) -> None:
     job = str(sample_jobs / "stepped_shaft" / "job.toml")
