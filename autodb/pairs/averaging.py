@@ -133,7 +133,7 @@ def _averaged(
 
     highest = hills[int(np.argmax(shares))]
     states = [
-        one.state if one is highest else _carried(one, highest, prior, observed) for one in hills
+        one.state if one is highest else carried(one, highest, prior, observed) for one in hills
     ]
     middle = mean(state.mean for state in states)
     apart = [np.outer(state.mean - middle, state.mean - middle) for state in states]
@@ -153,7 +153,7 @@ def _averaged(
     )
 
 
-def _carried(
+def carried(
     one: PairPosterior, other: PairPosterior, prior: PairPosterior, observed: Observed
 ) -> Gaussian:
     """Return the state of one posterior as numbers about the other's that expect the same readings.
