@@ -1,4 +1,4 @@
-"""Over laws that are near and far off: each is learnt, and their posteriors are averaged.
+"""Over laws that are near, far and farther off: each is learnt, and their posteriors are averaged.
 
 Forces are not linear in the law's numbers, and quite other numbers may give nearly the same ones (a
 low shear angle and a low shear stress): a posterior has several hills. Each law is learnt from
@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import Gaussian, root_of
 from autodb.pairs.observed import Observed
-from autodb.pairs.posterior import FAR, PairPosterior, Scatter, Shared
+from autodb.pairs.posterior import FAR, FARTHER, PairPosterior, Scatter, Shared, averaged_law
 from autodb.pairs.updating import AtKnownMaximum, met, posterior_of_readings
 
 Array = NDArray[np.float64]
@@ -43,21 +43,21 @@ SHUT = 1e-13
 
 
 def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosterior:
-    """Return the posterior after a pair's first readings, over laws that are near and FAR off.
+    """Return the posterior after a pair's first readings, over laws near, FAR and FARTHER off.
 
-    FAR_ODDS are the odds beforehand. A climb that is far below a hill is left. Where no hill is
-    found in STEPS, nor in MANY_STEPS, the near law is learnt in as many as it takes.
+    FAR_ODDS are the odds beforehand of either. A climb that is far below a hill is left. Where none
+    is found in STEPS, nor in MANY_STEPS, the near law is learnt in as many as it takes.
 
     Raises UnusableInput where learning does not come to rest.
     """
-    laws = (posterior, replace(posterior, off_law=FAR))
+    laws = tuple(replace(posterior, off_law=one) for one in (posterior.off_law, FAR, FARTHER))
     for most in (STEPS, MANY_STEPS):
         hills = _hills(laws, observed, most)
         if hills:
             logs = np.array([hill.log_odds for hill in hills])
             shares = np.exp(logs - logs.max())
             found = [hill.there for hill in hills]
-            return _averaged(found, shares / shares.sum(), prior=laws[1], observed=observed)
+            return _averaged(found, shares / shares.sum(), prior=laws[2], observed=observed)
     return posterior_of_readings(posterior, observed)
 
 
@@ -72,7 +72,7 @@ class _Hill:
 def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list[_Hill]:
     """Return the hills found of laws near and FAR off in ``most`` steps."""
     found: list[list[_Hill]] = [[] for _ in laws]
-    logs = np.log([1.0, FAR_ODDS])
+    logs = np.log([1.0, FAR_ODDS, FAR_ODDS])
 
     def climb(k: int, near: PairPosterior | None = None) -> None:
         best = max((hill.log_odds for some in found for hill in some), default=-np.inf)
@@ -91,7 +91,7 @@ def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list
             share = times * law.scatter.share
             climb(k, replace(law, scatter=Scatter(share, law.scatter.weight)))
     first = [some[0].there if some else None for some in found]
-    for k, near in enumerate(first[::-1]):
+    for k, near in enumerate([*first[1:], first[0]]):
         if near is not None:
             climb(k, near)
     return [hill for some in found for hill in some]
@@ -137,7 +137,6 @@ def _averaged(
     ]
     middle = mean(state.mean for state in states)
     apart = [np.outer(state.mean - middle, state.mean - middle) for state in states]
-    far = shares @ [one.off_law == FAR for one in hills]
     return replace(
         highest,
         state=Gaussian(middle, mean(s.covariance + a for s, a in zip(states, apart, strict=True))),
@@ -149,7 +148,7 @@ def _averaged(
             np.sqrt(mean(one.scatter.share**2 for one in hills)),
             mean(one.scatter.weight for one in hills),
         ),
-        off_law=hills[0].off_law.averaged(FAR, float(far)),
+        off_law=averaged_law([one.off_law for one in hills], shares.tolist()),
     )
 
 

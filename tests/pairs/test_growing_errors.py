@@ -14,7 +14,14 @@ from autodb.pairs import averaging
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.forecast import forecast
 from autodb.pairs.observed import PairCuts, growth, off_law
-from autodb.pairs.posterior import FAR, OF_GROWTH, OF_OPERATION, PairPosterior
+from autodb.pairs.posterior import (
+    FARTHER,
+    NEAR,
+    OF_GROWTH,
+    OF_OPERATION,
+    PairPosterior,
+    averaged_law,
+)
 from autodb.pairs.prior import any_metal
 from autodb.pairs.updating import met, posterior_of_readings
 from tests.helpers.law_off import PRIOR, TOOL, sensed
@@ -47,7 +54,7 @@ def test_a_thrust_that_turns_with_the_chip_speaks_for_a_law_far_off(by: int) -> 
     scatter = np.random.default_rng(3).standard_normal(force.shape)
     observed = sensed(cuts, force * (1.0 + 0.02 * scatter))
     found = learn_averaging(PRIOR, observed)
-    assert_allclose(found.off_law.grow_in_chip, FAR.grow_in_chip, rtol=1e-3)
+    assert_allclose(found.off_law.grow_in_chip, FARTHER.grow_in_chip, rtol=1e-3)
     expected, real = forecast(found, ahead), _turned(ahead, by, 0.4)[:, (0, 2)]
     off = np.abs(expected.mean[:, (0, 2)] - real)
     assert np.mean(off) < 0.05 * np.mean(np.abs(real))
@@ -77,13 +84,15 @@ def test_a_flatter_shear_plane_goes_with_more_friction() -> None:
     assert np.std(angle) == pytest.approx(10.0, abs=1.0)
 
 
-def test_a_version_of_before_is_off_with_the_chip_as_it_is_with_the_edge() -> None:
-    half = PRIOR.off_law.averaged(FAR, 0.5)
+def test_a_version_keeps_how_its_law_grows_with_the_chip() -> None:
+    """One of before 0.3.0 knew no such law."""
+    half = averaged_law([NEAR, FARTHER], [0.75, 0.25])
+    assert_allclose(half.grow_in_chip, 0.5 * np.array(FARTHER.grow_in_chip))
     kept = posterior_columns(PairPosterior(PRIOR.state, (), PRIOR.scatter, 3, half))
     columns = [kept[name] for name in ("mean", "covariance", "shared", "scatter", "terms")]
     assert posterior_of(*columns, cuts=3).off_law == half
     del kept["scatter"]["off_law"]["grow_in_chip"]
-    assert_allclose(posterior_of(*columns, cuts=3).off_law.grow_in_chip, half.grow_in_chip)
+    assert posterior_of(*columns, cuts=3).off_law.grow_in_chip == NEAR.grow_in_chip
 
 
 def test_a_lower_hill_is_carried_along_the_bend_of_the_forces() -> None:

@@ -13,8 +13,8 @@ from autodb.fitting.gaussian import Gaussian
 from autodb.pairs.posterior import (
     BAND,
     CALIBRATION,
-    FAR,
     GAIN,
+    NEAR,
     REFERENCES,
     WEAR,
     LawDiscrepancy,
@@ -76,12 +76,8 @@ def posterior_of(
 
 
 def _off_law(kept: Mapping[str, Any]) -> LawDiscrepancy:
-    """Return how far off a law is; of a version that did not know how it grows with the chip, as
-    far as it grows with the engaged edge.
-    """
-    grow = tuple(kept["grow"])
-    chips = [far / FAR.grow[0] * grow[k] for k, far in enumerate(FAR.grow_in_chip)]
-    in_chip = tuple(kept.get("grow_in_chip", chips))
+    """Return how far off a law is; a version of before did not know a law that grows with chips."""
+    grow, in_chip = tuple(kept["grow"]), tuple(kept.get("grow_in_chip", NEAR.grow_in_chip))
     return LawDiscrepancy(**{**kept, "grow": grow, "grow_in_chip": in_chip})
 
 
