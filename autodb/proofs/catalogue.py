@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 import autodb
 from autodb.errors import UnusableInput, near
 from autodb.proofs import generators
+from autodb.proofs.reached import ROOT, product_sources
 from autodb.proofs.runs import proof_summary
 from autodb.proofs.runs.axis import axis_intervals, axis_run, axis_summary
 from autodb.proofs.runs.axis.axis_run import AxisModelErrors
@@ -36,6 +37,7 @@ from autodb.proofs.runs.mill import (
     mill_run,
     mill_summary,
     network_summary,
+    networks,
     table_run,
     table_summary,
 )
@@ -58,12 +60,8 @@ from autodb.proofs.runs.tables import tables_run, tables_summary
 from autodb.proofs.runs.weeks import weeks_run, weeks_summary
 from autodb.proofs.runs.weeks.weeks_events import Named
 from autodb.proofs.runs.weeks.weeks_run import Foreseen
-from autodb.sensing.network import need_torch
 
 J = TypeVar("J")
-ROOT = Path(autodb.__file__).parent
-APART = ("cli", "proofs/cases", "proofs/machines")
-"""Folders that make no interval; the generator's own modules are hashed by themselves."""
 
 
 @dataclass(frozen=True)
@@ -84,24 +82,14 @@ class Proof(Generic[J]):
     generator: tuple[ModuleType, ...]
 
     def origin(self) -> Origin:
-        """Return what a run of this proof comes from in this program."""
+        """Return what a run of this proof comes from in this program: what it reaches of it."""
         modules = [Path(str(module.__file__)) for module in self.generator]
-        apart = [ROOT / folder for folder in APART]
-        sources = [p for p in ROOT.rglob("*.py") if not any(map(p.is_relative_to, apart))]
         return Origin(
             proof=self.name,
             version=autodb.__version__,
             generator=digest(modules, root=ROOT),
-            product=digest(sources, root=ROOT),
+            product=digest(product_sources(self.run.__module__, self.score.__module__), root=ROOT),
         )
-
-
-def _networks(seed: int) -> list[network_summary.Judged]:
-    """Run what needs PyTorch; raises UnusableInput where it is not installed."""
-    need_torch()
-    from autodb.proofs.runs.mill import network_run
-
-    return network_run.run_networks(seed)
 
 
 PROOFS: tuple[Proof[Any], ...] = (
@@ -249,7 +237,7 @@ PROOFS: tuple[Proof[Any], ...] = (
         name="mill-networks",
         what="forces in reference mills' cuts: the published network, and a grey box beside it",
         runs=3,
-        run=_networks,
+        run=networks.run_with_torch,
         kept=TypeAdapter(Finished[network_summary.Judged]),
         score=network_summary.network_summary_of,
         read=network_summary.Networks.from_json,

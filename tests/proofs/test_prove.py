@@ -191,13 +191,13 @@ def _imported(module: ModuleType) -> Iterator[str]:
 def test_what_is_no_proof_is_refused(tmp_path: Path, undisturbed: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UnusableInput, match="is a file"):
-        begin_runs(PROOFS[0], tmp_path / "file")
+        begin_runs(_made(_right), tmp_path / "file")
     path = undisturbed / "axis-intervals.jsonl"
     lines = path.read_bytes().splitlines(keepends=True)
     for row, line in ((1, b"a,b\n"), (3, b'{"seed": 2}\n')):
         path.write_bytes(b"".join([*lines[: row - 1], line, *lines[row:]]))
         with pytest.raises(UnusableInput, match=f"row {row}: is not a run of a proof"):
-            begin_runs(PROOFS[0], undisturbed)
+            begin_runs(_made(_right), undisturbed)
 
 
 def test_the_command_lists_runs_goes_on_and_fails(
