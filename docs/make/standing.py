@@ -78,7 +78,8 @@ def answer(found: Sequence[Figure]) -> str:
         "",
         *(f"- {one.what}: {one.said}; asked: {one.must_be}." for one in found if one.missed),
         "",
-        f"The figures come from {len(products)} states of the product, named by the hashes of what they hang on.",
+        f"The figures come from {len(products)} states of the product, named by the hashes of"
+        " what they hang on.",
     ]
     return "\n".join(lines) + "\n"
 
