@@ -2,8 +2,9 @@
 
 Designations say composition or use by themselves: steels by EN 10027-1 (25CrMo4: a low-alloyed
 steel; X: a high-alloyed one) and their numbers by EN 10027-2 (1.72xx), metals that are no iron by
-DIN 17007-4 and EN 573, SAE J403 and J404 steels by four digits, UNS by its letter, JIS G 4051 and
-cast irons by their strength. A name of which the rules say nothing is of no group.
+DIN 17007-4 and EN 573, SAE J403 and J404 steels by four digits, BS 970 by its series, UNS by its
+letter, JIS G 4051 and cast irons by their strength. A name of which the rules say nothing is of no
+group.
 """
 
 import re
@@ -102,6 +103,12 @@ def _sae(found: re.Match[str]) -> Groups:
     return _by_carbon(carbon) if series in ("10", "11", "12", "15") else LOW
 
 
+def _british(found: re.Match[str]) -> Groups:
+    """Return the groups of a steel by BS 970: 250 to 299 are of springs, from 500 on alloyed."""
+    series, carbon = int(found[1]), float(found[2]) / 100.0
+    return _by_carbon(carbon) if series < 250 else LOW if series < 300 or series >= 500 else ()
+
+
 def _aluminium_alloy(found: re.Match[str]) -> Groups:
     """Return the groups of Al…: cast from 5 % silicon on (EN 1706)."""
     silicon = re.match(r"si(\d+)", found[1])
@@ -139,6 +146,7 @@ def _always(groups: Groups) -> Callable[[re.Match[str]], Groups]:
 _STRENGTH = r"(\d{2,3})(?:\d{1,2})?[a-z]{0,2}"
 _EN1, _EN2 = "its designation (EN 10027-1)", "its number (EN 10027-2)"
 _DIN, _SAE = "its number (DIN 17007-4)", "its number (SAE J403, J404)"
+_BS = "its number (BS 970)"
 _UNS, _IRON = "its UNS number", "its strength (EN 1561, EN 1562, EN 1563)"
 _AL = "its designation (EN 573, EN 1706)"
 _SERIES = "1[0-35]|4[0-8]|5[0-2]|61|8[1-8]|9[2-8]"
@@ -162,6 +170,9 @@ _RULES: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Groups], str], ..
         (r"(?:st|ust|rst)(?:33|37|44|52)[23]?[ngu]?", _always(MILD), "its strength (DIN 17100)"),
         (r"\d{1,2}s(?:mn)?(?:pb)?\d\d[k+]?", _always(MILD), _EN1),
         (r"g?x(\d{1,3})((?:" + _ELEMENTS + r")+)([-\d.,]*)", _high_alloyed, _EN1),
+        (r"(\d{3})[ahm](\d\d)", _british, _BS),
+        (r"3\d\ds\d\d", _always(AUSTENITIC), _BS),
+        (r"4\d\ds\d\d", _always(FERRITIC), _BS),
         (r"\d{1,3}(?:(?:" + _ELEMENTS + r")[-\d.,]*)+", _always(LOW), _EN1),
         (rf"({_SERIES})[bl]?(\d\d)h?", _sae, _SAE),
         (rf"g({_SERIES})(\d\d)\d", _sae, _UNS),

@@ -118,17 +118,18 @@ def spellings(name: str) -> Iterator[str]:
     )
 
 
-_BRITISH = re.compile(r"en\d{1,2}[a-z]?")
-"""Names of BS 970, whose EN is no European standard: EN8, EN24."""
+_BRITISH = re.compile(r"en(?:\d{1,2}[a-z]?|35\d)")
+"""Names of BS 970, whose EN is no European standard: EN8, EN24, EN353."""
 _CONDITIONS = (
     re.compile(r"(?:\+[a-z0-9]+)+$"),
     re.compile(r"(?<=\d)(?:-?t\d{1,4}|-h\d{2,3})$"),
     re.compile(r"(?<=[a-z]\d)v$"),
     re.compile(r"^sus(?=\d)|^(?:aw|al|a|alu)-?(?=\d{4})"),
     re.compile(r"^(?:aw|al|a|alu)-?(?=\d{4})|(?<=\d)(?:-?t\d{1,4}|-h\d{2,3})$"),
+    re.compile(r"(?<=^en\d)[a-z]$|(?<=^en\d\d)[a-z]$"),
 )
 """Conditions by EN 10027-1, tempers by EN 515, quenched and tempered by DIN 17006; SUS of Japan,
-and what says aluminium before four digits."""
+and what says aluminium before four digits; the letter behind a name of BS 970 (EN24T)."""
 
 
 def grouped_names() -> list[str]:
