@@ -2,7 +2,7 @@
 
 Forces are not linear in the law's numbers, and quite other numbers may give nearly the same ones (a
 low shear angle and a low shear stress): a posterior has several hills. Each law is learnt from
-where the prior is and from where the other law was found, and all hills count, by their posterior
+where the prior is and from where another law was found, and all hills count, by their posterior
 odds (Hoeting, Madigan, Raftery, Volinsky 1999, Statistical Science 14:382). What is returned is
 the normal posterior with the mean and covariance of the mixture; the lower hills are first carried
 to the highest, to numbers there that expect the same readings.
@@ -70,7 +70,11 @@ class _Hill:
 
 
 def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list[_Hill]:
-    """Return the hills found of laws near and FAR off in ``most`` steps."""
+    """Return the hills that ``laws`` have within ``most`` steps.
+
+    Each is climbed from its prior, with less and with more scatter than expected, and from where
+    the next law was found: that may be another hill of its own.
+    """
     found: list[list[_Hill]] = [[] for _ in laws]
     logs = np.log([1.0, FAR_ODDS, FAR_ODDS])
 
@@ -91,7 +95,8 @@ def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list
             share = times * law.scatter.share
             climb(k, replace(law, scatter=Scatter(share, law.scatter.weight)))
     first = [some[0].there if some else None for some in found]
-    for k, near in enumerate([*first[1:], first[0]]):
+    for k in range(len(laws)):
+        near = first[(k + 1) % len(laws)]
         if near is not None:
             climb(k, near)
     return [hill for some in found for hill in some]
