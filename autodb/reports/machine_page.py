@@ -1,6 +1,6 @@
 """Gather what a machine's report page shows from the database."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from autodb.agent.rows.machines import find_machine
 from autodb.agent.rows.posteriors import as_posterior, pair_name, version_chain
 from autodb.agent.rows.recordings import cuts_as_table
 from autodb.agent.rows.sensed_forces import QUANTITY, as_cuts
-from autodb.agent.sense.sensed import as_observed
+from autodb.agent.sense.sensed import as_observed, sd_beside_N
 from autodb.cutting.turning import PASSIVE_AXIS
 from autodb.files.job import Job
 from autodb.fitting.gaussian import NORMAL_95
@@ -198,7 +198,13 @@ class _History:
         expected = [forecast(learnt, some) for some in made]
         mean, sd = (np.concatenate([getattr(one, k) for one in expected]) for k in ("mean", "sd"))
         return [
-            _check(component, some, mean[at, QUANTITY[component]], sd[at, QUANTITY[component]])
+            _check(
+                component,
+                some,
+                mean[at, QUANTITY[component]],
+                sd[at, QUANTITY[component]],
+                known=[one.key for one in learnt.shared],
+            )
             for component in self._sensed
             if (some := [force for force in rest if force.component == component])
             and (at := [number[force.cut_id] for force in some])
@@ -206,11 +212,20 @@ class _History:
 
 
 def _check(
-    component: str, forces: list[models.SensedForce], mean: Array, sd: Array
+    component: str,
+    forces: list[models.SensedForce],
+    mean: Array,
+    sd: Array,
+    *,
+    known: Sequence[str],
 ) -> PredictedSensed:
-    """Return sensed forces (n,) beside what was expected of them."""
+    """Return sensed forces (n,) beside what was expected of them.
+
+    ``known``: keys of the errors that what is expected leaves room for. Others, as those of a day
+    that is not over, are the reading's own.
+    """
     sensed_N = np.array([force.value_N for force in forces], dtype=np.float64)
-    sensed_sd_N = np.array([force.sd_N for force in forces], dtype=np.float64)
+    sensed_sd_N = np.array([sd_beside_N(force, known) for force in forces])
     half = NORMAL_95 * np.hypot(sd, sensed_sd_N)
     return PredictedSensed(
         component=component,
