@@ -5,8 +5,10 @@ import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from autodb.errors import UnusableInput
@@ -66,7 +68,7 @@ def _finished(asked: Proof[Any], seeds: list[int], workers: int) -> Iterator[Fin
     # Each worker has a core for itself; linear algebra reads this before it starts
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"
-    with get_context("spawn").Pool(workers, _leave_interrupts) as pool:
+    with get_context("spawn").Pool(workers, begin_worker) as pool:
         yield from pool.imap_unordered(partial(_run, asked.name), seeds)
 
 
@@ -74,6 +76,14 @@ def _run(name: str, seed: int) -> Finished[Any]:
     return Finished(seed, tuple(proof(name).run(seed)))
 
 
-def _leave_interrupts() -> None:
-    """A keyboard's interrupt is the parent's, who ends the workers."""
+def begin_worker() -> None:
+    """Leave a keyboard's interrupt to the parent, who ends the workers; end where it was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)

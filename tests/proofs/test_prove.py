@@ -7,6 +7,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 from types import ModuleType
 
@@ -17,7 +18,7 @@ from scipy.stats import binom
 import autodb
 from autodb.errors import UnusableInput
 from autodb.proofs import catalogue
-from autodb.proofs.carrying_out import begin_runs, carry_out
+from autodb.proofs.carrying_out import begin_runs, begin_worker, carry_out
 from autodb.proofs.catalogue import PROOFS, Proof
 from autodb.proofs.machines.axis.axes import draw_run
 from autodb.proofs.machines.axis.quantities import NAMES, quantities
@@ -124,6 +125,32 @@ def test_a_killed_process_leaves_runs_that_are_gone_on_with(tmp_path: Path) -> N
     _carried_out(_made(_right), path.parent, done + 2)
     _carried_out(_made(_right), tmp_path / "whole", done + 2)
     assert _files(path.parent) == _files(tmp_path / "whole")
+
+
+def _working(written: int) -> None:
+    begin_worker()
+    os.write(written, b"works")
+    time.sleep(60.0)
+
+
+def _parent_of_one(written: int) -> None:
+    worker = get_context("fork").Process(target=_working, args=(written,))
+    worker.start()
+    worker.join()
+
+
+def test_the_workers_of_a_killed_process_end() -> None:
+    read, written = os.pipe()
+    parent = get_context("fork").Process(target=_parent_of_one, args=(written,))
+    parent.start()
+    os.close(written)
+    assert os.read(read, 5) == b"works"
+    parent.kill()
+    parent.join()
+    begun = time.monotonic()
+    assert os.read(read, 5) == b""  # nobody holds the other end any more
+    assert time.monotonic() - begun < 20.0
+    os.close(read)
 
 
 def test_more_runs_add_to_those_there_and_fewer_are_summed_up(undisturbed: Path) -> None:
