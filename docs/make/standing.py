@@ -69,7 +69,6 @@ def unbroken(text: str) -> str:
 
 def answer(found: Sequence[Figure]) -> str:
     """Return what works and what does not, counted."""
-    products = {kept(one.value.of).product for one in found}
     met = sum(not one.missed for one in found)
     lines = [
         f"**What works**: {met} of {len(found)} limits are met. {_counts(found)}",
@@ -77,9 +76,6 @@ def answer(found: Sequence[Figure]) -> str:
         f"**What does not**: {len(found) - met} limits are missed.",
         "",
         *(f"- {one.what}: {one.said}; asked: {one.must_be}." for one in found if one.missed),
-        "",
-        f"The figures come from {len(products)} states of the product, named by the hashes of"
-        " what they hang on.",
     ]
     return "\n".join(lines) + "\n"
 
