@@ -16,6 +16,7 @@ from autodb.errors import UnusableInput
 from autodb.web.http import logs
 from autodb.web.http.connections import Connection
 from autodb.web.http.settings import Settings
+from autodb.web.warming import warm_up
 
 STOP_S = 20
 """How long answers on their way are waited for when it is stopped. Chosen."""
@@ -126,6 +127,7 @@ def run_server(
     gc.freeze()  # what is loaded stays: searched for garbage, it held up answers by 0.1 s
     signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the server's own handler ends it, in order
     server = server_of(app, certificate, proxies)
+    warm_up(app.state.service.store)
     server.run(sockets=[listening])
     if server.interrupted:
         raise KeyboardInterrupt
