@@ -4,6 +4,7 @@ import asyncio
 import gc
 import signal
 import socket
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -62,8 +63,9 @@ class StoppableServer(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Take the signals that end it for as long as it answers."""
-        before = {number: signal.signal(number, self.handle_exit) for number in ENDS}
+        """Take the signals that end it for as long as it answers; only the main thread can."""
+        taken = ENDS if threading.current_thread() is threading.main_thread() else ()
+        before = {number: signal.signal(number, self.handle_exit) for number in taken}
         try:
             yield
         finally:
