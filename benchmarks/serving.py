@@ -52,9 +52,9 @@ CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev":
 
 
 @contextmanager
-def served(url: str) -> Iterator[tuple[str, int]]:
+def served(url: str, *more: str) -> Iterator[tuple[str, int]]:
     """Have the service answer in a process of its own; give its URL and its process."""
-    command = [sys.executable, "-m", "autodb", "serve", "--port", "0", "--db", url]
+    command = [sys.executable, "-m", "autodb", "serve", "--port", "0", "--db", url, *more]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
