@@ -120,6 +120,7 @@ def _fill_file(file: Path, versions: int) -> None:
     with closing(sqlite3.connect(file)) as connection, connection:
         register(connection)
         connection.execute("PRAGMA synchronous=OFF")
+        connection.execute("PRAGMA journal_mode=OFF")  # nothing is written twice, the log first
         for table, rows in tables(versions):
             every = iter(rows)
             first = next(every)
@@ -127,6 +128,8 @@ def _fill_file(file: Path, versions: int) -> None:
             into = f"INSERT INTO {table} ({names}) VALUES ({', '.join('?' * len(first))})"
             connection.execute(into, tuple(first.values()))
             connection.executemany(into, (tuple(row.values()) for row in every))
+        connection.commit()
+        connection.execute("PRAGMA journal_mode=WAL")
 
 
 @contextmanager

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from benchmarks.fleet_lookups import fill
 from benchmarks.serving import API, Asker, asked, memory_mb, request_of, served
 
-VERSIONS, MACHINES = 1, 20
+VERSIONS, MACHINES, RATE = 1, 20, 200
 ROUNDS, SECONDS = 6, 4.0
 HOSTILE, AGAIN_S, SLOW_S = 18, 0.05, 0.2
 TIMES, GROWN_MB = 3.0, 8.0
@@ -124,7 +124,8 @@ def beside(what: Callable[..., None], *args: Any) -> Iterator[psutil.Process]:
 
 def look_ups(port: int) -> NDArray[np.float64]:
     """Return how long look-ups took, ms, none of which failed."""
-    load = asyncio.run(asked(port, SECONDS, np.random.default_rng(4), MACHINES))
+    rng = np.random.default_rng(4)
+    load = asyncio.run(asked(port, SECONDS, rng, machines=MACHINES, rate=RATE))
     assert all(status == 200 for status in load.statuses)
     return load.took_ms
 
@@ -206,7 +207,8 @@ def main() -> None:
         fill(url, VERSIONS, Path(folder) / "autodb.sqlite3")
         with served(url) as (at, process):
             port = int(at.rpartition(":")[2])
-            asyncio.run(asked(port, 3.0, np.random.default_rng(3), MACHINES))
+            rng = np.random.default_rng(3)
+            asyncio.run(asked(port, 3.0, rng, machines=MACHINES, rate=RATE))
             found = in_turns(port, process)
             grown_mb = mixed(port, process, count)
     times, of_busy = found["hostile"] / found["quiet"], found["busy"] / found["quiet"]

@@ -1,11 +1,13 @@
-"""`python -m benchmarks.serving [ROWS]`: the service on loopback while a refresh writes.
+"""`python -m benchmarks.serving [ROWS [FILE]]`: the service on loopback while a refresh writes.
 
-A minute of 200 look-ups a second of pairs at random among ROWS versions of parameters (20 000, or
-1 000 000: 15 GB): of the pairs of twenty machines, and of all pairs, which are mostly read anew.
+A minute of 200 look-ups a second, and one of 500, of pairs at random among ROWS versions of
+parameters (20 000, or 1 000 000: 16 GB), of the pairs of twenty machines, and of all pairs, which
+are mostly read anew; and what each took of a processor, and waited for one (Linux).
 They are sent when they are due, whether or not earlier ones are answered; times count from when
 the client wakes to send one, and how late that is stands beside. Then 100 000 turned cuts in one
 batch, with the service's memory before and at its peak; and each page, of machines at random: its
-answer, and until a browser has its content (where there is Chromium). Run with
+answer, and until a browser has its content (where there is Chromium); the first of each apart. A
+FILE is filled where it is not there, and stays. Run with
 OPENBLAS_NUM_THREADS=1: three processes share the processors.
 """
 
@@ -32,12 +34,18 @@ from benchmarks.fleet_lookups import MACHINES, PAIRS, fill, writing
 
 Array = NDArray[np.float64]
 
-PAGE_MS, PAGES_EACH = 500.0, 20
-RATE, MINUTE_S, WARM_UP_S, CONNECTIONS = 200, 60.0, 3.0, 16
+PAGE_MS, PAGES_EACH = 200.0, 20
+SETTLED_S = 2.0
+"""How long a service that begins is left alone: what pages need once is made meanwhile."""
+RATES, MINUTE_S, WARM_UP_S, CONNECTIONS = (200, 500), 60.0, 3.0, 16
 P50_MS, P99_MS, BATCH_S = 3.0, 15.0, 10.0
 CUTS = 100_000
 IN_USE = (20, MACHINES)
 """Of how many machines pairs are asked for."""
+OF_A_MACHINE = (
+    "mismatches", "moved", "recordings", "scores", "health", "import", "stability",
+)  # fmt: skip
+"""Other pages of a machine."""
 API = "/api/v1"
 CHROMIUM = shutil.which("chromium")
 CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev": 0.25,
@@ -45,9 +53,9 @@ CUT = {"operation": "turn", "diameter_mm": 50.0, "depth_mm": 2.0, "feed_mm_rev":
 
 
 @contextmanager
-def served(url: str) -> Iterator[tuple[str, int]]:
+def served(url: str, *more: str) -> Iterator[tuple[str, int]]:
     """Have the service answer in a process of its own; give its URL and its process."""
-    command = [sys.executable, "-m", "autodb", "serve", "--port", "0", "--db", url]
+    command = [sys.executable, "-m", "autodb", "serve", "--port", "0", "--db", url, *more]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
@@ -120,16 +128,18 @@ class Load:
     statuses: list[int]
 
 
-async def asked(port: int, seconds: float, rng: np.random.Generator, machines: int) -> Load:
+async def asked(
+    port: int, seconds: float, rng: np.random.Generator, *, machines: int, rate: int
+) -> Load:
     """Ask at a steady rate."""
     askers = [Asker(port) for _ in range(CONNECTIONS)]
-    count = int(seconds * RATE)
+    count = int(seconds * rate)
     requests = [request_of(rng, machines) for _ in range(count)]
     took_ms, late_ms, statuses = np.zeros(count), np.zeros(count), [0] * count
     begin = time.perf_counter() + 1.0  # until all are waiting
 
     async def one(k: int) -> None:
-        due = begin + k / RATE
+        due = begin + k / rate
         await asyncio.sleep(due - time.perf_counter())
         woke = time.perf_counter()
         statuses[k] = await askers[k % CONNECTIONS].ask(requests[k])
@@ -140,23 +150,40 @@ async def asked(port: int, seconds: float, rng: np.random.Generator, machines: i
     return Load(took_ms, late_ms, statuses)
 
 
-def look_ups(at: str, *, machines: int, what: str) -> None:
+def processor_ms(process: int) -> Array:
+    """Return how long a process' threads have run, and waited for a processor."""
+    found = [path.read_text().split() for path in Path(f"/proc/{process}/task").glob("*/schedstat")]
+    each = np.array([[int(ran), int(waited)] for ran, waited, _ in found], dtype=np.float64)
+    return np.asarray(each.sum(axis=0) / 1e6)
+
+
+def look_ups(at: str, process: int, *, machines: int, rate: int, what: str) -> None:
     """Print how long look-ups of pairs of so many machines take at a steady rate."""
     port = int(at.rpartition(":")[2])
     rng = np.random.default_rng(4)
-    asyncio.run(asked(port, WARM_UP_S, rng, machines))
-    load = asyncio.run(asked(port, MINUTE_S, rng, machines))
+    asyncio.run(asked(port, WARM_UP_S, rng, machines=machines, rate=rate))
+    before = processor_ms(process)
+    load = asyncio.run(asked(port, MINUTE_S, rng, machines=machines, rate=rate))
+    ran, waited = (processor_ms(process) - before) / len(load.statuses)
     p50, p99 = np.percentile(load.took_ms, [50, 99])
     failed = sum(status != 200 for status in load.statuses)
     met = p50 <= P50_MS and p99 <= P99_MS and not failed
     print(
-        f"{what}, pairs of {machines} machines: {len(load.statuses)} look-ups at {RATE}/s: "
+        f"{what}, pairs of {machines} machines: {len(load.statuses)} look-ups at {rate}/s: "
         f"p50 {p50:.1f} ms (limit {P50_MS:g}), "
         f"p99 {p99:.1f} ms (limit {P99_MS:g}), longest {load.took_ms.max():.0f} ms, {failed} "
-        f"failed: {'passed' if met else 'missed'}; sent {np.median(load.late_ms):.1f} ms late "
+        f"failed: {'passed' if met else 'missed'}; each {ran:.2f} ms of a processor, waited "
+        f"{waited:.2f} ms for one; sent {np.median(load.late_ms):.1f} ms late "
         f"(p99 {np.percentile(load.late_ms, 99):.1f})",
         flush=True,
     )
+
+
+def at_all_rates(at: str, process: int, what: str) -> None:
+    """Print how long look-ups take at each rate, of few machines and of all."""
+    for rate in RATES:
+        for machines in IN_USE:
+            look_ups(at, process, machines=machines, rate=rate, what=what)
 
 
 def batch(at: str, process: int) -> None:
@@ -192,7 +219,8 @@ def pages(at: str) -> None:
         "machines": "/", "found": "/?like=77", "machine": "/machines/{}",
         "pairs": "/machines/{}/pairs", "pair": "/machines/{}/pair?" + of_pair,
         "plan": "/machines/{}/plan?" + of_pair + "&" + urlencode(CUT),
-        "mismatches": "/machines/{}/mismatches", "moved": "/machines/{}/moved",
+        "largest": "/machines/{}/pair?" + of_pair + "&" + urlencode({**CUT, "largest": "feed"}),
+        **{name: f"/machines/{{}}/{name}" for name in OF_A_MACHINE},
     }  # fmt: skip
     names = [f"lathe-{number}" for number in rng.integers(MACHINES, size=PAGES_EACH)]
     with httpx.Client(base_url=at, timeout=60.0) as client:
@@ -203,8 +231,10 @@ def pages(at: str) -> None:
                 client.get(path.format(machine)).raise_for_status()
                 took_ms.append(1e3 * (time.perf_counter() - start))
             shown = "" if CHROMIUM is None else f", in a browser {_in_browser(at, path, names)}"
+            first, *others = took_ms
             print(
-                f"page '{name}': median {np.median(took_ms):.0f} ms, longest {max(took_ms):.0f} ms "
+                f"page '{name}': first {first:.0f} ms, then median {np.median(others):.0f} ms, "
+                f"longest {max(others):.0f} ms "
                 f"(limit {PAGE_MS:g}: {'passed' if max(took_ms) <= PAGE_MS else 'missed'}){shown}",
                 flush=True,
             )
@@ -230,22 +260,28 @@ def _in_browser(at: str, path: str, names: list[str]) -> str:
     return f"median {np.median(content):.0f} ms, longest {max(content):.0f} ms{plots}"
 
 
-def main(rows: int) -> None:
-    """Fill a file, serve it, and ask."""
+def main(rows: int, kept: Path | None = None) -> None:
+    """Fill a file, or take one that is there, serve it, and ask."""
     versions = rows // (MACHINES * PAIRS)
     with tempfile.TemporaryDirectory(prefix="autodb-serving-") as name:
-        file = Path(name) / "many.sqlite3"
+        file = kept or Path(name) / "many.sqlite3"
         url = f"sqlite:///{file}"
-        fill(url, versions, file)
+        if not file.exists():
+            start = time.perf_counter()
+            fill(url, versions, file)
+            took_s = time.perf_counter() - start
+            print(f"{rows} rows, {file.stat().st_size / 1e9:.1f} GB: filled in {took_s:.0f} s")
         with served(url) as (at, process):
+            time.sleep(SETTLED_S)
             pages(at)
-            for machines in IN_USE:
-                look_ups(at, machines=machines, what="quiet")
+            at_all_rates(at, process, "quiet")
             batch(at, process)
             with writing(url):
-                for machines in IN_USE:
-                    look_ups(at, machines=machines, what="while a refresh writes")
+                at_all_rates(at, process, "while a refresh writes")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20_000)
+    main(
+        int(sys.argv[1]) if len(sys.argv) > 1 else 20_000,
+        Path(sys.argv[2]) if len(sys.argv) > 2 else None,
+    )

@@ -122,12 +122,13 @@ class Stopped(Exception):  # noqa: N818 - the end that was asked for, no error
 
 @contextmanager
 def until_stopped() -> Iterator[None]:
-    """Run what ends by Ctrl-C, and say that it stopped; raises Stopped."""
+    """Run what ends once it is told to, and say that it stopped; raises Stopped for Ctrl-C."""
     try:
         yield
     except KeyboardInterrupt:
         typer.echo("autodb: stopped", err=True)
         raise Stopped from None
+    typer.echo("autodb: stopped", err=True)
 
 
 def from_anywhere(db: str | None) -> str:

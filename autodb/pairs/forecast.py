@@ -19,7 +19,13 @@ from autodb.cutting.elements import (
     linearised_forces,
 )
 from autodb.pairs.modelled import inside_band, moved_band, own_variance
-from autodb.pairs.observed import PairCuts, chip_bends, growth, off_surface, with_growth
+from autodb.pairs.observed import (
+    PairCuts,
+    growth_and_bends,
+    off_surface,
+    with_grown,
+    with_growth,
+)
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
 
 Array = NDArray[np.float64]
@@ -187,14 +193,15 @@ def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array
 
     ``law`` (12 + 2 k,): what the law is off by.
 
-    With them their parts as if they were not and as they are, the slopes by the law's coordinates
-    (n, 5, p), and what one standard deviation of each quantity changes (n, 5, v).
+    With them their parts as if they were not, with what these grow with (``with_growth``), and as
+    they are, the slopes by the law's coordinates (n, 5, p), and what one standard deviation of each
+    quantity changes (n, 5, v).
     """
     several = [cuts.elements, *(one.elements for one in cuts.variants)]
-    joined, grown = joined_elements(several), growth(cuts.elements)
+    joined, (grown, bends) = joined_elements(several), growth_and_bends(cuts.elements)
     by_error = np.zeros((joined.count, 3))
     by_error[: cuts.elements.count] = law[:3] + grown @ law[3 : OF_BENDS.start].reshape(3, 3)
-    bent = chip_bends(cuts.elements) @ law[OF_BENDS].reshape(2, -1).T
+    bent = bends @ law[OF_BENDS].reshape(2, -1).T
     by_error[: cuts.elements.count, :2] += bent
     whole, parts, slopes_of_both = (
         one.reshape(len(several), -1, *one.shape[1:])
@@ -206,7 +213,8 @@ def _linear(theta: Array, cuts: PairCuts, off: Array, law: Array) -> tuple[Array
         mean = mean + share * (whole[k] - whole[0])
         found = found + share * (parts[k] - parts[0])
         slopes = slopes + share * (by_law[k] - by_law[0])
-    return mean, parts[0], found, slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
+    assumed = with_grown(parts[0], grown, bends)
+    return mean, assumed, found, slopes, np.moveaxis(whole[1:] - whole[0], 0, -1)
 
 
 def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = None) -> Forecast:
@@ -223,7 +231,6 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     mean, assumed, parts, by_law, by_assumed = _linear(
         theta, cuts, known.state.mean[at], known.state.mean[place]
     )
-    assumed = with_growth(assumed, cuts.elements)
     slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
     more = 1.0 + _of_lot(known)
     slopes[:, :, :OWN] = more * by_law

@@ -161,9 +161,14 @@ def with_growth(parts: Array, elements: Elements) -> Array:
     and the speed, and how those along and across the cutting speed bend under thin chips
     (n, 5, 12 + 2 k).
     """
-    grown = grown_parts(parts, growth(elements)[:, None])
-    bent = parts[..., :2, None] * chip_bends(elements)[:, None, None, :]
-    return np.concatenate([parts, grown, bent.reshape(*bent.shape[:2], -1)], axis=-1)
+    return with_grown(parts, *growth_and_bends(elements))
+
+
+def with_grown(parts: Array, grown: Array, bends: Array) -> Array:
+    """Return parts as ``with_growth`` does, of which the growth and the bends are known."""
+    more = grown_parts(parts, grown[:, None])
+    bent = parts[..., :2, None] * bends[:, None, None, :]
+    return np.concatenate([parts, more, bent.reshape(*bent.shape[:2], -1)], axis=-1)
 
 
 def chip_bends(elements: Elements) -> Array:
@@ -171,8 +176,7 @@ def chip_bends(elements: Elements) -> Array:
 
     The chip's mean thickness over its width; none where nothing is engaged.
     """
-    thinnest = np.maximum(_mean_thickness_mm(elements), THINNEST_MM)
-    return np.maximum(np.log(BENDS_MM / thinnest[:, None]), 0.0)
+    return growth_and_bends(elements)[1]
 
 
 def off_surface(elements: Elements) -> Array:
@@ -186,15 +190,21 @@ def growth(elements: Elements) -> Array:
     Logarithms of the engaged edge over 1 mm, and of the chip's mean thickness and the cutting speed
     over those at which the law's own exponents change nothing.
     """
+    return growth_and_bends(elements)[0]
+
+
+def growth_and_bends(elements: Elements) -> tuple[Array, Array]:
+    """Return ``growth`` and ``chip_bends`` of cuts, worked out together."""
     length, speed = engaged_mm(elements), mean_speed_m_min(elements)
-    thickness = np.maximum(_mean_thickness_mm(elements), THINNEST_MM) / THICKNESS_MM
-    return np.column_stack(
+    thickness = np.maximum(_mean_thickness_mm(elements, length), THINNEST_MM)
+    grown = np.column_stack(
         [
             np.log(np.where(length > 0.0, length, 1.0)),
-            np.log(thickness),
+            np.log(thickness / THICKNESS_MM),
             np.log(np.where(speed > 0.0, speed, SPEED_M_MIN) / SPEED_M_MIN),
         ]
     )
+    return grown, np.maximum(np.log(BENDS_MM / thickness[:, None]), 0.0)
 
 
 def grown_parts(parts: Array, by: Array) -> Array:
@@ -202,9 +212,12 @@ def grown_parts(parts: Array, by: Array) -> Array:
     return (by[..., :, None] * parts[..., None, :]).reshape(*parts.shape[:-1], -1)
 
 
-def _mean_thickness_mm(elements: Elements) -> Array:
-    """Return the mean thickness of each cut's chip (n,); THICKNESS_MM where nothing is engaged."""
-    width, area = engaged_mm(elements), chip_area_mm2(elements)
+def _mean_thickness_mm(elements: Elements, width: Array) -> Array:
+    """Return the mean thickness of each cut's chip (n,) over the width (n,) that is engaged.
+
+    THICKNESS_MM where nothing is.
+    """
+    area = chip_area_mm2(elements)
     return np.divide(area, width, out=np.full_like(area, THICKNESS_MM), where=width > 0.0)
 
 

@@ -206,9 +206,10 @@ class RecordingSource:
             columns = [column for base in self.bases for column in base.base.columns]
             raise UnusableInput(
                 phrase(
-                    "{file}: neither a column 't' (time, s) nor 'cut'{hint}; name the column in "
-                    'the side file: [channels] "t" = "NAME OF THE COLUMN", or the step of even '
-                    'rows: "t" = {{row_in = "*", step_s = SECONDS}}',
+                    "{file}: neither a column 't' (time, s) nor 'cut'{hint}; have 'autodb look "
+                    "FILE --write' propose a side file, or name the column in one: [channels] "
+                    '"t" = "NAME OF THE COLUMN", or the step of even rows: "t" = {{row_in = "*", '
+                    "step_s = SECONDS}}",
                     file=self.path,
                     hint=near_words("t", columns),
                 )

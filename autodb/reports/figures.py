@@ -338,6 +338,13 @@ def _templates() -> Environment:
     return env
 
 
+def compile_templates() -> None:
+    """Compile every template, which each is otherwise when it is first asked for."""
+    env = _templates()
+    for name in env.list_templates():
+        env.get_template(name)
+
+
 def _exchanges() -> Markup:
     """Style rules that exchange each light tone in a plot for its dark one."""
     rules = []

@@ -7,6 +7,7 @@ process killed in the middle leaves the database as it was before.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from sqlalchemy import Engine, inspect
@@ -83,7 +84,7 @@ class Store:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
 
-    @property
+    @cached_property
     def path(self) -> Path | None:
         """Return the database's file; None on a server."""
         name = self.engine.url.database

@@ -35,14 +35,14 @@ class LookupCache:
         self._opening = ""
         self._kept: OrderedDict[Key, Marked] = OrderedDict()
 
-    def basis(self, machine: str, material: str, tool: str) -> Marked:
+    def basis(self, machine: str, material: str, tool: str, *, mark: str | None = None) -> Marked:
         """Return what answers about a machine's pair rest on.
 
-        Raises UnusableInput for a machine that is not there, or a pair that was learnt under an
-        earlier law only.
+        ``mark``: of the database's state, where it was asked for already. Raises UnusableInput for
+        a machine that is not there, or a pair that was learnt under an earlier law only.
         """
         key = machine, material, tool
-        mark = self._watched.mark()
+        mark = self._watched.mark() if mark is None else mark
         kept = self._find(key, opening(mark))
         if kept is not None and kept.mark == mark:
             return kept

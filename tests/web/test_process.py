@@ -5,7 +5,11 @@ import os
 import signal
 import socket
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
@@ -69,10 +73,9 @@ def test_over_tls(url: str, tmp_path: Path) -> None:
             client.machine("lathe-0")
 
 
-def test_stopped_it_answers_what_is_on_its_way(
-    url: str, pair: dict[str, str], tmp_path: Path
-) -> None:
-    log = tmp_path / "log"
+@contextmanager
+def _forked(url: str, log: Path) -> Iterator[tuple[int, str]]:
+    """Have the command answer in a child that has no terminal; give its process and address."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -80,27 +83,65 @@ def test_stopped_it_answers_what_is_on_its_way(
     if child == 0:
         code = 99
         try:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             with log.open("w", buffering=1) as sys.stdout:
                 sys.stderr = sys.stdout
                 code = run(["serve", "--port", str(port), "--db", url])
         finally:
             os._exit(code)
-    at, lines = f"http://127.0.0.1:{port}", (json.dumps(CUT) + "\n") * 3000
+    at = f"http://127.0.0.1:{port}"
     wait_for(at)
-    path = f"{at}{API}/machines/lathe-0/lookup/batch"
-    got: list[str] = []
-    with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
-        for line in response.iter_lines():
-            if not got:
-                os.kill(child, signal.SIGTERM)
-            got.append(line)
-    assert json.loads(got[-1]) == {"answered": 3000, "refused": 0}
-    assert os.waitpid(child, 0)[1] == 0
-    first, *logged = log.read_text().splitlines()
+    yield child, at
+
+
+def _said(log: Path, at: str) -> list[dict[str, Any]]:
+    """Return what a service logged between its first line and its last."""
+    first, *logged, last = log.read_text().splitlines()
     assert first == f"{at} (and {at}/api/v1): read-only; Ctrl-C stops it"
-    said = [json.loads(line) for line in logged]
+    assert last == "autodb: stopped"
+    return [json.loads(line) for line in logged]
+
+
+def test_stopped_it_answers_what_is_on_its_way(
+    url: str, pair: dict[str, str], tmp_path: Path
+) -> None:
+    lines = (json.dumps(CUT) + "\n") * 3000
+    got: list[str] = []
+    with _forked(url, tmp_path / "log") as (child, at):
+        path = f"{at}{API}/machines/lathe-0/lookup/batch"
+        with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
+            for line in response.iter_lines():
+                if not got:
+                    os.kill(child, signal.SIGTERM)
+                got.append(line)
+        assert os.waitpid(child, 0)[1] == 0
+    assert json.loads(got[-1]) == {"answered": 3000, "refused": 0}
+    said = _said(tmp_path / "log", at)
     answered = [one for one in said if one.get("route", "").endswith("/batch")]
     assert [one["status"] for one in answered] == [200]
+
+
+def test_interrupted_twice_it_stops_without_alarm(
+    url: str, pair: dict[str, str], tmp_path: Path
+) -> None:
+    lines = (json.dumps(CUT) + "\n") * 100_000  # more than the buffers of a socket hold
+    with _forked(url, tmp_path / "log") as (child, at):
+        path = f"{at}{API}/machines/lathe-0/lookup/batch"
+        with (
+            httpx.Client() as quiet,
+            httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response,
+        ):
+            quiet.get(f"{at}/healthz")  # a connection that is kept
+            answered = response.iter_lines()
+            next(answered)
+            for _ in range(2):
+                os.kill(child, signal.SIGINT)
+                time.sleep(0.2)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
+    said = _said(tmp_path / "log", at)
+    assert [one["message"] for one in said if one["level"] != "info"] == [
+        "1 answers on their way were cut off"
+    ]
 
 
 def test_tokens_by_command(cli: Cli) -> None:

@@ -170,6 +170,7 @@ _CAUSES = _causes()
 
 
 def _past() -> Select[Any]:
+    """Return the query of a machine's cuts that were predicted, the newest first."""
     predicted, prediction, made, recorded = map(
         models.table_of,
         (models.PredictedCutMade, models.Prediction, models.Cut, models.StoredRecording),
@@ -196,7 +197,7 @@ def _past() -> Select[Any]:
         .join(prediction, asked.id == link.prediction_id)
         .join(made, cut.id == link.cut_id)
         .join(recorded, recording.id == cut.recording_id)
-        .where(asked.machine_id == bindparam("machine"), cut.superseded_at.is_(None))
+        .where(asked.machine_id == bindparam("machine"), models.counting_cut(cut.superseded_at))
         .order_by(link.id.desc())
     )
 

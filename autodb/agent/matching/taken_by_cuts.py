@@ -79,7 +79,10 @@ def _links(machine_id: int) -> Select[Link]:
         select(Link)
         .join(models.Cut)
         .join(models.StoredRecording)
-        .where(models.StoredRecording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
+        .where(
+            models.StoredRecording.machine_id == machine_id,
+            models.counting_cut(models.Cut.superseded_at),
+        )
         .order_by(Link.id)
     )
 

@@ -33,7 +33,7 @@ def next_steps(session: Session) -> tuple[str, list[Step]]:
     if not recordings:
         steps.append(("autodb look FILE", "which column of a recording may be which channel"))
         steps.append(("autodb import FILE --machine NAME", "recordings and tables of cuts"))
-    elif not calibrations:
+    elif not calibrations and _has_currents(session):
         steps.append((f"autodb calibrate{option}", "from currents to forces, on standard cuts"))
     if recordings:
         steps.append((f"autodb refresh{option}", "sense new cuts, update what is learnt"))
@@ -43,6 +43,12 @@ def next_steps(session: Session) -> tuple[str, list[Step]]:
     if waiting:
         steps.append((f"autodb mismatch list{option}", f"{waiting} causes wait for a decision"))
     return there, steps
+
+
+def _has_currents(session: Session) -> bool:
+    """Say whether a current of an axis was recorded: without one there is nothing to calibrate."""
+    name = models.RecordingChannel.name
+    return session.scalar(select(name).where(name.contains(".current")).limit(1)) is not None
 
 
 def _count(session: Session, rows: type[models.Base]) -> int:

@@ -94,15 +94,26 @@ def calibrate_table(
             else:
                 left_out.append(found)
     if not done:
-        reasons = [sentence.removeprefix(f"{table.path}: ") for sentence in left_out]
-        raise UnusableInput(
-            phrase(
-                "{file}: no axis can be calibrated: {names}",
-                file=table.path,
-                names=listed(reasons, "; "),
-            )
-        )
+        raise _nothing_calibrated(table, left_out)
     return done, left_out
+
+
+def _nothing_calibrated(table: CutTable, left_out: Sequence[str]) -> UnusableInput:
+    """Return the refusal of a table that calibrates no axis; of one without a current, what to do.
+
+    Its forces were measured, and teach as they are.
+    """
+    names = listed([one.removeprefix(f"{table.path}: ") for one in left_out], "; ")
+    if any(".current" in name for name in table.channels):
+        said = phrase("{file}: no axis can be calibrated: {names}", file=table.path, names=names)
+    else:
+        said = phrase(
+            "{file}: no axis can be calibrated: {names}; forces that were measured need no "
+            "calibration: run 'autodb refresh'",
+            file=table.path,
+            names=names,
+        )
+    return UnusableInput(said)
 
 
 def _together(

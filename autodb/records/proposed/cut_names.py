@@ -23,7 +23,10 @@ _CUTS: dict[str, tuple[str, ...]] = {
         *("material", "werkstoff", "matériau", "matière", "materiale", "stoff"),
         *("workmaterial", "workpiecematerial"),
     ),
-    "tool": ("tool", "werkzeug", "outil", "utensile", "herramienta"),
+    "tool": (
+        *("tool", "werkzeug", "outil", "utensile", "herramienta", "insert", "schneidplatte"),
+        *("wendeschneidplatte", "wendeplatte", "cuttinginsert", "plaquette", "inserto", "plaquita"),
+    ),
     "work.diameter": (
         *("diameter", "durchmesser", "diamètre", "diametro", "diámetro", "od", "ø", "⌀", "dia"),
         *("workdiameter", "workpiecediameter", "werkstückdurchmesser", "rohdurchmesser"),
@@ -92,8 +95,8 @@ def of_a_cut(name: str) -> str:
     ('cutting.feed', 'cutting.depth', 'force.y', '')
     >>> of_a_cut("Fz"), of_a_cut("fz"), of_a_cut("Feed force (N)"), of_a_cut("tool life")
     ('force.z', 'cutting.feed', 'force.z', '')
-    >>> of_a_cut("Ø [mm]"), of_a_cut("Verfahren")
-    ('work.diameter', 'operation')
+    >>> of_a_cut("Ø [mm]"), of_a_cut("Verfahren"), of_a_cut("Schneidplatte")
+    ('work.diameter', 'operation', 'tool')
     """
     if is_channel(name):
         return name

@@ -27,7 +27,13 @@ from autodb.store.models.learning import (
     fleet_prior_parameters,
 )
 from autodb.store.models.machine import Axis, GearRange, Machine
-from autodb.store.models.recording import ChangedEdge, Cut, RecordingChannel, StoredRecording
+from autodb.store.models.recording import (
+    ChangedEdge,
+    Cut,
+    RecordingChannel,
+    StoredRecording,
+    counting_cut,
+)
 from autodb.store.models.sensing import (
     CalibrationVersion,
     DriveScale,
@@ -84,6 +90,7 @@ __all__ = [
     "calibration_repeat",
     "channel_model_mismatch",
     "channel_model_recording",
+    "counting_cut",
     "cutting_parameters_force",
     "cutting_parameters_mismatch",
     "estimator_recording",

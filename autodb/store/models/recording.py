@@ -4,12 +4,14 @@ from typing import Any
 
 from sqlalchemy import (
     CheckConstraint,
+    ColumnElement,
     Connection,
     ForeignKey,
     Index,
     Table,
     UniqueConstraint,
     event,
+    func,
     text,
 )
 from sqlalchemy.orm import Mapped, mapped_column, relationship
@@ -19,6 +21,15 @@ from autodb.store.models.work import Pair, Tool
 
 COUNTING = "uq_recording_counting"
 """The index that has a file count once, of the recordings that are not withdrawn."""
+
+
+def counting_cut(superseded_at: Any) -> ColumnElement[bool]:
+    """Return whether cuts count, for queries of one machine's: by no index of a database.
+
+    Nearly all cuts count, and SQLite takes ``superseded_at IS NULL`` for rare: by its index it goes
+    through the cuts of all machines.
+    """
+    return func.coalesce(superseded_at, "") == ""
 
 
 class StoredRecording(Base):

@@ -6,6 +6,7 @@ What the service counts of itself, as Prometheus reads it.
 import json
 import logging
 import sys
+from asyncio import CancelledError
 from datetime import UTC, datetime
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram
@@ -34,10 +35,16 @@ class AsJson(logging.Formatter):
         return json.dumps(said, ensure_ascii=False)
 
 
+def was_cancelled(record: logging.LogRecord) -> bool:
+    """Return whether a record is of an answer that was cut off: the server that did it says so."""
+    return record.exc_info is not None and isinstance(record.exc_info[1], CancelledError)
+
+
 def begin_logging() -> None:
     """Have the service and its server log as JSON; requests are logged by the service alone."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(AsJson())
+    handler.addFilter(lambda record: not was_cancelled(record))
     for name in ("autodb.web", "uvicorn", "uvicorn.error"):
         logger = logging.getLogger(name)
         logger.handlers[:] = [handler]

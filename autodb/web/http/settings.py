@@ -2,6 +2,7 @@
 
 import ipaddress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from autodb.files.units import SI
@@ -82,7 +83,7 @@ class Settings:
             return self.recordings
         return file_of(self.url).absolute().parent / "recordings"
 
-    @property
+    @cached_property
     def on_loopback(self) -> bool:
         """Whether only programs of this computer reach it."""
         return is_loopback(self.host)
@@ -95,7 +96,7 @@ class Settings:
         """
         return self.on_loopback and not self.names and not self.proxies
 
-    @property
+    @cached_property
     def answers_to(self) -> frozenset[str] | None:
         """Names, in lower case, that a request may call it by; None: any.
 

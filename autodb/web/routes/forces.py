@@ -62,13 +62,14 @@ async def look_up(request: Request, _access: Reads, machine: MachineName) -> Res
     ``notes`` say from what.
     """
     service = service_of(request)
-    known = unchanged(request, service.watched.mark())
+    mark = service.watched.mark()
+    known = unchanged(request, mark)
     if known is not None:
         return known
     query = dict(request.query_params)
     material, tool = pair_of(query)
     cut = cut_of_query(query)
-    found = service.lookup_cache.basis(machine, material, tool)
+    found = service.lookup_cache.basis(machine, material, tool, mark=mark)
     service.metrics.cuts.inc()
     answer = found.basis.of_lot(query.get(LOT)).look_up(cut)
     return responses.conditional(request, LookedUp, answer, found.mark)

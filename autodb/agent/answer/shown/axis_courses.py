@@ -172,7 +172,7 @@ def _air(session: Session, owner: models.Machine, axis: str) -> list[CoursePoint
     recording, cut = models.StoredRecording, models.Cut
     own = recording.machine_id == owner.id
     newest = select(recording.id).where(own).order_by(recording.id.desc()).limit(NEWEST)
-    some = cut.recording_id.in_(newest), cut.superseded_at.is_(None)
+    some = cut.recording_id.in_(newest), models.counting_cut(cut.superseded_at)
     usual = select(cut.operation).where(*some, cut.operation.is_not(None))
     usual = usual.group_by(cut.operation).order_by(func.count().desc()).limit(1)
     means = (

@@ -46,7 +46,7 @@ def _due(session: Session, owner: models.Machine) -> Iterable[DueLine]:
         )
         yield DueLine("mismatch", one.id, said)
     mark, cut = last_mark(session, owner.id), models.Cut
-    new = cut.id > (mark.cut if mark else 0), cut.superseded_at.is_(None)
+    new = cut.id > (mark.cut if mark else 0), models.counting_cut(cut.superseded_at)
     waiting = session.scalar(
         select(func.count(cut.recording_id.distinct()))
         .join(table, table.id == cut.recording_id)
