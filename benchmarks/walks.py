@@ -63,7 +63,7 @@ def commands() -> str:
 def in_browser() -> str:
     """Go the same way in the pages.
 
-    Commands add the machine and a token, and calibrate: no page does.
+    Commands add the machine and a token.
     """
     from playwright.sync_api import expect, sync_playwright
 
@@ -82,9 +82,9 @@ def in_browser() -> str:
             page.goto("/machines/lathe-1/import")
             page.get_by_label("Drop files here").set_input_files(file)
             expect(page.get_by_text("new cuts").first).to_be_visible()
-            if file == "standard-cuts.csv":
-                _autodb("calibrate")
             page.goto("/machines/lathe-1")
+            if file == "standard-cuts.csv":
+                page.get_by_label("calibrate the currents first").check()
             page.get_by_role("button", name="Learn now").click()
             expect(page.get_by_text("lathe-1 is learning").first).to_be_visible()
             expect(page.locator("#learn .said.good")).to_contain_text("Learnt in")

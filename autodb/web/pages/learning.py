@@ -32,11 +32,16 @@ def learning_page(_access: Reads, machine: str) -> Response:
 
 
 @router.post("/machines/{machine:path}/learning")
-def learn_page(request: Request, machine: str, csrf: Annotated[str, Form()] = "") -> Response:
+def learn_page(
+    request: Request,
+    machine: str,
+    csrf: Annotated[str, Form()] = "",
+    calibrate: Annotated[bool, Form()] = False,
+) -> Response:
     """Have a machine learn from what came in; its page then says how far that is."""
     access = allowed(request, Role.OPERATE, csrf, changes=True)
     try:
-        service_of(request).learnings.begin(machine, access)
+        service_of(request).learnings.begin(machine, access, calibrate=calibrate)
     except HTTPException as error:
         if error.status_code not in (CONFLICT, BUSY):
             raise

@@ -143,9 +143,13 @@ class RecordingToShow:
 
 @dataclass(frozen=True)
 class MachineToLearn:
-    """Learn from what a machine's database has that is new: refresh it."""
+    """Learn from what a machine's database has that is new: refresh it.
+
+    ``calibrate``: its axes before that, on the cuts of which forces were measured.
+    """
 
     machine: str
+    calibrate: bool = False
 
     @property
     def path(self) -> Path:
@@ -154,13 +158,20 @@ class MachineToLearn:
 
     def do(self, store: Store, tell: Tell) -> bytes:
         """Return what was learnt, as JSON; the service's own answers go before."""
-        from autodb.agent.learn.passes import RefreshReport
         from autodb.agent.operate.refreshing import refresh  # heavy, and seldom asked for
         from autodb.agent.operate.scheduling import NICE
+        from autodb.agent.sense.calibrating import calibrate_machine
+        from autodb.web.receive.learnt import MachineLearnt
 
         os.nice(NICE)
+        new: int | None = None
+        left_out: tuple[str, ...] = ()
         with presented(ENGLISH):  # the database is
-            return TypeAdapter(RefreshReport).dump_json(refresh(store, self.machine, progress=tell))
+            if self.calibrate:
+                made = calibrate_machine(store, self.machine, progress=tell)
+                new, left_out = sum(made.new), tuple(made.left_out)
+            report = refresh(store, self.machine, progress=tell)
+            return TypeAdapter(MachineLearnt).dump_json(MachineLearnt(report, new, left_out))
 
 
 Task = (

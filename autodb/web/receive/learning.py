@@ -11,7 +11,6 @@ from typing import Literal
 
 from fastapi import HTTPException
 
-from autodb.agent.learn.passes import RefreshReport
 from autodb.agent.operate.access import Access, note
 from autodb.agent.operate.refreshing import UPDATING
 from autodb.agent.rows.machines import owner_named
@@ -22,6 +21,7 @@ from autodb.web.http.logs import LOG
 from autodb.web.http.settings import ReaderBounds
 from autodb.web.receive.apart import MachineToLearn
 from autodb.web.receive.children import Children, FailedWords, Unable
+from autodb.web.receive.learnt import MachineLearnt
 from autodb.wording import Worded, language_of, phrase, stored_msgid
 from autodb.wording.kept import stored_sentence
 
@@ -62,7 +62,7 @@ class LearningSaid:
     pair_k: int | None = None
     pairs_n: int | None = None
     took_s: float = 0.0
-    learnt: RefreshReport | None = None
+    learnt: MachineLearnt | None = None
     refused: Worded | None = None
 
     @property
@@ -85,8 +85,8 @@ class Learnings:
         with self._lock:
             return self._known.get(machine)
 
-    def begin(self, machine: str, by: Access) -> None:
-        """Have a machine learn; note who asked for it.
+    def begin(self, machine: str, by: Access, *, calibrate: bool = False) -> None:
+        """Have a machine learn, calibrated anew before if so asked; note who asked for it.
 
         Raises NotThere for a machine that is not there, HTTPException where it learns already, or
         too many do.
@@ -108,20 +108,23 @@ class Learnings:
             self._threads = [one for one in self._threads if one.is_alive()]
         try:
             with self._store.writing() as session:
-                note(session, by, "learning started", row=("machine", owner))
+                action = "calibration and learning started" if calibrate else "learning started"
+                note(session, by, action, row=("machine", owner))
         except BaseException:
             with self._lock:
                 del self._known[machine]
             raise
-        thread = threading.Thread(target=self._learn, args=(machine,), name=f"learns {machine}")
+        task = MachineToLearn(machine, calibrate)
+        thread = threading.Thread(target=self._learn, args=(task,), name=f"learns {machine}")
         with self._lock:
             self._threads.append(thread)
         thread.start()
 
-    def _learn(self, machine: str) -> None:
+    def _learn(self, task: MachineToLearn) -> None:
+        machine = task.machine
         try:
-            learnt: RefreshReport = self._children.do(
-                MachineToLearn(machine), RefreshReport, self._bounds,
+            learnt: MachineLearnt = self._children.do(
+                task, MachineLearnt, self._bounds,
                 lambda step: self._at(machine, step), failed=LEARNING,
             )  # fmt: skip
             self._end(machine, state="done", learnt=learnt)
@@ -147,7 +150,7 @@ class Learnings:
         machine: str,
         *,
         state: State,
-        learnt: RefreshReport | None = None,
+        learnt: MachineLearnt | None = None,
         refused: Worded | None = None,
     ) -> None:
         with self._lock:
