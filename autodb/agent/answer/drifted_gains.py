@@ -94,7 +94,7 @@ def sensed_beside_expected(
         .where(
             cut.recording_id == recording.id,
             cut.id <= span.upto,
-            cut.superseded_at.is_(None),
+            models.counting_cut(cut.superseded_at),
             force.calibration_id.in_(current),
             force.value_N.is_not(None),
         )

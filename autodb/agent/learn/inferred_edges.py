@@ -131,7 +131,7 @@ def _newest_after(session: Session, machine_id: int, pair_id: int, upto: int) ->
             models.Cut.recording.has(machine_id=machine_id),
             models.Cut.pair_id == pair_id,
             models.Cut.id <= upto,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
         )
         .order_by(models.Cut.id.desc())
         .limit(NEWEST)

@@ -112,7 +112,7 @@ def excluded_cuts(
         models.Cut.recording.has(machine_id=machine_id),
         models.Cut.pair_id == pair_id,
         models.Cut.id <= upto,
-        models.Cut.superseded_at.is_(None),
+        models.counting_cut(models.Cut.superseded_at),
         models.Cut.id.in_(
             select(models.SensedForce.cut_id).where(
                 models.SensedForce.cut_id > after, models.SensedForce.value_N.is_not(None)

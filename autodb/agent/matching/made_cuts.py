@@ -69,7 +69,7 @@ def _recordings(
             row.imported_at >= since,
             models.Cut.id > after,
             models.Cut.id <= upto,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             Link.id.is_(None),
         )
     )
@@ -86,7 +86,7 @@ class _Recording:
         self._row = session.get_one(models.StoredRecording, number)
         newest = session.scalars(
             select(models.Cut)
-            .where(models.Cut.recording_id == number, models.Cut.superseded_at.is_(None))
+            .where(models.Cut.recording_id == number, models.counting_cut(models.Cut.superseded_at))
             .order_by(models.Cut.id.desc())
             .limit(AT_ONCE)
         )

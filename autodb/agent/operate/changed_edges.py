@@ -198,7 +198,7 @@ def _counted_anew(session: Session, machine_id: int, cuts: Sequence[models.Cut])
 
 
 def _counts(row: models.ChangedEdge) -> tuple[ColumnElement[bool], ...]:
-    return models.Cut.edge_change_id == row.id, models.Cut.superseded_at.is_(None)
+    return models.Cut.edge_change_id == row.id, models.counting_cut(models.Cut.superseded_at)
 
 
 def _how_many(session: Session, row: models.ChangedEdge) -> int:

@@ -64,7 +64,7 @@ def of_change(
 
     None: of none.
     """
-    counting = select(models.Cut).where(models.Cut.superseded_at.is_(None))
+    counting = select(models.Cut).where(models.counting_cut(models.Cut.superseded_at))
     if change is not None:
         return counting.where(models.Cut.edge_change_id == change.id)
     return counting.where(

@@ -94,7 +94,7 @@ def _stands(session: Session, first: models.Cut) -> bool:
     own = select(models.Cut.edge_change_id).where(
         models.Cut.recording.has(machine_id=first.recording.machine_id),
         models.Cut.pair_id == first.pair_id,
-        models.Cut.superseded_at.is_(None),
+        models.counting_cut(models.Cut.superseded_at),
     )
     before = own.where(models.Cut.id < first.id).order_by(models.Cut.id.desc()).limit(AROUND)
     after = own.where(models.Cut.id >= first.id).order_by(models.Cut.id).limit(AROUND)

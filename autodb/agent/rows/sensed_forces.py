@@ -103,7 +103,7 @@ def _sensed(machine_id: int, pair_id: int) -> Select[models.SensedForce]:
         .where(
             models.Cut.recording.has(machine_id=machine_id),
             models.Cut.pair_id == pair_id,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             models.SensedForce.value_N.is_not(None),
         )
     )

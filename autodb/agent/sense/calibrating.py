@@ -296,7 +296,10 @@ def _calibration_cuts(
     query = (
         select(models.Cut)
         .join(models.StoredRecording)
-        .where(models.StoredRecording.machine_id == machine_id, models.Cut.superseded_at.is_(None))
+        .where(
+            models.StoredRecording.machine_id == machine_id,
+            models.counting_cut(models.Cut.superseded_at),
+        )
         .order_by(models.Cut.recording_id, models.Cut.number)
     )
     if recordings is not None:

@@ -69,7 +69,7 @@ def _sensed(
         .join(models.StoredRecording)
         .where(
             models.StoredRecording.machine_id == machine_id,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             models.Cut.operation == cut.operation,
             force.value_N.is_not(None),
             force.calibration_id.is_not(None),

@@ -65,7 +65,7 @@ def take_measured(session: Session, owner: models.Machine, span: Span) -> None:
         .where(
             models.Cut.id > span.after,
             models.Cut.id <= span.upto,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             models.Cut.recording.has(machine_id=owner.id),
         )
         .order_by(models.Cut.id)
@@ -248,7 +248,7 @@ def _waiting(session: Session, owner: models.Machine) -> list[WaitingCut]:
         .where(
             models.Cut.recording_id.in_(over_time),
             models.Cut.pair_id.is_not(None),
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             ~taken,
         )
         .order_by(models.Cut.id)

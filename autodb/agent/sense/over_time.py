@@ -267,7 +267,7 @@ def _waiting(session: Session, owner: models.Machine, sensors: list[int]) -> lis
             models.StoredRecording.machine_id == owner.id,
             models.StoredRecording.kind == "series",
             models.Cut.pair_id.is_not(None),
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             models.Cut.id > before,
             ~looked_at,
         )

@@ -51,7 +51,8 @@ def known_otherwise(session: Session, machine_id: int) -> bool:
     own = select(models.Estimator.id).where(models.Estimator.machine_id == machine_id)
     measured = models.SensedForce.estimator == MEASURED
     measured &= models.SensedForce.cut.has(
-        models.Cut.recording.has(machine_id=machine_id) & models.Cut.superseded_at.is_(None)
+        models.Cut.recording.has(machine_id=machine_id)
+        & models.counting_cut(models.Cut.superseded_at)
     )
     query = select(models.SensedForce.id).where(
         models.SensedForce.estimator_id.in_(own) | measured, models.SensedForce.value_N.is_not(None)
@@ -65,7 +66,7 @@ def _cuts(machine_id: int, span: Span) -> Select[models.Cut]:
         .where(
             models.Cut.id > span.after,
             models.Cut.id <= span.upto,
-            models.Cut.superseded_at.is_(None),
+            models.counting_cut(models.Cut.superseded_at),
             models.Cut.recording.has(machine_id=machine_id),
         )
         .order_by(models.Cut.id)

@@ -186,7 +186,7 @@ class _PairPools:
             cut.recording.has(machine_id=self.owner.id),
             cut.pair_id == pair.id,
             cut.id <= self._strange.upto,
-            cut.superseded_at.is_(None),
+            models.counting_cut(cut.superseded_at),
         )
         if asked is None:
             newest = newest.order_by(cut.id.desc()).limit(MOST)
