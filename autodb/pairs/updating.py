@@ -27,7 +27,7 @@ from scipy.linalg.lapack import dtrtri, dtrtrs
 from autodb.cutting.turning import TURNED
 from autodb.errors import UnusableInput
 from autodb.fitting.gaussian import Gaussian, root_of
-from autodb.fitting.rounds import MIXED_ROUNDS, NotSettled, stationary
+from autodb.fitting.rounds import NotSettled, stationary
 from autodb.pairs.modelled import FORCE, Modelled, Seen
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, PassiveKnown, Scatter
@@ -39,6 +39,8 @@ STEPS, CLOSE = 20, 0.3
 """Steps with one noise, and how near, in standard deviations, the maximum has to be for one step to
 be enough. Chosen."""
 HALVINGS = 8
+RESTLESS = 150
+"""Rounds after which a step that overshoots is shortened. Chosen: what rests does so in fewer."""
 TOLD, STRAIGHT, SHORTEST = 1e-10, 0.8, 0.1
 """Share of the misfit that a step must promise for its bend to be told from rounding, length of a
 step from which on it is left as it is, and the shortest. Chosen."""
@@ -296,7 +298,7 @@ class _Rounds:
             return float(left @ left + z @ z)
 
         best = misfit(seen, z)
-        if self._rounds > MIXED_ROUNDS and promised > TOLD * best:
+        if self._rounds > RESTLESS and promised > TOLD * best:
             bend = misfit(self._model.seen(self._mean(z + step)), z + step) - best + 2.0 * promised
             length = promised / bend if bend > 0.0 else 1.0
             self._length = 1.0 if length > STRAIGHT else max(length, SHORTEST)

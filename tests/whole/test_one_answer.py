@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.cutting.elements import cut_forces, engaged_mm, force_parts
-from autodb.fitting.rounds import NotSettled, stationary
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.observed import Observed
 from autodb.pairs.posterior import OWN, PairPosterior, Shared
@@ -108,27 +107,3 @@ def test_wear_moves_with_its_readings() -> None:
     law = np.sqrt(np.diag(found.state.covariance))[:OWN]
     moved_by = np.abs(found.state.mean - other.state.mean)[:OWN][law > 0] / law[law > 0]
     assert moved_by.max() < 1e-3
-
-
-def test_rounds_end_where_they_come_to_rest() -> None:
-    """x ← A x + b with eigenvalues up to 0.999: after 12 rounds what a million rounds give."""
-    rng = np.random.default_rng(0)
-    turned = np.linalg.qr(rng.standard_normal((5, 5)))[0]
-    matrix = turned @ np.diag([0.999, 0.9, 0.5, 0.1, -0.3]) @ turned.T
-    shift, calls = rng.standard_normal(5), 0
-
-    def moved(x: Array) -> tuple[Array, Array]:
-        nonlocal calls
-        calls += 1
-        return matrix @ x + shift, np.full(5, 1000.0)
-
-    found = stationary(moved, np.zeros(5))
-    np.testing.assert_allclose(found, np.linalg.solve(np.eye(5) - matrix, shift), rtol=1e-5)
-    assert calls < 15
-
-
-def test_rounds_that_never_rest_are_said_so() -> None:
-    with pytest.raises(NotSettled, match="after 1000 rounds"):
-        stationary(lambda x: (-x + 1e3, np.ones(1)), np.array([7.0]), settled=-1.0)
-    found = stationary(lambda x: (-x + 1e3, np.ones(1)), np.array([7.0]), settled=-1.0, enough=1e-3)
-    np.testing.assert_allclose(found, 500.0, atol=1e-3)
