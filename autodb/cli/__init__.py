@@ -21,7 +21,7 @@ from autodb.errors import UnusableInput, printable
 from autodb.files.excuses import excuse
 from autodb.wording import ENGLISH, presented
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 YOUNG = 20_000
 """New objects after which garbage is searched for. Chosen: what a command imports is no garbage,
 and the 700 of Python search it a thousand times, an eighth of a look-up's time."""
@@ -71,7 +71,10 @@ def _alone(
 
 
 def run(arguments: list[str] | None = None) -> int:
-    """Run one command and return its exit status: 0 answered, 2 unusable input, 130 interrupted."""
+    """Run one command and return its exit status: 0 answered, 2 unusable input, 130 interrupted.
+
+    Told to end by SIGTERM it is 143, but for what goes on until it is told so: 0.
+    """
     with presented(ENGLISH):  # until a command says for whom it answers
         return _run(arguments)
 
@@ -87,11 +90,11 @@ def _run(arguments: list[str] | None) -> int:
             show()
         return int(getattr(error, "exit_code", 2))
     except Stopped:
-        return INTERRUPTED
+        return 0 if signal.SIGTERM in _told else INTERRUPTED
     except (typer.Abort, KeyboardInterrupt):
         return _interrupted()
     except Exception as error:
-        if _pressed:  # an interrupt inside a library's import surfaces as that library's error
+        if _told:  # an interrupt inside a library's import surfaces as that library's error
             return _interrupted()
         said = excuse(error)
         if said is None:
@@ -139,23 +142,25 @@ def _with_those_below(path: str, command: Any) -> Iterator[tuple[str, Any]]:
             yield from _with_those_below(f"{path} {name}", one)
 
 
-_pressed: list[int] = []
+_told: list[int] = []
+"""Signals that told this process to end."""
 
 
 def _interrupted() -> int:
     typer.echo("autodb: interrupted; nothing was half-written", err=True)
-    return INTERRUPTED
+    return TERMINATED if signal.SIGTERM in _told else INTERRUPTED
 
 
-def _on_interrupt(number: int, frame: FrameType | None) -> None:
-    _pressed.append(number)
+def _on_signal(number: int, frame: FrameType | None) -> None:
+    _told.append(number)
     signal.default_int_handler(number, frame)
 
 
 def main() -> None:
     """Enter from the command line."""
     gc.set_threshold(YOUNG)
-    signal.signal(signal.SIGINT, _on_interrupt)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _on_signal)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without our letters shows a ?
