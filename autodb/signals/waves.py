@@ -44,7 +44,19 @@ def strongest_wave(
     for number in range(len(finer)):
         exact[number] = abs(turned @ weight) ** 2
         turned *= step
-    return float(finer[int(np.argmax(exact))]), int(open_ones.sum()) // 4
+    return _peak(finer, exact), int(open_ones.sum()) // 4
+
+
+def _peak(at: Array, height: Array) -> float:
+    """Return where a curve (n,) over even places is highest, between them by a parabola."""
+    best = int(np.argmax(height))
+    if not 0 < best < len(at) - 1:
+        return float(at[best])
+    before, top, after = height[best - 1 : best + 2]
+    bend = before - 2.0 * top + after
+    return float(
+        at[best] + (0.5 * (before - after) / bend if bend < 0.0 else 0.0) * (at[1] - at[0])
+    )
 
 
 @dataclass(frozen=True)

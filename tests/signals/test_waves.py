@@ -20,6 +20,17 @@ def test_waves_over_a_range_run_to_and_fro(waves: float) -> None:
     assert_allclose(found[0], waves, atol=0.05)
 
 
+def test_waves_that_differ_by_little_are_found_to_differ_by_as_little() -> None:
+    place = np.random.default_rng(5).uniform(0.0, 1.0, 4000)
+    found = []
+    for waves in (23.456, 23.459):
+        sine = np.cos(2.0 * np.pi * waves * (place - place.min()) / np.ptp(place))
+        one = strongest_wave(place, sine, np.ones_like, fewest=1.0)
+        assert one is not None
+        found.append(one[0])
+    assert_allclose(found[1] - found[0], 0.003, atol=2e-4)
+
+
 def test_a_wave_of_little_more_than_two_rows_is_found() -> None:
     """One speed, 930 rows: 360 waves, as a motor's slots pass."""
     place = np.linspace(0.0, 300.0, 930)

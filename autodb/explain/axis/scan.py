@@ -38,6 +38,8 @@ Chosen."""
 SHORTEST_LOAD_S = 0.2
 INSIDE = 0.02
 """A load begins and ends this share of the recording from its ends; else it is a change."""
+FOUND_WITHIN = 0.2
+"""Waves over the recording within which a ripple's number of them is found. Chosen."""
 CORNER = (12, 6)
 PLACES = 60
 """Parts of the travel that a rough stretch is made of."""
@@ -156,6 +158,9 @@ def travel_ripple(
 ) -> Candidate:
     """Return the candidate of ripples with so many waves over the travel of the recording: of the
     first alone, with its multiples, and of the first with so many more of the others.
+
+    Each was found by itself, so that the period may give by no more than the finest of them allows:
+    one that lost its place would fit as well at every wave further on.
     """
     start, travel = float(s.frame.position.min()), float(np.ptp(s.frame.position))
     first = waves[0]
@@ -171,11 +176,15 @@ def travel_ripple(
         return np.column_stack([ripple((1, 2, 3, 4), period), ripple((1,), period) * slow[:, None]])
 
     name = "position_friction" if along else "cogging"
-    within = {"period": (period * (1 - 0.2 / first), period * (1 + 0.2 / first))}
     shape = {"period": period}
+
+    def within(most: float) -> dict[str, tuple[float, float]]:
+        give = FOUND_WITHIN / most
+        return {"period": (period * (1.0 - give), period * (1.0 + give))}
+
     alone = tuple(
         CandidateForm(
-            partial(ripple, o), shape, within, names=("cosine", "sine") if o == (1,) else (),
+            partial(ripple, o), shape, within(first), names=("cosine", "sine") if o == (1,) else (),
             tries=tries,
         )
         for o in ((1,), (1, 2), (1, 2, 3))
@@ -183,8 +192,8 @@ def travel_ripple(
     orders = tuple(one / first for one in waves)
     together = tuple(
         CandidateForm(
-            partial(ripple, orders[:count]), shape, within, names=_names(orders[:count]),
-            tries=float(tries) ** count,
+            partial(ripple, orders[:count]), shape, within(max(waves[:count])),
+            names=_names(orders[:count]), tries=float(tries) ** count,
         )
         for count in RIPPLES if count <= len(waves)
     )  # fmt: skip
@@ -225,7 +234,9 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Candidate | None:
         CandidateForm(
             partial(ripple, orders),
             shape={"period": period},
-            within={"period": (period * (1 - 0.2 / waves), period * (1 + 0.2 / waves))},
+            within={
+                "period": (period * (1 - FOUND_WITHIN / waves), period * (1 + FOUND_WITHIN / waves))
+            },
             tries=tries,
         )
         for orders in ((1,), (1, 2), (1, 2, 3))

@@ -328,6 +328,17 @@ def test_what_scans_found_is_built_anew_with_its_values() -> None:
         _same_as_recorded(found.forms, found.anew(replace(s, like=s)).forms)
 
 
+def test_the_finest_ripple_keeps_its_place_at_every_period() -> None:
+    """However far a period may give: three waves more would fit about as well."""
+    s = _gravity_or_asymmetry().signals
+    waves = (4.2, 17.3, 90.1)
+    for form in travel_ripple(s, 0, waves, 9, along=False).forms[3:]:
+        columns = form.build().shape[1] // 2
+        period = form.shape["period"]
+        more = max(waves[:columns]) * np.abs(period / np.array(form.within["period"]) - 1.0)
+        assert_allclose(more, 0.2, rtol=0.05)
+
+
 def test_a_shape_that_another_move_does_not_have_adds_nothing_there() -> None:
     """Signs that were fitted to what was recorded are not there where nothing was recorded."""
     reading = _gravity_or_asymmetry()
