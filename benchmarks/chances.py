@@ -1,11 +1,12 @@
 """`python -m benchmarks.chances [DRAWS]`: chances to exceed a limit, beside how often it is.
 
-Truths are drawn from what is believed of a pair before it is cut: numbers from what any metal may
-have, a law that is near, far or farther off, its errors in the operation, and what its cuts scatter
-by. They are cut by the whole law, and known as a shop knows them: not at all, from a card that is
-off, from cuts sensed with gains that are off, or from both. Of the next cut the chance that its
-force is above a limit is compared with how often it is. A column is a limit that is said to be
-exceeded with that chance, a number how much more often it is, in points.
+Truths are drawn from what is believed of a pair: numbers from what any metal may have, errors of
+the law in the operation, and what its cuts scatter by. A law is near before a cut is made, and may
+be far or farther off where cuts tell. They are cut by the whole law, and known as a shop knows
+them: not at all, from a card that is off, from cuts sensed with gains that are off, or from both.
+Of the next cut the chance that its force is above a limit is compared with how often it is. A
+column is a limit that is said to be exceeded with that chance, a number how much more often it is,
+in points.
 """
 
 import sys
@@ -76,7 +77,7 @@ def _all(draws: int) -> Iterator[tuple[str, float]]:
 def _drawn(rng: np.random.Generator, operation: str, *, card: bool, count: int) -> Iterator[float]:
     turns = operation in SENSED
     rows = [(_turned if turns else _milled)(rng) for _ in range(count + 1)]
-    truth, forces = _truth(rng, _cuts(operation, rows))
+    truth, forces = _truth(rng, _cuts(operation, rows), far=FAR_ODDS if count else 0.0)
     posterior = any_metal()
     if card:
         posterior = of_card(_card(rng, truth))
@@ -110,9 +111,12 @@ def _milled(rng: np.random.Generator) -> Conditions:
     }  # fmt: skip
 
 
-def _truth(rng: np.random.Generator, cuts: PairCuts) -> tuple[Array, Array]:
-    """Return the numbers of a drawn pair, and what its cuts take (n, 5)."""
-    odds = np.array([1.0, FAR_ODDS, FAR_ODDS])
+def _truth(rng: np.random.Generator, cuts: PairCuts, *, far: float) -> tuple[Array, Array]:
+    """Return the numbers of a drawn pair, and what its cuts take (n, 5).
+
+    ``far``: the odds that its law is far off, and that it is farther off.
+    """
+    odds = np.array([1.0, far, far])
     law = (NEAR, FAR, FARTHER)[rng.choice(3, p=odds / odds.sum())]
     known: PairPosterior = replace(any_metal(), off_law=law)
     known = known.also((*known.law_errors(cuts.operation), *cuts.assumed))

@@ -43,6 +43,8 @@ expansion holds. Chosen."""
 WIDE = 0.1
 """Standard deviation of what is open of the law, a share of the force, from which on it is looked
 how the law bends. Chosen: below, chances beyond a limit move by less than a point."""
+AT_ONCE = 64
+"""Cuts whose forces by laws apart are worked out at once. Chosen: of a mill they take 20 MB."""
 ALL = 0.999
 """Share of a force from which on it is taken to be all along the cutting speed."""
 
@@ -284,12 +286,14 @@ def _skew(
     H: what counts is how the law bends along d = V g, where the force leads the posterior. Errors
     of the law and of what is assumed are linear, and bend nothing.
     """
+    forces = np.moveaxis(slopes[:, :3], 1, 0)
+    led = forces @ known.state.covariance
+    size = np.sqrt(np.maximum(np.vecdot(led, forces), TINY_N**2))
+    bent = _bends(known, cuts, led[..., :OWN] / size[..., None], over)[0]
     skew = np.zeros_like(sd)
     for k in range(3):
-        led = slopes[:, k] @ known.state.covariance
-        size = np.sqrt(np.maximum(np.vecdot(led, slopes[:, k]), TINY_N**2))
-        bent = _bends(known, cuts, led[:, :OWN] / size[:, None], over)[0][:, k]
-        skew[:, k] = np.clip(size**2 * bent / np.maximum(sd[:, k], TINY_N) ** 3, -MOST, MOST)
+        third = size[k] ** 2 * bent[k, :, k] / np.maximum(sd[:, k], TINY_N) ** 3
+        skew[:, k] = np.clip(third, -MOST, MOST)
     return skew
 
 
@@ -311,15 +315,15 @@ def _at_middle(
     has one sign in its logarithm. After readings V is that of a tangent, along which forces bend
     while the numbers that give the same readings do not: nothing is added then.
     """
-    ways = [np.broadcast_to(way, (len(found.mean), OWN)) for way in root_of(ANY.covariance).T]
-    bent, in_log = np.sum([_bends(known, cuts, way, over) for way in ways], axis=0)
-    for k in range(found.mean.shape[1]):
-        slopes = found.slopes[:, k, :OWN]
-        led = slopes @ ANY.covariance
-        size = np.sqrt(np.maximum(np.vecdot(led, slopes), TINY_N**2))
-        own = _bends(known, cuts, led / size[:, None], over)
-        bent[:, k] -= own[0][:, k]
-        in_log[:, k] -= own[1][:, k]
+    slopes = np.moveaxis(found.slopes[..., :OWN], 1, 0)
+    led = slopes @ ANY.covariance
+    size = np.sqrt(np.maximum(np.vecdot(led, slopes), TINY_N**2))
+    root = root_of(ANY.covariance).T
+    ways = np.broadcast_to(root[:, None], (len(root), *led.shape[1:]))
+    each = _bends(known, cuts, np.concatenate([ways, led / size[..., None]]), over)
+    bent, in_log = (
+        one[: len(root)].sum(axis=0) - np.einsum("knk->nk", one[len(root) :]) for one in each
+    )
     signed, more = one_sign(found.along), np.exp(0.5 * in_log)
     return replace(
         found,
@@ -331,13 +335,21 @@ def _at_middle(
 def _bends(
     known: PairPosterior, cuts: PairCuts, towards: Array, over: Shares | None
 ) -> tuple[Array, Array]:
-    """Return how forces, torque and power (n, 5) bend between one step (n, OWN) to either side.
+    """Return how forces, torque and power (k, n, 5) bend between steps (k, n, OWN) to either side.
 
     With it the same of their logarithms; 0 of those that change their sign.
     """
-    theta = known.state.mean[:OWN, None]
-    each = (towards if over is None else over.of_steps(towards)).T
-    three = [forces_by_laws(theta + sign * each, cuts.elements) for sign in (-1.0, 0.0, 1.0)]
-    low, here, high = three if over is None else map(over.means, three)
-    ratio = np.divide(low * high, here**2, out=np.ones_like(here), where=low * high > 0.0)
-    return low + high - 2.0 * here, np.log(ratio)
+    each = towards if over is None else np.array([over.of_steps(one) for one in towards])
+    moved = np.concatenate([-each, each, np.zeros_like(each[:1])])
+    several = max(AT_ONCE // cuts.elements.count, 1)
+    forces = []
+    for begin in range(0, len(moved), several):
+        some = moved[begin : begin + several]
+        theta = known.state.mean[:OWN] + some.reshape(-1, OWN)
+        joined = joined_elements([cuts.elements] * len(some))
+        found = forces_by_laws(theta.T, joined).reshape(*some.shape[:2], -1)
+        forces += [*found] if over is None else [over.means(one) for one in found]
+    low, high, here = forces[: len(each)], forces[len(each) : -1], forces[-1]
+    product = np.array(low) * np.array(high)
+    ratio = np.divide(product, here**2, out=np.ones_like(product), where=product > 0.0)
+    return np.array(low) + np.array(high) - 2.0 * here, np.log(ratio)
