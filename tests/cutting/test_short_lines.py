@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting import pieces
-from autodb.cutting.contour import ContourEngagement, engagement
+from autodb.cutting.contour import engagement
+from autodb.cutting.engaged_steps import ContourEngagement
 from autodb.cutting.stock import Stock, bar
 from autodb.errors import UnusableInput
 from autodb.nc.reading import TurningProgram, turning_program
