@@ -8,9 +8,9 @@ import pytest
 from autodb.files.job import JobProgram, ProgramTool
 from autodb.forward.programs import follow
 
-LATHE, MILL = 450, 420
-"""Bytes a line: a lathe's step takes 88 and a move 76, the others are passing. As objects a line of
-a lathe takes 816."""
+LATHE, MILL = 520, 450
+"""Bytes a line: 88 of a lathe's step and 76 of a move, the others in passing; some 400 in all. Steps
+that are put together once more, and moves as objects, take above 800."""
 LINES = 2000
 
 
@@ -39,7 +39,7 @@ def _peak_bytes(job: JobProgram) -> int:
 def test_a_line_takes_few_bytes_up_to_its_cuts(kind: str, most: int, tmp_path: Path) -> None:
     """Of twice the lines the peak grows by no more than that for each."""
     peaks = []
-    for lines in (LINES, 2 * LINES):
+    for lines in (10, LINES, 2 * LINES):  # the first loads what is loaded once
         path = tmp_path / f"{lines}.nc"
         path.write_text(_turned(lines) if kind == "lathe" else _milled(lines), encoding="utf-8")
         if kind == "lathe":
@@ -50,4 +50,4 @@ def test_a_line_takes_few_bytes_up_to_its_cuts(kind: str, most: int, tmp_path: P
                 file=str(path), block_mm=(0.0, 201.0, 0.0, 10.0, -5.0, 0.0), tools={"other": tool}
             )
         peaks.append(_peak_bytes(job))
-    assert (peaks[1] - peaks[0]) / LINES < most
+    assert (peaks[2] - peaks[1]) / LINES < most
