@@ -9,8 +9,8 @@ from autodb.files.job import JobProgram, ProgramTool
 from autodb.forward.programs import follow
 
 LATHE, MILL = 520, 450
-"""Bytes a line: 88 of a lathe's step and 76 of a move, the others in passing; some 400 in all. Steps
-that are put together once more, and moves as objects, take above 800."""
+"""Bytes a line: 88 of a lathe's step and 76 of a move, the others in passing; some 400 in all.
+Steps that are put together once more, and moves as objects, take above 800."""
 LINES = 2000
 
 
