@@ -1,14 +1,17 @@
 """`python -m benchmarks.chances [DRAWS]`: chances to exceed a limit, beside how often it is.
 
-Truths are drawn from what any metal may have, with the law's errors in the operation, cut by the
-whole law with scatter, and known as a shop knows them: not at all, from a card that is off, from
-cuts sensed with gains that are off, or from both. Of the next cut the chance that its force is
-above a limit is compared with how often it is. A column is a limit that is said to be exceeded
-with that chance, a number how much more often it is, in points.
+Truths are drawn from what is believed of a pair: numbers from what any metal may have, errors of
+the law in the operation, and what its cuts scatter by. A law is near before a cut is made, and may
+be far or farther off where cuts tell. They are cut by the whole law, and known as a shop knows
+them: not at all, from a card that is off, from cuts sensed with gains that are off, or from both.
+Of the next cut the chance that its force is above a limit is compared with how often it is. A
+column is a limit that is said to be exceeded with that chance, a number how much more often it is,
+in points.
 """
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +19,20 @@ from numpy.typing import NDArray
 from autodb.cutting import shear
 from autodb.fitting.gaussian import Gaussian
 from autodb.forward.prediction import chance_above, intervals
-from autodb.pairs.averaging import learn_averaging
+from autodb.pairs.averaging import FAR_ODDS, learn_averaging
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.observed import Observed, PairCuts
-from autodb.pairs.posterior import OWN, PairPosterior, Scatter, Shared
+from autodb.pairs.posterior import (
+    FAR,
+    FARTHER,
+    FEWEST,
+    NEAR,
+    OWN,
+    PairPosterior,
+    Scatter,
+    Shared,
+)
 from autodb.pairs.prior import CardForces, any_metal, of_card
 
 Array = NDArray[np.float64]
@@ -65,7 +77,7 @@ def _all(draws: int) -> Iterator[tuple[str, float]]:
 def _drawn(rng: np.random.Generator, operation: str, *, card: bool, count: int) -> Iterator[float]:
     turns = operation in SENSED
     rows = [(_turned if turns else _milled)(rng) for _ in range(count + 1)]
-    truth, forces = _truth(rng, _cuts(operation, rows))
+    truth, forces = _truth(rng, _cuts(operation, rows), far=FAR_ODDS if count else 0.0)
     posterior = any_metal()
     if card:
         posterior = of_card(_card(rng, truth))
@@ -99,15 +111,19 @@ def _milled(rng: np.random.Generator) -> Conditions:
     }  # fmt: skip
 
 
-def _truth(rng: np.random.Generator, cuts: PairCuts) -> tuple[Array, Array]:
-    """Return the numbers of a drawn pair, and what its cuts take (n, 5)."""
-    known: PairPosterior = any_metal()
+def _truth(rng: np.random.Generator, cuts: PairCuts, *, far: float) -> tuple[Array, Array]:
+    """Return the numbers of a drawn pair, and what its cuts take (n, 5).
+
+    ``far``: the odds that its law is far off, and that it is farther off.
+    """
+    odds = np.array([1.0, far, far])
+    law = (NEAR, FAR, FARTHER)[rng.choice(3, p=odds / odds.sum())]
+    known: PairPosterior = replace(any_metal(), off_law=law)
     known = known.also((*known.law_errors(cuts.operation), *cuts.assumed))
     drawn = rng.multivariate_normal(known.state.mean, known.state.covariance)
-    scatter = Scatter(known.scatter.share, np.full(2, np.inf))  # its own, which it knows
-    its = PairPosterior(
-        Gaussian(drawn, known.state.covariance), known.shared, scatter, 0, known.off_law
-    )
+    share = known.scatter.share * np.sqrt(FEWEST / rng.chisquare(FEWEST, 2))
+    scatter = Scatter(share, np.full(2, np.inf))  # its own, which it knows
+    its = PairPosterior(Gaussian(drawn, known.state.covariance), known.shared, scatter, 0, law)
     score = rng.standard_normal((cuts.elements.count, 5))
     score[:, 3:] = score[:, 1:2]
     own = np.sqrt(forecast(its, cuts).own)

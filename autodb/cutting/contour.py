@@ -24,15 +24,15 @@ a radius of 10 a, by 4 % at 45°, 11 % at 60°, 45 % at 80°. Turning from outsi
 Source: geometry, derived here.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.cutting.engaged_steps import ContourEngagement, EngagedSteps
 from autodb.cutting.pieces import Piece, pieces, pieces_of
 from autodb.cutting.stock import Stock
-from autodb.cutting.turning import speed_m_min
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, CuttingSpeed, Linear, Move, Rapid
 from autodb.wording import localized, phrase
@@ -40,7 +40,7 @@ from autodb.wording import localized, phrase
 Array = NDArray[np.float64]
 
 LONGEST_M = 500.0
-"""How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm on a cone takes 160 bytes."""
+"""How far moves may go, at feed and rapid. Chosen: a step of 0.05 mm on a cone takes 88 bytes."""
 SQUARE_SHARE = 1e-9
 """A direction's cosine off 1 by less is along the axis: rounding."""
 STEEPEST_DEG = 70.0
@@ -48,39 +48,8 @@ STEEPEST_DEG = 70.0
 tools with inserts of 35° can do; what is steeper is a groove."""
 ALIKE = 1e-9
 """Share by which steps that do the same may differ: rounding."""
-TOGETHER = 500
-"""Pieces of a way whose rows are put together. Chosen: each alone takes 2 kB beside its numbers."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
-
-
-@dataclass(frozen=True)
-class ContourEngagement:
-    """What the tool does in the middle of every step at a feed, each (n,).
-
-    ``path_mm`` way since the first of them, ``step_mm`` its length, ``x_mm`` radius and ``z_mm`` of
-    the tip, ``along_x`` and ``along_z`` unit feed, ``depth_mm`` (0: in air), ``outer_mm`` the
-    largest radius cut, ``feed_mm_rev``, ``speed_rpm``, ``speed_m_min`` at ``outer_mm``, ``time_s``
-    at feed since the first of them (rapids and rests take none), ``line`` of the program.
-    """
-
-    path_mm: Array
-    step_mm: Array
-    x_mm: Array
-    z_mm: Array
-    along_x: Array
-    along_z: Array
-    depth_mm: Array
-    outer_mm: Array
-    feed_mm_rev: Array
-    speed_rpm: Array
-    speed_m_min: Array
-    time_s: Array
-    line: NDArray[np.int_]
-
-    def removed_mm3(self) -> Array:
-        """Return the volume that each step removes: V = 2π r a ds, (n,), mm³."""
-        return np.pi * (np.maximum(self.x_mm, 0.0) + self.outer_mm) * self.depth_mm * self.step_mm
 
 
 def engagement(
@@ -105,26 +74,37 @@ def engagement(
         )
     ends_mm = piece_ends_mm(moves, source=source, step_mm=step_mm)
     stock = stock.divided(ends_mm, cell_mm=step_mm)
-    rows, after = engaged_moves(
-        moves, stock, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean
+    steps = EngagedSteps()
+    after = engaged_moves(
+        moves, stock, steps, source=source, step_mm=step_mm, edge_mm=edge_mm, lean=lean
     )
-    return joined(rows), after
+    return steps.since()[0], after
 
 
-def piece_ends_mm(moves: Sequence[Move], *, source: str, step_mm: float) -> Array:
+def piece_ends_mm(moves: Iterable[Move], *, source: str, step_mm: float) -> Array:
     """Return where the pieces of moves begin and end along the axis, (n,), mm.
 
     Raises UnusableInput naming ``source`` where moves go farther than ``LONGEST_M``.
     """
-    _refuse_farther(moves, source)
-    arcs = (move for move in moves if isinstance(move, Arc))
-    inner = [piece.z_mm[-1] for arc in arcs for piece in pieces(arc, step_mm=step_mm)]
-    return np.array([place for move in moves for place in (move.start.z_mm, move.end.z_mm)] + inner)
+    return np.fromiter(_ends_mm(moves, source, step_mm), np.float64)
+
+
+def _ends_mm(moves: Iterable[Move], source: str, step_mm: float) -> Iterator[float]:
+    way_m = 0.0
+    for move in moves:
+        way_m += 0.001 * move.length_mm
+        if way_m > LONGEST_M:
+            raise _farther(move, way_m, source)
+        yield move.start.z_mm
+        yield move.end.z_mm
+        if isinstance(move, Arc):
+            yield from (float(piece.z_mm[-1]) for piece in pieces(move, step_mm=step_mm))
 
 
 def engaged_moves(
-    moves: Sequence[Move],
+    moves: Iterable[Move],
     stock: Stock,
+    into: EngagedSteps,
     *,
     source: str,
     step_mm: float,
@@ -132,35 +112,33 @@ def engaged_moves(
     lean: float = 0.0,
     mirror_mm: float | None = None,
     alike_joined: bool = False,
-) -> tuple[list[ContourEngagement], Stock]:
-    """Return the engagement along moves that feed, in parts, and the stock they leave.
+) -> Stock:
+    """Put the engagement along moves that feed ``into`` steps; return the stock they leave.
 
     The stock is divided at the pieces' ends already. ``mirror_mm``: moves and stock are mirrored
     about this radius, and the rows are not. ``alike_joined``: steps that follow each other and do
     the same are one, which is as long as all of them. Raises as `engagement`.
     """
-    rows: list[ContourEngagement] = []
-    recent: list[ContourEngagement] = []
     before: Piece | None = None
+    last_piece: Piece | None = None
+    begun = _Begun(stock, 0.0)
     for piece in pieces_of(moves, step_mm=step_mm):
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source, mirror_mm)
-            before = None
+            before = last_piece = None
             continue
-        depth_mm, outer_mm, stock = _met(piece, stock, source, lean)
+        if last_piece is None or not last_piece.goes_on_as(piece):
+            begun = _Begun(stock, float(piece.z_mm[0]))
+        last_piece = piece
+        depth_mm, outer_mm, stock = _met(piece, stock, begun, source, lean)
         if np.any(depth_mm > TOUCH_MM):
             _refuse_inwards(piece, before, source)
         last = piece.from_mm == piece.from_mm[-1]
         before = piece if np.any(depth_mm[last] > TOUCH_MM) else None
         _refuse_deeper(piece, depth_mm, edge_mm, source)
         row = engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm)
-        recent.append(_with_alike_joined(row) if alike_joined else row)
-        if len(recent) == TOGETHER:
-            rows.append(put_together(recent))
-            recent.clear()
-    if recent:
-        rows.append(put_together(recent))
-    return rows, stock
+        into.add(_with_alike_joined(row) if alike_joined else row)
+    return stock
 
 
 def _with_alike_joined(row: ContourEngagement) -> ContourEngagement:
@@ -173,46 +151,50 @@ def _with_alike_joined(row: ContourEngagement) -> ContourEngagement:
     if len(begins) == row.x_mm.size:
         return row
     step_mm = np.add.reduceat(row.step_mm, begins)
-    middles = {
-        name: np.add.reduceat(getattr(row, name) * row.step_mm, begins) / step_mm
-        for name in ("path_mm", "z_mm", "time_s")
-    }
+    z_mm = np.add.reduceat(row.z_mm * row.step_mm, begins) / step_mm
     firsts = {field.name: getattr(row, field.name)[begins] for field in fields(row)}
-    return ContourEngagement(**{**firsts, **middles, "step_mm": step_mm})
+    return ContourEngagement(**{**firsts, "z_mm": z_mm, "step_mm": step_mm})
 
 
 def engaged_beside(
     piece: Piece, stock: Stock, *, source: str, edge_mm: float, mirror_mm: float | None = None
 ) -> tuple[ContourEngagement, Stock]:
     """Return the engagement of a piece that cuts with its corner alone, however steep it goes."""
-    depth_mm, outer_mm, after = _beside(piece, stock, 0.0)
+    begun = _Begun(stock, float(piece.z_mm[0]))
+    depth_mm, outer_mm, after = _beside(piece, stock, begun, 0.0)
     _refuse_deeper(piece, depth_mm, edge_mm, source)
     return engagement_rows(piece, depth_mm, outer_mm, source, mirror_mm=mirror_mm), after
 
 
-def _refuse_farther(moves: Sequence[Move], source: str) -> None:
-    way_m = 0.0
-    for move in moves:
-        way_m += 0.001 * move.length_mm
-        if way_m > LONGEST_M:
-            raise UnusableInput(
-                phrase(
-                    "{source}: line {line}: the path is {way_m} m long from the first move on; use "
-                    "a program of at most {longest_m} m",
-                    source=source,
-                    line=move.line,
-                    way_m=localized(f"{way_m:.0f}"),
-                    longest_m=localized(f"{LONGEST_M:.0f}"),
-                )
-            )
+def _farther(move: Move, way_m: float, source: str) -> UnusableInput:
+    return UnusableInput(
+        phrase(
+            "{source}: line {line}: the path is {way_m} m long from the first move on; use "
+            "a program of at most {longest_m} m",
+            source=source,
+            line=move.line,
+            way_m=localized(f"{way_m:.0f}"),
+            longest_m=localized(f"{LONGEST_M:.0f}"),
+        )
+    )
 
 
-def _met(piece: Piece, stock: Stock, source: str, lean: float) -> tuple[Array, Array, Stock]:
+@dataclass(frozen=True)
+class _Begun:
+    """Where along the axis a pass began, however many moves it has, and the stock it met."""
+
+    stock: Stock
+    from_mm: float
+
+
+def _met(
+    piece: Piece, stock: Stock, begun: _Begun, source: str, lean: float
+) -> tuple[Array, Array, Stock]:
     """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it."""
     plunges = piece.steep_inwards and _begins_outside(piece, stock)
     if piece.steep_inwards and (piece.square or (plunges and piece.away)):
         return _facing(piece, stock)
-    depth_mm, outer_mm, after = _beside(piece, stock, lean)
+    depth_mm, outer_mm, after = _beside(piece, stock, begun, lean)
     if plunges and piece.steeper_than(STEEPEST_DEG) and np.any(depth_mm > TOUCH_MM):
         raise UnusableInput(
             phrase(
@@ -231,12 +213,18 @@ def _begins_outside(piece: Piece, stock: Stock) -> bool:
     return bool(stock.radius_mm(np.array([ahead_mm]))[0] <= piece.x_mm[0] + TOUCH_MM)
 
 
-def _beside(piece: Piece, stock: Stock, lean: float) -> tuple[Array, Array, Stock]:
+def _beside(piece: Piece, stock: Stock, begun: _Begun, lean: float) -> tuple[Array, Array, Stock]:
+    """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it.
+
+    An edge that leans back is still in what the pass has come along since it began, and not in what
+    was cut before.
+    """
     x_mm = np.maximum(piece.middle_x_mm, 0.0)  # past the axis the edge cuts down to it
     leans = 0.0 if piece.away else lean
     rising = slice(None) if piece.away else slice(None, None, -1)
     after = stock.turned(piece.z_mm[rising], np.maximum(piece.x_mm[rising], 0.0))
-    edge_mm = stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans, after=after, from_mm=piece.from_mm)
+    from_mm = np.full(x_mm.size, begun.from_mm)
+    edge_mm = begun.stock.edge_mm(piece.middle_z_mm, x_mm, lean=leans, after=after, from_mm=from_mm)
     thick_mm = edge_mm - x_mm
     depth_mm = thick_mm * np.abs(piece.along_z)
     return depth_mm, x_mm + np.where(depth_mm > 0, thick_mm, 0.0), after
@@ -314,7 +302,7 @@ def engagement_rows(
     *,
     mirror_mm: float | None = None,
 ) -> ContourEngagement:
-    """Return the rows of a piece, with path and time counted from its start.
+    """Return the rows of a piece.
 
     Raises UnusableInput where G96 has no limit and reaches the axis.
     """
@@ -337,10 +325,7 @@ def engagement_rows(
             )
         )
     rpm = speed.at_rpm(x_mm)
-    feed_mm_rev = move.feed.mm_rev(rpm)
-    step_s = 60.0 * piece.step_mm / (feed_mm_rev * rpm)
     return ContourEngagement(
-        path_mm=np.cumsum(piece.step_mm) - piece.step_mm / 2,
         step_mm=piece.step_mm,
         x_mm=x_mm,
         z_mm=piece.middle_z_mm,
@@ -348,30 +333,7 @@ def engagement_rows(
         along_z=piece.along_z,
         depth_mm=depth_mm,
         outer_mm=outer_mm,
-        feed_mm_rev=feed_mm_rev,
+        feed_mm_rev=move.feed.mm_rev(rpm),
         speed_rpm=rpm,
-        speed_m_min=speed_m_min(2.0 * outer_mm, rpm),
-        time_s=np.cumsum(step_s) - step_s / 2,
         line=piece.line,
-    )
-
-
-def joined(rows: Sequence[ContourEngagement]) -> ContourEngagement:
-    """Return all rows as one, path and time counted on."""
-    found = put_together(rows)
-    step_s = 60.0 * found.step_mm / (found.feed_mm_rev * found.speed_rpm)
-    return replace(
-        found,
-        path_mm=np.cumsum(found.step_mm) - found.step_mm / 2,
-        time_s=np.cumsum(step_s) - step_s / 2,
-    )
-
-
-def put_together(rows: Sequence[ContourEngagement]) -> ContourEngagement:
-    """Return rows one behind the other, path and time as they are in each."""
-    return ContourEngagement(
-        **{
-            field.name: np.concatenate([getattr(row, field.name) for row in rows])
-            for field in fields(ContourEngagement)
-        }
     )

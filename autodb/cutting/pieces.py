@@ -1,7 +1,7 @@
 """Moves in short steps: straight moves whole, arcs in pieces that keep within 45° of direction.
 
 Straight moves that go on along the axis with one feed and speed, as of a profile in short lines,
-are one piece: none of them meets what another has cut, but for an edge that leans back.
+are one piece: none of them meets what another has cut.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -50,6 +50,11 @@ class Piece:
     def away(self) -> bool:
         """It goes away from the chuck."""
         return bool(self.z_mm[-1] > self.z_mm[0])
+
+    def goes_on_as(self, other: "Piece") -> bool:
+        """Return whether another piece goes on from where this one ends, the same way along."""
+        ends = (self.x_mm[-1], self.z_mm[-1]) == (other.x_mm[0], other.z_mm[0])
+        return ends and self.away == other.away and not (self.square or other.square)
 
     def steeper_than(self, deg: float) -> bool:
         """Return whether it goes inwards at more than an angle to the axis."""

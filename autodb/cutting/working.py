@@ -15,20 +15,19 @@ Source: geometry, derived here.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.contour import (
     TOUCH_MM,
-    ContourEngagement,
     engaged_beside,
     engaged_moves,
     engagement_rows,
-    joined,
     piece_ends_mm,
 )
+from autodb.cutting.engaged_steps import ContourEngagement, EngagedSteps
 from autodb.cutting.pieces import Piece, pieces
 from autodb.cutting.stock import Stock, hollow_mm3
 from autodb.errors import UnusableInput
@@ -37,6 +36,7 @@ from autodb.wording import phrase
 
 Array = NDArray[np.float64]
 WorkKind = Literal["outside", "boring", "grooving", "threading", "drill"]
+KINDS: tuple[WorkKind, ...] = get_args(WorkKind)
 
 MIRROR_MM = 10_000.0
 """The radius about which a bore is mirrored: larger than any work. Chosen."""
@@ -89,19 +89,24 @@ class Work:
 
 @dataclass(frozen=True)
 class Worked:
-    """Engagement of a whole program: ``kinds`` of each line, and what of it ``widths`` says.
+    """Engagement of a whole program.
 
     Steps that do the same are one, as long as they follow each other. ``width_mm`` (n,): of a
-    groove's chip, and the height of a thread, at every step; ``tool`` (n,): which of ``called``,
-    what the program calls its tools, makes it; ``removed_mm3`` of all.
+    groove's chip, and the height of a thread, at every step; ``kind`` and ``tool`` (n,): which of
+    ``KINDS`` it is, and which of ``called``, what the program calls its tools, makes it;
+    ``removed_mm3`` of all.
     """
 
     steps: ContourEngagement
     width_mm: Array
-    kinds: Mapping[int, WorkKind]
+    kind: NDArray[np.int16]
     removed_mm3: float
-    tool: NDArray[np.intp]
+    tool: NDArray[np.int16]
     called: tuple[str | None, ...]
+
+    def grooves(self, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Return which of some steps (k,) a blade makes."""
+        return np.asarray(self.kind[rows] == KINDS.index("grooving"))
 
 
 def solid(outer: Stock, *, bore_mm: float = 0.0) -> Work:
@@ -140,48 +145,49 @@ def worked(
         outer=work.outer.divided(at_mm, cell_mm=step_mm),
         bored=work.bored.divided(at_mm, cell_mm=step_mm),
     )
-    rows: list[ContourEngagement] = []
-    width: list[Array] = []
-    kinds: dict[int, WorkKind] = {}
     called: dict[str | None, int] = {}
-    which: list[tuple[int, int]] = []
+    runs: list[tuple[int, int, int]] = []
     begun = work.volume_mm3(from_mm=float(at_mm.min()))
     threads_mm3 = 0.0
-    for tool, some in _by_tool(moves, tools):
-        found, wide, work = _MADE[tool.kind](some, work, tool, source, step_mm)
-        rows += found
-        width += wide
-        place = called.setdefault(some[0].tool, len(called))
-        which.append((place, sum(row.size for row in wide)))
-        kinds |= {move.line: tool.kind for move in some}
+    done = EngagedSteps()
+    for (tool, name), some in _by_tool(moves, tools):
+        first = len(done)
+        work = _MADE[tool.kind](some, work, _Run(tool, source, step_mm, done))
+        place = called.setdefault(name, len(called))
+        runs.append((place, KINDS.index(tool.kind), len(done) - first))
         if tool.kind == "threading":
-            threads_mm3 += sum(map(_thread_mm3, found, wide))
-    steps = joined(rows)
+            threads_mm3 += _thread_mm3(*done.since(first))
     left = work.volume_mm3(from_mm=float(at_mm.min()))
+    which, kind = np.array([one[:2] for one in runs], dtype=np.int16).T
+    count = [one[2] for one in runs]
+    steps, width_mm = done.since()
     return Worked(
-        steps, np.concatenate(width), kinds, begun - left + threads_mm3,
-        np.repeat(*np.array(which, dtype=np.intp).reshape(-1, 2).T), tuple(called),
+        steps, width_mm, np.repeat(kind, count), begun - left + threads_mm3,
+        np.repeat(which, count), tuple(called),
     )  # fmt: skip
 
 
 def _by_tool(
     moves: Sequence[Move], tools: Mapping[str | None, WorkTool]
-) -> Iterator[tuple[WorkTool, list[Move]]]:
-    """Yield runs of moves that one tool makes in one way.
+) -> Iterator[tuple[tuple[WorkTool, str | None], Iterator[Move]]]:
+    """Yield runs of moves that one tool makes in one way, and what the program calls it.
 
     A thread tells that it is one; the rapids behind its passes begin in it.
     """
     thread, plain = WorkTool("threading"), WorkTool()
-    of: list[WorkTool] = []
-    for move in moves:
-        stated = tools.get(move.tool, tools.get(tool_number(move.tool), tools[None]))
-        threads = isinstance(move, Linear) and move.thread
-        behind = isinstance(move, Rapid) and bool(of) and of[-1] is thread
-        cuts = plain if stated.kind == "threading" else stated
-        of.append(thread if threads or behind else cuts)
-    made = zip(of, moves, strict=True)
-    for (tool, _), pairs in groupby(made, lambda pair: (pair[0], pair[1].tool)):
-        yield tool, [move for _, move in pairs]
+
+    def of_moves() -> Iterator[tuple[WorkTool, Move]]:
+        before: WorkTool | None = None
+        for move in moves:
+            stated = tools.get(move.tool, tools.get(tool_number(move.tool), tools[None]))
+            threads = isinstance(move, Linear) and move.thread
+            behind = isinstance(move, Rapid) and before is thread
+            cuts = plain if stated.kind == "threading" else stated
+            before = thread if threads or behind else cuts
+            yield before, move
+
+    for which, pairs in groupby(of_moves(), lambda pair: (pair[0], pair[1].tool)):
+        yield which, (move for _, move in pairs)
 
 
 def tool_number(tool: str | None) -> str | None:
@@ -191,28 +197,30 @@ def tool_number(tool: str | None) -> str | None:
     return str(int(tool[:-2])) if len(tool) > 2 and int(tool[:-2] or 0) else str(int(tool))
 
 
-_Made = tuple[list[ContourEngagement], list[Array], Work]
+@dataclass(frozen=True)
+class _Run:
+    """What a run of moves is made with, and where its steps go."""
+
+    tool: WorkTool
+    source: str
+    step_mm: float
+    into: EngagedSteps
 
 
-def _outside(
-    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
-) -> _Made:
-    rows, outer = engaged_moves(
-        moves, work.outer, source=source, step_mm=step_mm, edge_mm=tool.edge_mm, lean=tool.lean,
-        alike_joined=True,
+def _outside(moves: Iterator[Move], work: Work, run: _Run) -> Work:
+    outer = engaged_moves(
+        moves, work.outer, run.into, source=run.source, step_mm=run.step_mm,
+        edge_mm=run.tool.edge_mm, lean=run.tool.lean, alike_joined=True,
     )  # fmt: skip
-    return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, outer=outer)
+    return replace(work, outer=outer)
 
 
-def _boring(
-    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
-) -> _Made:
-    seen = [_mirrored(move) for move in moves]
-    rows, bored = engaged_moves(
-        seen, work.bored, source=source, step_mm=step_mm, edge_mm=tool.edge_mm,
-        mirror_mm=MIRROR_MM, alike_joined=True,
+def _boring(moves: Iterator[Move], work: Work, run: _Run) -> Work:
+    bored = engaged_moves(
+        map(_mirrored, moves), work.bored, run.into, source=run.source,
+        step_mm=run.step_mm, edge_mm=run.tool.edge_mm, mirror_mm=MIRROR_MM, alike_joined=True,
     )  # fmt: skip
-    return rows, [np.zeros(row.x_mm.size) for row in rows], replace(work, bored=bored)
+    return replace(work, bored=bored)
 
 
 def _mirrored(move: Move) -> Move:
@@ -226,29 +234,26 @@ def _seen(place: Point) -> Point:
     return Point(MIRROR_MM - place.x_mm, place.z_mm)
 
 
-def _grooving(
-    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
-) -> _Made:
+def _grooving(moves: Iterator[Move], work: Work, run: _Run) -> Work:
+    tool = run.tool
     if tool.width_mm is None:
         raise UnusableInput(
             phrase(
                 "{source}: line {line}: the blade's width is not known; state width_mm",
-                source=source,
-                line=moves[0].line,
+                source=run.source,
+                line=next(moves).line,
             )
         )
     feeds = [move for move in moves if not isinstance(move, Rapid)]
     bores = _in_bore(feeds, tool, work.bored)
     stock = work.bored if bores else work.outer
-    rows, wide = [], []
     for move in feeds:
-        for piece in pieces(_mirrored(move) if bores else move, step_mm=step_mm):
+        for piece in pieces(_mirrored(move) if bores else move, step_mm=run.step_mm):
             found, width, stock = _plunged(
-                piece, stock, tool, source, mirror_mm=MIRROR_MM if bores else None
+                piece, stock, tool, run.source, mirror_mm=MIRROR_MM if bores else None
             )
-            rows.append(found)
-            wide.append(width)
-    return rows, wide, replace(work, bored=stock) if bores else replace(work, outer=stock)
+            run.into.add(found, width)
+    return replace(work, bored=stock) if bores else replace(work, outer=stock)
 
 
 def _in_bore(feeds: Sequence[Move], tool: WorkTool, bored: Stock) -> bool:
@@ -319,14 +324,11 @@ def _seen_at_corner(piece: Piece, tool: WorkTool) -> Piece:
     return replace(piece, z_mm=piece.z_mm + off_mm, middle_z_mm=piece.middle_z_mm + off_mm)
 
 
-def _threading(
-    moves: Sequence[Move], work: Work, _tool: WorkTool, source: str, step_mm: float
-) -> _Made:
-    rows, wide = [], []
+def _threading(moves: Iterator[Move], work: Work, run: _Run) -> Work:
     for move in moves:
         if isinstance(move, Rapid):
             continue
-        for piece in pieces(move, step_mm=max(step_mm, 0.02 * move.length_mm)):
+        for piece in pieces(move, step_mm=max(run.step_mm, 0.02 * move.length_mm)):
             x_mm = piece.middle_x_mm
             outer = work.outer.radius_mm(piece.middle_z_mm)
             bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)
@@ -337,14 +339,10 @@ def _threading(
             again = last is not None and abs(last - float(x_mm[-1])) < 2.0
             reached = np.abs(x_mm - last) if again and last is not None else height
             depth = np.minimum(reached, height)
-            rows.append(
-                engagement_rows(
-                    piece, depth, np.maximum(np.abs(x_mm), outer * (not inside)), source
-                )
-            )
-            wide.append(height)
+            largest = np.maximum(np.abs(x_mm), outer * (not inside))
+            run.into.add(engagement_rows(piece, depth, largest, run.source), height)
             work = replace(work, thread_mm=float(x_mm[-1]))
-    return rows, wide, work
+    return work
 
 
 def _thread_mm3(row: ContourEngagement, height: Array) -> float:
@@ -354,18 +352,16 @@ def _thread_mm3(row: ContourEngagement, height: Array) -> float:
     return float(np.sum(area * 2.0 * np.pi * np.abs(row.x_mm) * turns))
 
 
-def _drilling(
-    moves: Sequence[Move], work: Work, tool: WorkTool, source: str, step_mm: float
-) -> _Made:
-    if tool.diameter_mm is None:
+def _drilling(moves: Iterator[Move], work: Work, run: _Run) -> Work:
+    if run.tool.diameter_mm is None:
         raise UnusableInput(
             phrase(
                 "{source}: line {line}: the drill's diameter is not known; state diameter_mm",
-                source=source,
-                line=moves[0].line,
+                source=run.source,
+                line=next(moves).line,
             )
         )
-    radius, rows, wide = 0.5 * tool.diameter_mm, [], []
+    radius = 0.5 * run.tool.diameter_mm
     for move in moves:
         if isinstance(move, Rapid):
             continue
@@ -373,24 +369,23 @@ def _drilling(
             raise UnusableInput(
                 phrase(
                     "{source}: line {line}: a drill off the axis; state another kind of tool",
-                    source=source,
+                    source=run.source,
                     line=move.line,
                 )
             )
-        for piece in pieces(move, step_mm=step_mm):
+        for piece in pieces(move, step_mm=run.step_mm):
             bore = MIRROR_MM - work.bored.radius_mm(piece.middle_z_mm)
             there = work.outer.radius_mm(piece.middle_z_mm) > 0
             cuts = there & (bore < radius - TOUCH_MM) & (not piece.away)
             row = engagement_rows(
-                piece, np.where(cuts, radius - bore, 0.0), np.full_like(bore, radius), source
+                piece, np.where(cuts, radius - bore, 0.0), np.full_like(bore, radius), run.source
             )
-            rows.append(replace(row, x_mm=np.full_like(bore, radius)))
-            wide.append(np.zeros(bore.size))
+            run.into.add(replace(row, x_mm=np.full_like(bore, radius)))
             if not piece.away:
                 down = piece.z_mm[::-1]
                 bored = work.bored.turned(down, np.full_like(down, MIRROR_MM - radius))
                 work = replace(work, bored=bored)
-    return rows, wide, work
+    return work
 
 
 _MADE = {

@@ -107,7 +107,7 @@ class LineRows:
 
     number: NDArray[np.intp]
     operation: NDArray[np.intp]
-    tool: NDArray[np.intp]
+    tool: NDArray[np.signedinteger]
     begins: NDArray[np.intp]
     rows: NDArray[np.intp]
     operations: Sequence[str]
@@ -118,7 +118,7 @@ def line_rows(
     rows: NDArray[np.intp],
     number: NDArray[np.intp],
     operation: NDArray[np.intp],
-    tool: NDArray[np.intp],
+    tool: NDArray[np.signedinteger],
     *,
     operations: Sequence[str],
     tools: Sequence[str | None],
@@ -191,7 +191,7 @@ def _parts(found: LineRows) -> Iterator[tuple[int, int]]:
         begin = end
 
 
-def _ends(operation: NDArray[np.intp], tool: NDArray[np.intp]) -> list[int]:
+def _ends(operation: NDArray[np.intp], tool: NDArray[np.signedinteger]) -> list[int]:
     """Return behind which lines (m,) runs of one operation and one tool end."""
     changes = (np.diff(operation) != 0) | (np.diff(tool) != 0)
     return [*(1 + np.flatnonzero(changes)).tolist(), len(operation)] if len(operation) else []

@@ -39,7 +39,7 @@ from autodb.pairs.engaged import (
     SPEED,
     Conditions,
 )
-from autodb.wording import localized, phrase
+from autodb.wording import localized, phrase, phrase_many
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,12 @@ def _spans_mm(travels: PackedMoves) -> dict[str, float]:
 def _said(plunged: Sequence[int]) -> Iterator[str]:
     if plunged:
         some = first_lines([f"{line}" for line in plunged])
-        yield phrase("mills plunge in lines {lines}: what that takes is not predicted", lines=some)
+        yield phrase_many(
+            "mills plunge in line {lines}: what that takes is not predicted",
+            "mills plunge in lines {lines}: what that takes is not predicted",
+            len(plunged),
+            lines=some,
+        )
 
 
 def _names(done: ReadProgram, steps: MilledSteps) -> tuple[str, ...]:

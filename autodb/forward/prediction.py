@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from autodb.cutting.turning import TURNED, force_role
 from autodb.fitting.gaussian import NORMAL_95
 from autodb.pairs.engaged import BANDS, DIAMETER, RPM, SPEED, Conditions
-from autodb.pairs.forecast import Forecast
+from autodb.pairs.forecast import Forecast, one_sign
 from autodb.pairs.posterior import PairPosterior, PassiveKnown
 from autodb.wording import msgid
 
@@ -37,8 +37,6 @@ SAME_MM = 1e-6
 """Difference of diameters below which they are one: what is left of a path's arithmetic."""
 TINY_SKEW = 1e-9
 """A smaller skew is none: what is left of arithmetic."""
-ALL = 0.999
-"""Share of a force from which on it is taken to be all along the cutting speed."""
 ALIKE = 1e-6
 """Logarithm of the ratio of its sides below which an interval is a normal's: what is left of
 arithmetic."""
@@ -221,12 +219,11 @@ def intervals(
         # What is added is not skewed: the third cumulant stays
         less = np.divide(expected.sd, sd, out=np.ones_like(sd), where=sd > 0.0)
         skew = skew * less**3
-    one_sign = np.ones(mean.shape, dtype=np.bool_)
-    one_sign[:, :3] = expected.along >= ALL
-    share = np.divide(sd, mean, out=np.zeros_like(sd), where=one_sign & (mean != 0.0))
+    signed = one_sign(expected.along)
+    share = np.divide(sd, mean, out=np.zeros_like(sd), where=signed & (mean != 0.0))
     size = np.abs(share)
     share = np.where(size > 1.0, np.sign(share) * (1.0 + np.log(np.maximum(size, 1.0))), share)
-    skew, sd = np.where(one_sign, share, skew), np.where(one_sign, share * mean, sd)
+    skew, sd = np.where(signed, share, skew), np.where(signed, share * mean, sd)
     low, high = (mean + sd * _stretched(skew, end) for end in (-NORMAL_95, NORMAL_95))
     each = zip(mean.tolist(), low.tolist(), high.tolist(), strict=True)
     return [[Interval(*three) for three in zip(*cut, strict=True)] for cut in each]

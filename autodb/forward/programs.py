@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting import turning
-from autodb.cutting.contour import TOUCH_MM, ContourEngagement
+from autodb.cutting.contour import TOUCH_MM
+from autodb.cutting.engaged_steps import ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.cutting.tools import FOLLOWS_DEG
-from autodb.cutting.working import DEEPEST_MM, Worked, WorkTool, solid, worked
+from autodb.cutting.working import DEEPEST_MM, KINDS, Worked, WorkTool, solid, worked
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.job import OTHERS, JobProgram, ProgramTool
@@ -113,7 +114,7 @@ def follow(
         )
     cuts = {line.number for line in lines}
     tools = dict.fromkeys(move.tool for move in program.moves if move.tool and move.line in cuts)
-    fed_s = float(_step_s(done.steps).sum())
+    fed_s = float(done.steps.step_s.sum())
     return Followed(
         str(path), found, lines, fed_s, tuple(filter(None, tools)), done.removed_mm3,
         (*program.notes, *mirrored, *cut_sideways(done)),
@@ -284,29 +285,30 @@ def _refuse_drilling(done: ContourEngagement, source: str) -> None:
 
 def _operations(found: Worked, rows: NDArray[np.intp], arcs: frozenset[int]) -> list[str]:
     """Return what the tool does at steps: by its kind, and of an outside tool by its way."""
-    done = found.steps
     inward = inward_deg(found, rows)
+    # A blade that cuts with its side turns
+    beside = found.grooves(rows) & ~(found.width_mm[rows] > 0.0)
+    kinds = np.where(beside, KINDS.index("outside"), found.kind[rows])
     return [
-        _OF_KIND.get("" if found.kinds[line] == "grooving" and not wide else found.kinds[line])
-        or _operation(angle, arc=line in arcs)
-        for line, angle, wide in zip(
-            done.line[rows].tolist(), inward.tolist(), found.width_mm[rows].tolist(), strict=True
+        _OF_KIND[kind] or _operation(angle, arc=line in arcs)
+        for line, angle, kind in zip(
+            found.steps.line[rows].tolist(), inward.tolist(), kinds.tolist(), strict=True
         )
     ]
 
 
-_OF_KIND = {"boring": "bore", "grooving": "groove", "threading": "thread", "drill": "drill"}
+_OF_KIND = (None, "bore", "groove", "thread", "drill")
+"""What a tool of each of ``KINDS`` does; one that turns outside, by its way."""
 
 
 def _line(found: Worked, rows: NDArray[np.intp], called: CalledLine) -> ProgramLine:
     """Return a line of which ``rows`` of the engagement cut."""
-    step_s = _step_s(found.steps)
     columns = _columns(found, rows)
     begins = part_begins(np.column_stack(list(columns.values())))
-    time_s = np.add.reduceat(step_s[rows], begins)
+    step_s = 60.0 * found.steps.step_mm[rows] / (columns[FEED] * columns[RPM])
+    time_s = np.add.reduceat(step_s, begins)
     means = {
-        name: np.add.reduceat(values * step_s[rows], begins) / time_s
-        for name, values in columns.items()
+        name: np.add.reduceat(values * step_s, begins) / time_s for name, values in columns.items()
     }
     # The spindle speed that has a part's mean cutting speed at its mean diameter
     means[RPM] = turning.speed_rpm(means[DIAMETER], means[SPEED])
@@ -364,7 +366,3 @@ def _operation(inward_deg: float, *, arc: bool) -> str:
     if abs(abs(inward_deg) - 90.0) < SQUARE_DEG:
         return "face"
     return "contour" if arc else "taper"
-
-
-def _step_s(done: ContourEngagement) -> Array:
-    return np.asarray(60.0 * done.step_mm / (done.feed_mm_rev * done.speed_rpm))

@@ -16,7 +16,7 @@ from autodb.nc.reading import Arc, Move, Point, Rapid
 from autodb.wording import phrase
 
 
-def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]]:
+def above_axis(moves: Sequence[Move]) -> tuple[Sequence[Move], tuple[str, ...]]:
     """Return moves with those of tools that work below the axis mirrored, and a note of them."""
     reach: dict[str | None, tuple[float, float]] = {}
     for move in moves:
@@ -26,7 +26,7 @@ def above_axis(moves: Sequence[Move]) -> tuple[tuple[Move, ...], tuple[str, ...]
             reach[move.tool] = (min(low, *places), max(high, *places))
     below = {tool for tool, (low, high) in reach.items() if -low > high}
     if not below:
-        return tuple(moves), ()
+        return moves, ()
     names = ", ".join(f"{tool}" for tool in below if tool)
     note = phrase("X is below 0 where tools {names} cut: seen from above the axis", names=names)
     return tuple(_reflected(move) if move.tool in below else move for move in moves), (note,)
@@ -46,10 +46,8 @@ def _above(place: Point) -> Point:
 def cut_sideways(found: Worked) -> tuple[str, ...]:
     """Return a note where a blade cuts with its side away from the chuck."""
     steps = found.steps
-    away = (steps.along_z > SQUARE_SHARE) & (steps.depth_mm > TOUCH_MM)
-    lines = [
-        line for line in np.unique(steps.line[away]).tolist() if found.kinds[line] == "grooving"
-    ]
+    away = np.flatnonzero((steps.along_z > SQUARE_SHARE) & (steps.depth_mm > TOUCH_MM))
+    lines = np.unique(steps.line[away[found.grooves(away)]]).tolist()
     if not lines:
         return ()
     some = ", ".join(f"{line}" for line in lines[:6])
@@ -67,6 +65,5 @@ def inward_deg(found: Worked, rows: NDArray[np.intp]) -> NDArray[np.float64]:
     A blade has an edge on either side: away from the chuck it cuts as towards it.
     """
     along_z = found.steps.along_z[rows]
-    blade = [found.kinds[line] == "grooving" for line in found.steps.line[rows].tolist()]
-    towards = np.where(blade, -np.abs(along_z), along_z)
+    towards = np.where(found.grooves(rows), -np.abs(along_z), along_z)
     return np.asarray(np.degrees(np.arctan2(-found.steps.along_x[rows], -towards)))

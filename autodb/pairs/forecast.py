@@ -18,6 +18,7 @@ from autodb.cutting.elements import (
     joined_elements,
     linearised_forces,
 )
+from autodb.fitting.gaussian import root_of
 from autodb.pairs.modelled import inside_band, moved_band, own_variance
 from autodb.pairs.observed import (
     PairCuts,
@@ -27,10 +28,13 @@ from autodb.pairs.observed import (
     with_growth,
 )
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
+from autodb.pairs.prior import any_metal
 
 Array = NDArray[np.float64]
 
 
+ANY = any_metal().law
+"""What any metal may have."""
 TINY_N = 1e-9
 """Size of a force below which there is none."""
 MOST = 1.0
@@ -39,6 +43,10 @@ expansion holds. Chosen."""
 WIDE = 0.1
 """Standard deviation of what is open of the law, a share of the force, from which on it is looked
 how the law bends. Chosen: below, chances beyond a limit move by less than a point."""
+AT_ONCE = 64
+"""Cuts whose forces by laws apart are worked out at once. Chosen: of a mill they take 20 MB."""
+ALL = 0.999
+"""Share of a force from which on it is taken to be all along the cutting speed."""
 
 
 @dataclass(frozen=True)
@@ -257,7 +265,10 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     sd = np.sqrt(open_ + own)
     wide = _wide(mean, open_)[:, None]
     skew = np.where(wide, _skew(known, cuts, slopes, sd, over), 0.0) if wide.any() else 0.0 * sd
-    return Forecast(mean, sd, own, slopes, along, turned, normal, skew)
+    found = Forecast(mean, sd, own, slopes, along, turned, normal, skew)
+    if np.array_equal(known.law.covariance, ANY.covariance):
+        return _at_middle(known, cuts, found, over)
+    return found
 
 
 def _wide(mean: Array, variance: Array) -> NDArray[np.bool_]:
@@ -275,16 +286,70 @@ def _skew(
     H: what counts is how the law bends along d = V g, where the force leads the posterior. Errors
     of the law and of what is assumed are linear, and bend nothing.
     """
-    theta = known.state.mean[:OWN, None]
-    here = forces_by_laws(np.broadcast_to(theta, (OWN, cuts.elements.count)), cuts.elements)
+    forces = np.moveaxis(slopes[:, :3], 1, 0)
+    led = forces @ known.state.covariance
+    size = np.sqrt(np.maximum(np.vecdot(led, forces), TINY_N**2))
+    bent = _bends(known, cuts, led[..., :OWN] / size[..., None], over)[0]
     skew = np.zeros_like(sd)
     for k in range(3):
-        led = slopes[:, k] @ known.state.covariance
-        size = np.sqrt(np.maximum(np.vecdot(led, slopes[:, k]), TINY_N**2))
-        towards = led[:, :OWN] / size[:, None]
-        each = (towards if over is None else over.of_steps(towards)).T
-        ends = [forces_by_laws(theta + sign * each, cuts.elements) for sign in (-1.0, 1.0)]
-        bent = ends[0][:, k] + ends[1][:, k] - 2.0 * here[:, k]
-        bent = bent if over is None else over.means(bent)
-        skew[:, k] = np.clip(size**2 * bent / np.maximum(sd[:, k], TINY_N) ** 3, -MOST, MOST)
+        third = size[k] ** 2 * bent[k, :, k] / np.maximum(sd[:, k], TINY_N) ** 3
+        skew[:, k] = np.clip(third, -MOST, MOST)
     return skew
+
+
+def one_sign(along: Array) -> NDArray[np.bool_]:
+    """Return which quantities (n, 5) have one sign, by the shares (n, 3) along the cutting speed.
+
+    Torque, power and a force that is all along it.
+    """
+    return np.column_stack([along >= ALL, np.ones((len(along), 2), dtype=np.bool_)])
+
+
+def _at_middle(
+    known: PairPosterior, cuts: PairCuts, found: Forecast, over: Shares | None
+) -> Forecast:
+    """Return a forecast of any metal's cuts at medians, in place of what the middle law takes.
+
+    Numbers δ ~ N(0, V) that no reading has changed are spread as is said. Across the direction
+    d = V g in which they lead a force F it bends, too: its median is F + ½ (tr HV − dᵀHd), of what
+    has one sign in its logarithm. After readings V is that of a tangent, along which forces bend
+    while the numbers that give the same readings do not: nothing is added then.
+    """
+    slopes = np.moveaxis(found.slopes[..., :OWN], 1, 0)
+    led = slopes @ ANY.covariance
+    size = np.sqrt(np.maximum(np.vecdot(led, slopes), TINY_N**2))
+    root = root_of(ANY.covariance).T
+    ways = np.broadcast_to(root[:, None], (len(root), *led.shape[1:]))
+    each = _bends(known, cuts, np.concatenate([ways, led / size[..., None]]), over)
+    bent, in_log = (
+        one[: len(root)].sum(axis=0) - np.einsum("knk->nk", one[len(root) :]) for one in each
+    )
+    signed, more = one_sign(found.along), np.exp(0.5 * in_log)
+    return replace(
+        found,
+        mean=np.where(signed, more * found.mean, found.mean + 0.5 * bent),
+        sd=np.where(signed, more, 1.0) * found.sd,
+    )
+
+
+def _bends(
+    known: PairPosterior, cuts: PairCuts, towards: Array, over: Shares | None
+) -> tuple[Array, Array]:
+    """Return how forces, torque and power (k, n, 5) bend between steps (k, n, OWN) to either side.
+
+    With it the same of their logarithms; 0 of those that change their sign.
+    """
+    each = towards if over is None else np.array([over.of_steps(one) for one in towards])
+    moved = np.concatenate([-each, each, np.zeros_like(each[:1])])
+    several = max(AT_ONCE // cuts.elements.count, 1)
+    forces = []
+    for begin in range(0, len(moved), several):
+        some = moved[begin : begin + several]
+        theta = known.state.mean[:OWN] + some.reshape(-1, OWN)
+        joined = joined_elements([cuts.elements] * len(some))
+        found = forces_by_laws(theta.T, joined).reshape(*some.shape[:2], -1)
+        forces += [*found] if over is None else [over.means(one) for one in found]
+    low, high, here = forces[: len(each)], forces[len(each) : -1], forces[-1]
+    product = np.array(low) * np.array(high)
+    ratio = np.divide(product, here**2, out=np.ones_like(product), where=product > 0.0)
+    return np.array(low) + np.array(high) - 2.0 * here, np.log(ratio)

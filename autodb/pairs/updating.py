@@ -329,7 +329,8 @@ class _Rounds:
         parts = seen.parts[:, :FORCE] ** 2
         variances = parts * now.share**2
         share = variances / self._model.noise(seen, now)[:, None] ** 2
-        sensed = share**2 * square[:, None] + variances * (1.0 - share)
+        rest = np.maximum(1.0 - share, 0.0)  # a scatter tried far off has all of it, but rounding
+        sensed = share**2 * square[:, None] + variances * rest
         counts = parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY)
         each = np.where(counts > 0.0, sensed / np.maximum(parts, TINY), 0.0)
         weight = prior.weight + counts.sum(axis=0)

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from autodb.cutting.contour import ContourEngagement, engagement
+from autodb.cutting.contour import engagement
+from autodb.cutting.engaged_steps import ContourEngagement
 from autodb.cutting.stock import Stock, bar, profile
 from autodb.errors import UnusableInput
 from autodb.nc.reading import turning_program

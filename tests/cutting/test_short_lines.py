@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.cutting import pieces
-from autodb.cutting.contour import ContourEngagement, engagement
+from autodb.cutting.contour import engagement
+from autodb.cutting.engaged_steps import ContourEngagement
 from autodb.cutting.stock import Stock, bar
 from autodb.errors import UnusableInput
 from autodb.nc.reading import TurningProgram, turning_program
@@ -60,20 +61,30 @@ def test_a_profile_in_short_lines_is_cut_as_line_by_line(away: bool, lean: float
     assert_allclose(left.low_mm, left_alone.low_mm, atol=1e-9)
 
 
-@pytest.mark.parametrize(("lean", "alike"), [(0.0, True), (0.7, False)])
-def test_an_edge_that_leans_back_meets_what_the_lines_before_have_left(
-    lean: float, alike: bool
-) -> None:
-    """Without what they took off, the edge would reach over the surface that is turned already."""
-    program = turning_program(_profile(False, passes=1), source="p.nc", diameter=False)
-    run = next(one for one in _pieces(program) if np.ptp(one.line) > 50)
-    stock = bar(20.5).divided(run.z_mm, cell_mm=0.05)
-    after = stock.turned(run.z_mm[::-1], run.x_mm[::-1])
-    seen = [
-        stock.edge_mm(run.middle_z_mm, run.middle_x_mm, lean=lean, after=one, from_mm=run.from_mm)
-        for one in (after, stock)
-    ]
-    assert np.allclose(seen[0], seen[1]) == alike
+@pytest.mark.parametrize("feeds", [("F.2", "F.2"), ("F.2", "F.3")])
+def test_a_cylinder_is_as_deep_in_short_lines_as_in_one(feeds: tuple[str, str]) -> None:
+    """An edge that leans back is still in what the lines before have come along.
+
+    So it is where the feed changes from line to line, and they are no run.
+    """
+    ends = [f"G1 Z{-0.05 * k:.2f} {feeds[k % 2]}" for k in range(1, 401)]
+    begun = f"{HEAD}G0 X18.5 Z0.1\nG1 Z0 F.2\n"
+    (whole, _), (short, left) = (
+        _engaged(begun + "\n".join(some), lean=0.1) for some in (ends[-1:], ends)
+    )
+    depth_mm = np.interp(short.z_mm[::-1], whole.z_mm[::-1], whole.depth_mm[::-1])[::-1]
+    assert_allclose(short.depth_mm[short.z_mm < -0.3], 2.0, atol=1e-9)
+    assert_allclose(short.depth_mm, depth_mm, atol=0.3)
+    removed = bar(20.5).volume_mm3(from_mm=-25.0) - left.volume_mm3(from_mm=-25.0)
+    assert_allclose(short.removed_mm3().sum(), removed, rtol=0.01)
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.1])
+def test_steps_take_off_what_the_stock_loses(lean: float) -> None:
+    """Where a shoulder begins an edge that leans back is in it later than the cells are."""
+    done, left = _engaged(_profile(False), lean=lean)
+    removed = bar(20.5).volume_mm3(from_mm=-30.0) - left.volume_mm3(from_mm=-30.0)
+    assert_allclose(done.removed_mm3().sum(), removed, rtol=0.02 if lean else 1e-3)
 
 
 def test_lines_that_go_on_are_one_piece() -> None:

@@ -47,7 +47,8 @@ POINTS = [(10, 0), (15, -5), (15, -20), (18, -26), (23, -31), (30, -31)]
 
 
 def _moves(text: str, *, diameter: bool = True, block_skip: bool = False) -> tuple[Move, ...]:
-    return turning_program(text, source="p.nc", diameter=diameter, block_skip=block_skip).moves
+    found = turning_program(text, source="p.nc", diameter=diameter, block_skip=block_skip)
+    return tuple(found.moves)
 
 
 def _cuts(text: str, *, diameter: bool = True) -> list[Linear | Arc]:

@@ -1,13 +1,18 @@
 """Few real cuts: what they scatter by, and which law they speak for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
 from autodb.fitting.gaussian import student_95
-from autodb.pairs.posterior import USUAL_SCATTER, Scatter
+from autodb.pairs.engaged import BY_NAME
+from autodb.pairs.observed import Observed, X, Y
+from autodb.pairs.posterior import USUAL_SCATTER, Scatter, Shared
 from autodb.pairs.prior import any_metal
+from autodb.pairs.updating import posterior_of_readings
 from autodb.proofs.cases.tables.published_tables import DRILLING, published_tables
 from autodb.proofs.runs.pairs.published_pairs import (
     ASKED,
@@ -117,3 +122,28 @@ def test_score_of_published_pairs() -> None:
     off = [one.value[0] - one.force for one in own]
     assert_allclose(row.error, np.sqrt(np.mean(np.square(off))) / np.mean(table.forces["force.y"]))
     assert row.error < 0.15
+
+
+@pytest.mark.parametrize("feed", np.linspace(0.05, 0.12, 8))
+def test_learning_comes_back_from_a_scatter_that_is_tried_far_off(feed: float) -> None:
+    """Mixed rounds may try one of 10^14: rounding must not leave a variance below 0 of the rest."""
+    mill = {"diameter_mm": 10.0, "teeth": 4.0, "helix_deg": 30.0, "rake_deg": 8.0}
+    cut = {
+        "cutting.feed": feed, "cutting.depth": 5.81, "cutting.width": 7.33,
+        "spindle.speed": 5377.0,
+    }  # fmt: skip
+    observed = Observed(
+        cuts=(BY_NAME["slot"].cuts(mill, [cut], called="mill"),),
+        cut=np.array([0, 0]),
+        quantity=np.array([X, Y]),
+        value=np.array([-531.0, 299.0]),
+        sd=np.array([17.0, 17.0]),
+        common=np.eye(2),
+        shared=tuple(Shared(f"gain {one}", np.array([[0.03**2]])) for one in (X, Y)),
+    )
+    far = Scatter(np.array([1.25578755e14, 5.9e-3]), np.full(2, 4.0))
+    learnt, come_back = (
+        posterior_of_readings(any_metal(), observed, near=near)
+        for near in (None, replace(any_metal(), scatter=far))
+    )
+    assert_allclose(come_back.scatter.share, learnt.scatter.share, rtol=1e-6)

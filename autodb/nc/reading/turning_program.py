@@ -2,9 +2,10 @@
 
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import overload
 
 from autodb.errors import UnusableInput
 from autodb.nc.reading.codes import INCH_MM
@@ -68,7 +69,7 @@ class TurningProgram:
     """
 
     source: str
-    moves: tuple[Move, ...]
+    moves: Sequence[Move]
     stops: tuple[int, ...]
     notes: tuple[str, ...] = ()
     beside: frozenset[int] = frozenset()
@@ -131,9 +132,10 @@ def turning_program(
         text, source=source, lathe=True, diameter=diameter, inch=inch, block_skip=block_skip,
         control=control, highest_rpm=highest_rpm, stated=stated,
     )  # fmt: skip
-    moves = tuple(_turned_moves(done.travels))
-    beside = frozenset(travel.line for travel in done.travels if travel.beside is not None)
-    return TurningProgram(source, moves, done.stops, done.notes, beside)
+    sides = done.travels.by_way(lambda travel: travel.beside)
+    lines = done.travels.line_numbers.tolist()
+    beside = frozenset(line for line, side in zip(lines, sides, strict=True) if side is not None)
+    return TurningProgram(source, TurnedMoves(done.travels), done.stops, done.notes, beside)
 
 
 def carried_out(
@@ -308,19 +310,34 @@ def _also(others: Sequence[str]) -> str:
     return f" (so in line {', '.join(lines)}{more})"
 
 
-def _turned_moves(travels: Iterable[ProgramMove]) -> Iterator[Move]:
-    """Yield moves in the plane of the spindle's axis; where one ends, the next begins."""
-    at: Point | None = None
-    for travel in travels:
-        start = _point(travel.start)
-        move = _turned(travel, at if start == at and at is not None else start)
-        at = move.end
-        yield move
+class TurnedMoves(Sequence[Move]):
+    """A lathe's moves in the plane of the spindle's axis, each made anew where it is asked for."""
+
+    def __init__(self, travels: PackedMoves) -> None:
+        self._travels = travels
+
+    def __len__(self) -> int:
+        """Return how many moves there are."""
+        return len(self._travels)
+
+    @overload
+    def __getitem__(self, place: int) -> Move: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Move]: ...
+    def __getitem__(self, place: int | slice) -> Move | list[Move]:
+        """Return a move, or some."""
+        if isinstance(place, slice):
+            return [_turned(travel) for travel in self._travels[place]]
+        return _turned(self._travels[place])
+
+    def __iter__(self) -> Iterator[Move]:
+        """Give the moves in order."""
+        return map(_turned, self._travels)
 
 
-def _turned(travel: ProgramMove, start: Point) -> Move:
+def _turned(travel: ProgramMove) -> Move:
     """Return a move in the plane of the spindle's axis."""
-    end = _point(travel.end)
+    start, end = _point(travel.start), _point(travel.end)
     if travel.feed is None or travel.speed is None:
         return Rapid(start, end, travel.line, travel.tool)
     if travel.circle is None:
