@@ -11,7 +11,7 @@ from autodb.forward.programs import follow
 LATHE, MILL = 520, 450
 """Bytes a line: 88 of a lathe's step and 76 of a move, the others in passing; some 400 in all.
 Steps that are put together once more, and moves as objects, take above 800."""
-LINES = 2000
+LINES = 600
 
 
 def _turned(lines: int) -> str:
@@ -22,7 +22,7 @@ def _turned(lines: int) -> str:
 
 def _milled(lines: int) -> str:
     """Return a groove in short lines, most of them above the block: steps that cut differ."""
-    moves = (f"X{0.05 * (k + 1):.3f} Z{-1 if k < 500 else 1}" for k in range(lines))
+    moves = (f"X{0.05 * (k + 1):.3f} Z{-1 if k < 150 else 1}" for k in range(lines))
     return "\n".join(["G21 G90 G17 S900 M3 T1 M6", "G0 X0 Y5 Z2", "G1 Z-1 F200", *moves, "M30"])
 
 
