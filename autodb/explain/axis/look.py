@@ -115,6 +115,7 @@ def explain_axis(
         recording.timing,
         own_sizes=[signals.had.get(name, 1.0) for name in own],
         gap=round(GAP_S / (factor * recording.timing.step_s)),
+        progress=_progress(signals),
     )
     inquiry = inquire(bench, AxisField(signals, bench, unseen_terms(recording, axis_of(channel))))
     had = frozenset(own) | frozenset(includes or ())
@@ -229,6 +230,15 @@ def _factor(recording: Recording) -> int:
     rows = len(recording) / WORKING_ROWS
     finest = min(recording.timing.rate_hz / WORKING_HZ, len(recording) / FINE_ROWS)
     return max(1, int(finest), int(np.ceil(rows)))
+
+
+def _progress(signals: AxisSignals) -> Array:
+    """Return the share of the course that lies behind each row, (n,): half of the time, half of the
+    way. While an axis rests, each row says the same of what its motion makes.
+    """
+    way = np.cumsum(np.abs(signals.velocity))
+    time = np.arange(1.0, len(way) + 1.0) / len(way)
+    return time if way[-1] <= 0.0 else 0.5 * (time + way / way[-1])
 
 
 def _own_columns(signals: AxisSignals) -> dict[str, Array]:

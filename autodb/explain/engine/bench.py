@@ -33,7 +33,8 @@ class WhiteRows:
 
     Columns of candidates are built at every row, reduced to the working rate and kept so. The first
     ``firm`` own columns are the simulation's, with the coefficients ``own_sizes`` there; those that
-    ``loosened`` adds follow. ``gap``: rows at the working rate over which noise is correlated.
+    ``loosened`` adds follow. ``gap``: rows at the working rate over which noise is correlated;
+    ``progress`` (n,): the share of the course that each row has behind it; None: of the rows.
     """
 
     def __init__(
@@ -45,9 +46,11 @@ class WhiteRows:
         *,
         own_sizes: Sequence[float] = (),
         gap: int = 0,
+        progress: Array | None = None,
     ) -> None:
         self.own_sizes = np.array(own_sizes or np.ones(len(own)), dtype=np.float64)
         self.gap = gap
+        self.progress = progress
         self.difference = difference
         self.own = dict(own)
         self.firm = len(own)
@@ -76,6 +79,7 @@ class WhiteRows:
             self.rate.timing,
             own_sizes=[*self.own_sizes, *np.ones(len(parts))],
             gap=self.gap,
+            progress=self.progress,
         )
 
     def look_through(self, choices: Sequence[Choice]) -> None:

@@ -42,6 +42,19 @@ def fold_of_block(blocks: int, folds: int) -> Index:
     return np.asarray((block + round(TURN * folds) * (block // folds)) % folds, dtype=np.intp)
 
 
+def block_edges(rows: int, blocks: int, progress: Array | None = None) -> Index:
+    """Return the rows (blocks + 1,) that contiguous blocks begin and end at.
+
+    ``progress`` (n,): the share of the course that lies behind each row as recorded, of which each
+    block has as much as any other; None: blocks of as many rows each.
+    """
+    shares = np.linspace(0.0, 1.0, blocks + 1)
+    if progress is not None:
+        behind = np.concatenate([[0.0], progress])
+        shares[1:-1] = np.interp(shares[1:-1], behind, np.linspace(0.0, 1.0, len(behind)))
+    return np.asarray(rows * shares, dtype=np.float64).astype(np.intp)
+
+
 def no_difference(unit: str) -> ChannelAnswer:
     """Return the answer where recording and simulation are the same numbers."""
     nothing = FitQuality(
@@ -130,11 +143,19 @@ class Folds:
     """Rows (n, q), the first column what is to be predicted, in contiguous blocks.
 
     Blocks are dealt to folds; the fit that predicts a fold is without its blocks and the
-    ``gap`` rows on both sides of each.
+    ``gap`` rows on both sides of each; ``progress``: as of `block_edges`.
     """
 
-    def __init__(self, rows: Array, gap: int, *, blocks: int = BLOCKS, folds: int = FOLDS) -> None:
-        edges = np.linspace(0, len(rows), blocks + 1).astype(np.intp)
+    def __init__(
+        self,
+        rows: Array,
+        gap: int,
+        *,
+        blocks: int = BLOCKS,
+        folds: int = FOLDS,
+        progress: Array | None = None,
+    ) -> None:
+        edges = block_edges(len(rows), blocks, progress)
         shape = (folds, rows.shape[1], rows.shape[1])
         self.test, self.train = np.empty(shape), np.empty(shape)
         dealt = fold_of_block(blocks, folds)

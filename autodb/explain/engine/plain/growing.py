@@ -152,17 +152,27 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """Return the choices without those that the others do as well without, or that are beside these
     no more of their kind: a dip of friction that has become a rise.
 
-    What acts on others holds what they add: beside it a static law stays.
+    What acts on others holds what they add: beside it a static law stays, unless it is not among
+    these and does nothing.
     """
     found = only_of_their_kind(rows, choices)
     while len(found) > 1:
-        acted_on = any(c.candidate.acts for c in found)
-        loss = [np.inf if c.candidate.static and acted_on else _loss(rows, found, c) for c in found]
+        loss = [np.inf if _is_held(c, found) else _loss(rows, found, c) for c in found]
+        if any(c.candidate.acts for c in found):
+            loss = [
+                np.inf if c.candidate.static and one > 0.0 else one
+                for c, one in zip(found, loss, strict=True)
+            ]
         least = int(np.argmin(loss))
         if loss[least] >= NEEDED:
             break
         del found[least]
     return found
+
+
+def _is_held(law: Choice, found: Sequence[Choice]) -> bool:
+    """Whether a static law is one of those that another scales."""
+    return law.candidate.static and any(law.candidate.term in c.candidate.holds for c in found)
 
 
 def only_of_their_kind(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
-from autodb.explain.engine.fit import Folds
+from autodb.explain.engine.fit import Folds, block_edges
 from autodb.explain.engine.normal import Normal, columns_side_by_side
+from autodb.explain.engine.plain.source import RowsSource
 from autodb.explain.engine.prior import own_deviations
 from autodb.explain.engine.search import MISTAKEN
 from autodb.explain.engine.working import reduced
@@ -50,31 +50,6 @@ SLOW = (16, 32, 64)
 """Numbers of parts over which sums are taken to see slow noise. Chosen."""
 CHI_SQUARE_MEDIAN = 0.455
 """Median of a squared standard normal: few parts that hold a stretch of something count little."""
-
-
-class RowsSource(Protocol):
-    """Where plain rows come from: a difference (m,), own columns, and those of candidates' forms.
-
-    ``own`` terms by name, with the coefficients ``own_sizes`` in the simulation; ``gap``: rows over
-    which noise is correlated.
-    """
-
-    gap: int
-    own_sizes: Array
-
-    @property
-    def own(self) -> Mapping[str, object]:
-        """The simulation's own terms."""
-
-    @property
-    def reduced_difference(self) -> Array:
-        """The difference, (m,)."""
-
-    def chosen(self, choices: Sequence[Choice]) -> Array:
-        """Return own and chosen columns, (m, p)."""
-
-    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
-        """Return a form's columns, (m, p)."""
 
 
 class PlainRows:
@@ -120,7 +95,8 @@ class PlainRows:
         self._peak = np.abs(rows).max(axis=0)
         self.range = range_of(self._difference)
         gap = min(-(-bench.gap * len(rows) // len(own)), len(rows) // BLOCKS // SHARED)
-        self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS)
+        self._edges = block_edges(len(rows), BLOCKS, bench.progress)
+        self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS, progress=bench.progress)
         self._dealt: dict[int, Folds] = {}
         self._in_time = bench.gap > 0
         self._slow_of: dict[tuple[str, int], float] = {}
@@ -221,7 +197,8 @@ class PlainRows:
             inside = int(np.count_nonzero(column > HALF * column.max()))
             return min(max(DEALT, len(column) // max(inside, 1)), len(column) // BLOCKS)
         searched = not candidate.static or candidate.forms[first].tries > 1
-        held = np.cumsum(np.sort([part @ part for part in np.array_split(column, BLOCKS)])[::-1])
+        parts = np.split(column, self._edges[1:-1])
+        held = np.cumsum(np.sort([part @ part for part in parts])[::-1])
         few = 1 + int(np.count_nonzero(held < (1.0 - ELSEWHERE) * held[-1]))
         comes = int(np.count_nonzero(np.diff(column**2 > np.mean(column**2), prepend=False))) // 2
         if searched or not self._in_time or few >= FEWEST or comes < FEWEST:
