@@ -28,13 +28,10 @@ from autodb.pairs.observed import (
     with_growth,
 )
 from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
-from autodb.pairs.prior import any_metal
 
 Array = NDArray[np.float64]
 
 
-ANY = any_metal().law
-"""What any metal may have."""
 TINY_N = 1e-9
 """Size of a force below which there is none."""
 MOST = 1.0
@@ -266,9 +263,16 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
     wide = _wide(mean, open_)[:, None]
     skew = np.where(wide, _skew(known, cuts, slopes, sd, over), 0.0) if wide.any() else 0.0 * sd
     found = Forecast(mean, sd, own, slopes, along, turned, normal, skew)
-    if np.array_equal(known.law.covariance, ANY.covariance):
-        return _at_middle(known, cuts, found, over)
-    return found
+    return _at_middle(known, cuts, found, over) if _is_of_any_metal(known) else found
+
+
+def _is_of_any_metal(known: PairPosterior) -> bool:
+    """Return whether no reading has changed what any metal may have."""
+    if known.cuts:
+        return False
+    from autodb.pairs.prior import any_metal
+
+    return np.array_equal(known.law.covariance, any_metal().law.covariance)
 
 
 def _wide(mean: Array, variance: Array) -> NDArray[np.bool_]:
@@ -316,9 +320,10 @@ def _at_middle(
     while the numbers that give the same readings do not: nothing is added then.
     """
     slopes = np.moveaxis(found.slopes[..., :OWN], 1, 0)
-    led = slopes @ ANY.covariance
+    spread = known.law.covariance
+    led = slopes @ spread
     size = np.sqrt(np.maximum(np.vecdot(led, slopes), TINY_N**2))
-    root = root_of(ANY.covariance).T
+    root = root_of(spread).T
     ways = np.broadcast_to(root[:, None], (len(root), *led.shape[1:]))
     each = _bends(known, cuts, np.concatenate([ways, led / size[..., None]]), over)
     bent, in_log = (

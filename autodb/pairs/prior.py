@@ -24,7 +24,6 @@ from autodb.pairs.posterior import (
     PairPosterior,
     Shared,
 )
-from autodb.pairs.updating import posterior_of_readings
 
 Array = NDArray[np.float64]
 
@@ -105,6 +104,8 @@ def any_metal() -> PairPosterior:
 
 def of_card(card: CardForces, *, start: PairPosterior | None = None) -> PairPosterior:
     """Return the posterior that a card leaves; it counts as no cut."""
+    from autodb.pairs.updating import posterior_of_readings
+
     known = posterior_of_readings(start or any_metal(), _as_readings(card))
     return PairPosterior(known.law, (), USUAL_SCATTER, 0)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,33 @@ def fewest_first(blocks: Sequence[Array], room: int) -> list[Array]:
     ordered = sorted(blocks, key=lambda block: block.shape[-1])
     total = np.cumsum([block.shape[-1] for block in ordered])
     return [block for block, sum_ in zip(ordered, total, strict=True) if sum_ <= room]
+
+
+class RowsSource(Protocol):
+    """Where plain rows come from: a difference (m,), own columns, and those of candidates' forms.
+
+    ``own`` terms by name, with the coefficients ``own_sizes`` in the simulation; ``gap``: rows over
+    which noise is correlated; ``progress`` (n,): the share of the course that lies behind each row
+    as recorded, None: of the rows.
+    """
+
+    gap: int
+    progress: Array | None
+    own_sizes: Array
+
+    @property
+    def own(self) -> Mapping[str, object]:
+        """The simulation's own terms."""
+
+    @property
+    def reduced_difference(self) -> Array:
+        """The difference, (m,)."""
+
+    def chosen(self, choices: Sequence[Choice]) -> Array:
+        """Return own and chosen columns, (m, p)."""
+
+    def columns(self, key: tuple[str, int], form: CandidateForm) -> Array:
+        """Return a form's columns, (m, p)."""
 
 
 class WhiteRows:

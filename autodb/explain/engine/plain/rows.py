@@ -6,10 +6,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.engine.bench import RowsSource
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
 from autodb.explain.engine.fit import Folds, block_edges
 from autodb.explain.engine.normal import Normal, columns_side_by_side
-from autodb.explain.engine.plain.source import RowsSource
 from autodb.explain.engine.prior import own_deviations
 from autodb.explain.engine.search import MISTAKEN
 from autodb.explain.engine.working import reduced
