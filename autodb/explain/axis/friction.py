@@ -16,6 +16,7 @@ from autodb.explain.engine.candidates import (
     spline,
     swings,
 )
+from autodb.explain.engine.normal import solved_together
 from autodb.terms.friction import backlash, presliding, stribeck
 from autodb.terms.vocabulary import friction_terms
 from autodb.terms.warming import warmth
@@ -40,6 +41,11 @@ STEADY = 0.98
 """Share of the most dry friction from which on a row turns over no more. Chosen."""
 PARTS = 20
 """Parts of a dip's depth over each of which friction is averaged. Chosen."""
+DRAGS = (1.5, 2.0, 3.0)
+"""Powers of speed with which a drag may grow."""
+AS_A_DRAG = 0.8
+"""Share of a dip beyond dry and viscous friction from which on, given by a drag, it may be one.
+Chosen."""
 FALLS = 0.7
 """Friction warms when this share of the changes of its factor over time are falls. Chosen."""
 
@@ -123,6 +129,29 @@ def falls_with_speed(dip: Array, beside: Mapping[str, Array]) -> bool:
     return float(means[-1] - means.min()) >= DIP * float(depth.max())
 
 
+def is_a_dip(dip: Array, beside: Mapping[str, Array]) -> bool:
+    """Whether a dip of friction (n,), beside dry and viscous friction (n,), is one.
+
+    Beside these in any size a wide dip gives every curve that bends upwards, that of a drag as
+    well: it is one where friction falls as it does, or where no drag gives what it gives.
+    """
+    return falls_with_speed(dip, beside) or _share_of_a_drag(dip, beside) < AS_A_DRAG
+
+
+def _share_of_a_drag(dip: Array, beside: Mapping[str, Array]) -> float:
+    """Return how much of a dip's squares (n,) beyond dry and viscous friction a drag gives."""
+    if not {"coulomb", "viscous"} <= set(beside):
+        return 1.0
+    dry, viscous = (beside[term] for term in ("coulomb", "viscous"))
+    slow = np.abs(viscous) / max(float(np.abs(viscous).max()), 1e-300)
+    drags = np.sign(viscous)[:, None] * slow[:, None] ** np.array(DRAGS)
+    own, columns = np.column_stack([dry, viscous]), np.column_stack([dip, drags])
+    beyond = columns - own @ solved_together(own, columns)
+    lengths = np.maximum(np.linalg.norm(beyond, axis=0), 1e-300)
+    alike = (beyond[:, 1:] / lengths[1:]).T @ (beyond[:, 0] / lengths[0])
+    return float(np.max(alike**2))
+
+
 def stribeck_dip(s: AxisSignals) -> Candidate:
     """Extra friction at low speed that falls with speed."""
     forms = grid_forms(
@@ -134,7 +163,7 @@ def stribeck_dip(s: AxisSignals) -> Candidate:
     return Candidate(
         "stribeck", "stribeck", tuple(forms), (s.channel("velocity"),),
         detail=lambda: s.sense[:, None] * spline(np.abs(s.velocity), 8), static=True,
-        needs=DRY, part_of=PartOfLaw(OVER_SPEED, falls_with_speed),
+        needs=DRY, part_of=PartOfLaw(OVER_SPEED, is_a_dip),
         mistaken=lambda: around_standstill(s),
     )  # fmt: skip
 

@@ -203,14 +203,15 @@ class AxisField:
         """Return the effects that act on others, on all that has been found."""
         return self._open(acting_candidates(self.signals.beside(retuned, parts)))
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
-        """Return what scans of the residual at the bench's working rate point to."""
+    def scanned(self, columns: Array, whitener: Whitener, number: int) -> list[Candidate]:
+        """Return what scans of what columns (m, p) leave at the working rate point to."""
         s, factor, rate = self.signals, self.bench.factor, self.bench.rate
         t_s, position, velocity, sense = (
             rate.reduced(values) for values in (s.t_s, s.position, s.velocity, s.sense)
         )
         step_s = factor * float(np.median(np.diff(s.t_s)))
-        rows = Left(t_s, position, velocity, sense, left, whitener, factor, step_s)
+        left = self.bench.left(columns, whitener)
+        rows = Left(t_s, position, velocity, sense, left, columns, whitener, factor, step_s)
         return proposals_of_axis(s, rows, number)
 
     def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:

@@ -35,7 +35,8 @@ SPEED_BINS = 40
 BOTH_WAYS = 0.02
 """Share of the rows in each direction, from which on what flips with it is told from what does not.
 Chosen."""
-SHORTEST_LOAD_S = 0.2
+SHORTEST_LOAD_S, SHORTEST_LOAD = 0.2, 0.1
+"""A load lasts so long, or this share of the recording, where that is less. Chosen."""
 INSIDE = 0.02
 """A load begins and ends this share of the recording from its ends; else it is a change."""
 FOUND_WITHIN = 0.2
@@ -47,13 +48,16 @@ PLACES = 60
 
 @dataclass(frozen=True)
 class Left:
-    """What is left of the difference at the working rate, (n,), and the filter that whitens it."""
+    """What is left of the difference at the working rate, (n,), the columns that were fitted to it,
+    (n, k), and the filter that whitens it.
+    """
 
     t_s: Array
     position: Array
     velocity: Array
     sense: Array
     left: Array
+    beside: Array
     whitener: Whitener
     factor: int
     step_s: float
@@ -245,13 +249,12 @@ def _periodic_time(s: AxisSignals, left: Left, number: int) -> Candidate | None:
 
 
 def _load(s: AxisSignals, left: Left, number: int) -> Candidate | None:
-    """The stretch of time in which a constant explains most."""
-    white = left.whitener(left.left)
-    start, end, _ = strongest_interval(white)
+    """The stretch of time in which a constant explains most, beside what was fitted."""
+    white, beside = left.whitener(left.left), left.whitener(left.beside)
+    start, end, _ = strongest_interval(white, beside, inside=INSIDE)
     t = left.t_s[left.whitener.places(len(left.t_s))]
     low, high = float(t[start]), float(t[min(end, len(t) - 1)])
-    edge = INSIDE * float(np.ptp(left.t_s))
-    if high - low < SHORTEST_LOAD_S or low < t[0] + edge or high > t[-1] - edge:
+    if high - low < min(SHORTEST_LOAD_S, SHORTEST_LOAD * float(np.ptp(t))):
         return None
     return load_candidate(s, low, high, key=f"external_load {number}")
 

@@ -47,8 +47,8 @@ class CandidateSource(Protocol):
         ``retuned`` (n,): the change of the simulation's own terms; ``parts``: term and (n,) each.
         """
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
-        """Return those that what is left (m,) at the working rate points to."""
+    def scanned(self, columns: Array, whitener: Whitener, number: int) -> list[Candidate]:
+        """Return those that what columns (m, p) leave at the working rate points to."""
 
     def completed(self, bench: WhiteRows, retuned: Array, parts: list[tuple[str, Array]]) -> Self:
         """Return those of a simulation that holds what was found too."""
@@ -152,8 +152,8 @@ def inquire_beside(bench: WhiteRows, field: CandidateSource, before: LawsBefore)
     for number in range(ROUNDS):
         if found.choices:
             found = _renewed(bench, field, found, candidates, (whitener, variance))
-        left = bench.left(bench.chosen(found.choices), whitener)
-        _take(bench, candidates, field.scanned(left, whitener, number))
+        fitted = bench.chosen(found.choices)
+        _take(bench, candidates, field.scanned(fitted, whitener, number))
         noise = whitener, variance
         blocks = bench.blocks(candidates.values()) | before.details(bench)
         search = CandidateSearch(
@@ -196,8 +196,7 @@ def _saturated(bench: WhiteRows, field: CandidateSource, candidates: dict[str, C
     A ripple in time would else be taken for noise of its colour.
     """
     whitener = bench.whitener_of(bench.left(bench.everything(list(candidates.values()))))
-    left = bench.left(bench.chosen(()), whitener)
-    _take(bench, candidates, field.scanned(left, whitener, 0))
+    _take(bench, candidates, field.scanned(bench.chosen(()), whitener, 0))
     return bench.noise(bench.everything(list(candidates.values())))
 
 

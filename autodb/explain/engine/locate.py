@@ -1,11 +1,14 @@
 """Where a mismatch sits: the stretch of a load, and the range of a signal that holds most of it."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autodb.explain.answer import Regime
+from autodb.explain.engine.normal import HELD, columns_side_by_side
 
 Array = NDArray[np.float64]
 
@@ -17,36 +20,69 @@ SHARE = 0.5
 """A regime holds this share of the squared error at least: most of it."""
 FEWEST = 5
 """Rows of a regime: one or two that stand out are no range. Chosen."""
+LONGEST = 0.8
+"""Share of the rows that a stretch covers at most: what is longer is its own opposite. Chosen."""
+SHOWN = 0.05
+"""Share of a stretch's squares that columns beside it must leave for it to be told. Chosen."""
 TINY = 1e-300
 
 
-def strongest_interval(residual: Array, *, bins: int = 400) -> tuple[int, int, int]:
-    """Return (start, end, tries): the rows in which a constant added to the residual explains most.
+def strongest_interval(
+    residual: Array, beside: Array | None = None, *, inside: float = 0.0, bins: int = 400
+) -> tuple[int, int, int]:
+    """Return (start, end, tries): the rows in which a constant explains most of a residual (n,)
+    beside a constant everywhere and columns (n, k) that are fitted with it.
 
-    Sums over all pairs of ``bins`` edges by cumulative sums, Σ²/length maximal; then each edge is
-    refined row by row between its neighbours. At most 80 % of the rows.
+    Of all pairs of ``bins`` edges, ``inside`` times n rows from the ends at least, the one with
+    which the squares fall most; then each edge is refined row by row between its neighbours. At
+    most 80 % of the rows, and none of which the columns give all but ``SHOWN``.
     """
     n = len(residual)
-    edges = np.unique(np.linspace(0, n, min(bins, n) + 1).astype(np.intp))
-    total = np.concatenate([[0.0], np.cumsum(residual - residual.mean())])
-    length = edges[None, :] - edges[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        gain = (total[edges][None, :] - total[edges][:, None]) ** 2 / length
-    gain[(length <= 0) | (length > 0.8 * n)] = -np.inf
+    first = int(np.ceil(inside * n))
+    edges = np.unique(np.linspace(first, n - first, min(bins, n) + 1).astype(np.intp))
+    falls = _Falls.beside(residual, beside)
+    gain = np.array([falls.of(start, edges) for start in edges])
+    gain[edges[None, :] - edges[:, None] <= 0] = -np.inf
     i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
     start, end = int(edges[i]), int(edges[j])
     reach = int(np.ceil(n / len(edges))) + 1
     for _ in range(2):
-        start = _refine(
-            total, np.arange(max(0, start - reach), min(end - 1, start + reach) + 1), end
-        )
-        end = _refine(total, np.arange(max(start + 1, end - reach), min(n, end + reach) + 1), start)
+        near = np.arange(max(first, start - reach), min(end - 1, start + reach) + 1)
+        start = int(near[np.argmax(falls.of(end, near))])
+        near = np.arange(max(start + 1, end - reach), min(n - first, end + reach) + 1)
+        end = int(near[np.argmax(falls.of(start, near))])
     return start, end, int(len(edges) * (len(edges) - 1) / 2)
 
 
-def _refine(total: Array, moved: NDArray[np.intp], fixed: int) -> int:
-    gain = (total[moved] - total[fixed]) ** 2 / np.maximum(np.abs(moved - fixed), 1)
-    return int(moved[np.argmax(gain)])
+@dataclass(frozen=True)
+class _Falls:
+    """By how much the squares of a residual fall with a constant between two rows: its sums up to
+    each row, (n + 1,), and those of the columns of length 1 beside it, (n + 1, k).
+    """
+
+    total: Array
+    held: Array
+
+    @classmethod
+    def beside(cls, residual: Array, columns: Array | None) -> Self:
+        """Return the falls beside a constant and columns (n, k)."""
+        n = len(residual)
+        given = columns_side_by_side(np.ones(n), np.empty((n, 0)) if columns is None else columns)
+        lengths = np.linalg.norm(given, axis=0)
+        base, sizes, _ = np.linalg.svd(given[:, lengths > 0] / lengths[lengths > 0], False)
+        base = base[:, sizes > HELD * sizes[0]]
+        left = residual - base @ (base.T @ residual)
+        sums = np.cumsum(np.column_stack([left, base]), axis=0)
+        sums = np.vstack([np.zeros((1, sums.shape[1])), sums])
+        return cls(sums[:, 0], sums[:, 1:])
+
+    def of(self, fixed: int, moved: NDArray[np.intp]) -> Array:
+        """Return the falls with a constant between one row and each of others."""
+        length = np.abs(moved - fixed)
+        own = length - np.sum((self.held[moved] - self.held[fixed]) ** 2, axis=1)
+        able = (own > SHOWN * length) & (length <= LONGEST * (len(self.total) - 1)) & (length > 0)
+        falls = (self.total[moved] - self.total[fixed]) ** 2 / np.where(able, own, 1.0)
+        return np.where(able, falls, -np.inf)
 
 
 def regimes(

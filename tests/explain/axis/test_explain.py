@@ -19,7 +19,6 @@ from pyarrow import csv
 from autodb.errors import UnusableInput
 from autodb.explain import Explained, explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.explain.engine.locate import strongest_interval
 from autodb.explain.engine.noise import fitted_whitener
 from autodb.proofs.machines.axis.axis import (
     AxisCogging,
@@ -290,15 +289,6 @@ def test_an_autoregression_makes_its_own_noise_white() -> None:
     white = fitted_whitener(series)(series[:, None])[:, 0]
     lag_one = np.corrcoef(white[1:], white[:-1])[0, 1]
     assert abs(lag_one) < 4 / np.sqrt(20000)
-
-
-def test_the_strongest_interval_is_found_to_the_row() -> None:
-    rng = np.random.default_rng(2)
-    values = rng.normal(size=5000)
-    values[1234:1834] += 2.0
-    start, end, _ = strongest_interval(values)
-    assert abs(start - 1234) < 15
-    assert abs(end - 1834) < 15
 
 
 # Files and refusals

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
-from autodb.explain.axis.friction import falls_with_speed
+from autodb.explain.axis.friction import falls_with_speed, is_a_dip
 from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 from tests.helpers.campaigns import first
@@ -86,3 +86,17 @@ def test_a_dip_is_one_where_all_friction_falls(level_A: float, falls: bool) -> N
     dip = level_A * stribeck(sense, there_and_back, speed_mm_s=10.0, exponent=1.0)
     beside = {"coulomb": DRY_A * sense, "viscous": WET_A_S_MM * there_and_back}
     assert falls_with_speed(dip, beside) is falls
+
+
+@pytest.mark.parametrize(("speed_mm_s", "is_one"), [(5.0, True), (60.0, False)])
+def test_a_dip_that_no_drag_gives_is_one_where_friction_only_bends(
+    speed_mm_s: float, is_one: bool
+) -> None:
+    """Beside much viscous friction all of the friction rises with a dip in it, too."""
+    speed = np.linspace(0.5, TOP_MM_S, 400)
+    there_and_back = np.concatenate([speed, -speed])
+    sense = np.sign(there_and_back)
+    dip = 0.1 * stribeck(sense, there_and_back, speed_mm_s=speed_mm_s, exponent=1.0)
+    beside = {"coulomb": DRY_A * sense, "viscous": 0.1 * there_and_back}
+    assert not falls_with_speed(dip, beside)
+    assert is_a_dip(dip, beside) is is_one

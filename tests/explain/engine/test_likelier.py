@@ -34,9 +34,9 @@ class _Two:
         del retuned, parts
         return self.candidates
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
+    def scanned(self, columns: Array, whitener: Whitener, number: int) -> list[Candidate]:
         """Return none."""
-        del left, whitener, number
+        del columns, whitener, number
         return []
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer, ChannelTrace, Regime
-from autodb.explain.engine.locate import DENSER, SHARE, regimes
+from autodb.explain.engine.locate import DENSER, SHARE, regimes, strongest_interval
 from autodb.proofs.machines.axis.axis import PositionFriction, air_moves
 from autodb.records.tables import CutTable, Recording
 
@@ -139,3 +139,37 @@ def test_cuts_in_a_band_of_speeds_are_located_by_speed_alone() -> None:
     assert 45.0 < found.low < 70.0 < found.high < 100.0
     assert_allclose(_shares(found), _recomputed(table, trace, found))
     assert_allclose(sum(trace.takes), 1.0 - (answer.fit.rms_after / answer.fit.rms_before) ** 2)
+
+
+def test_the_strongest_interval_is_found_to_the_row() -> None:
+    rng = np.random.default_rng(2)
+    values = rng.normal(size=5000)
+    values[1234:1834] += 2.0
+    start, end, _ = strongest_interval(values)
+    assert abs(start - 1234) < 15
+    assert abs(end - 1834) < 15
+
+
+def test_the_strongest_interval_is_what_own_terms_do_not_give() -> None:
+    """A load during half of a stroke, of which a fit of mass and weight has taken up the most: what
+    is left is largest elsewhere, and at the end, where no load can be told from a change."""
+    rows = np.arange(2000)
+    weight = np.cos(rows / 2000.0 * np.pi)
+    mass = np.where(rows < 1000, 1.0, -1.0)
+    load = np.where((rows >= 200) & (rows < 950), 5.0, 0.0)
+    own = np.column_stack([weight, mass, np.ones(2000)])
+    values = load + np.random.default_rng(3).normal(size=2000)
+    left = values - own @ np.linalg.lstsq(own, values, rcond=None)[0]
+    alone, beside = strongest_interval(left), strongest_interval(left, own, inside=0.02)
+    assert abs(beside[0] - 200) < 15
+    assert abs(beside[1] - 950) < 15
+    assert alone[0] < 15
+
+
+def test_a_stretch_that_own_terms_give_is_none() -> None:
+    rows = np.arange(1000)
+    known = ((rows >= 200) & (rows < 500)).astype(float)
+    values = np.random.default_rng(4).normal(size=1000) + 3.0 * known
+    start, end, _ = strongest_interval(values, known[:, None], inside=0.02)
+    assert abs(start - 200) + abs(end - 500) > 40
+    assert 20 <= start < end <= 980

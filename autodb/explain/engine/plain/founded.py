@@ -80,8 +80,8 @@ class Proposals(Protocol):
     def beside(self, retuned: Array, parts: list[tuple[str, Array]]) -> list[Candidate]:
         """Return those that act on other effects, built anew beside what has been found."""
 
-    def scanned(self, left: Array, whitener: Whitener, number: int) -> list[Candidate]:
-        """Return those that what is left (m,) at the working rate points to."""
+    def scanned(self, columns: Array, whitener: Whitener, number: int) -> list[Candidate]:
+        """Return those that what columns (m, p) leave at the working rate points to."""
 
 
 def founded(
@@ -174,14 +174,14 @@ def _anew(
     Where nothing was found, own terms would take up what is missing: they act as simulated.
     """
     static = [c for c in named if c.static]
-    left = bench.left(bench.chosen([*_laws(static, found), *found]))
+    columns = bench.chosen([*_laws(static, found), *found])
     retuned, parts = bench.parts(found, PLAIN)
     if not found:
         retuned = np.zeros_like(retuned)
     terms = [c.candidate.known_as for c in found]
     acting = field.beside(retuned, list(zip(terms, parts, strict=True)))
     bench.forget(c.key for c in acting)
-    looked = field.scanned(left, PLAIN, FIRST_SCAN + number)
+    looked = field.scanned(columns, PLAIN, FIRST_SCAN + number)
     made = {c.key: c for c in (*named, *acting, *looked) if c.named}
     made |= {c.candidate.key: c.candidate for c in found}
     return [_beside_twins(bench, c, found) for c in made.values()]
