@@ -49,9 +49,11 @@ MOST_PULSES = 55
 """The ways in which a load could have come and gone more often are too many for a float."""
 SWITCHES = 400.0
 """Moments at which a load may come or go, as far as they differ. Chosen."""
-BY_MOTION = 0.5
-"""Share of the coming and going that the motion tells, up to which it is none of a motion's laws.
-Chosen."""
+BY_MOTION, BY_PHASES = 0.5, 0.6
+"""Share of the coming and going that the motion tells, up to which it is none of a motion's laws:
+of pulses, and what its phases tell of one load. Chosen."""
+PUSHED = 0.15
+"""Share of the most acceleration from which on an axis speeds up or slows down. Chosen."""
 TURNING = "gravity over the angle"
 """Key of a weight that turns with a rotary axis."""
 
@@ -347,7 +349,26 @@ def _told_by_motion(s: AxisSignals, on: NDArray[np.bool_]) -> float:
         [np.ones_like(s.t_s), s.position, s.velocity, np.abs(s.velocity), s.sense, s.acceleration]
     )
     given = given / np.maximum(np.abs(given).max(axis=0), 1e-300)
+    return _share_given(on, given)
+
+
+def told_by_phases(s: AxisSignals, low: float, high: float) -> bool:
+    """Whether the phases of the motion tell when a load is there, from ``low`` to ``high`` [s]:
+    rest, one direction or the other, and speeding up, at speed or slowing down in each.
+
+    What lasts as long as a move, or one of its ramps, is a law of the motion.
+    """
+    pushed = np.abs(s.acceleration) > PUSHED * float(np.quantile(np.abs(s.acceleration), 0.99))
+    ramps = np.where(pushed, np.sign(s.acceleration), 0.0)
+    phase = np.unique(3.0 * np.round(s.sense) + ramps, return_inverse=True)[1]
+    given = (phase[:, None] == np.arange(int(phase.max()) + 1)).astype(np.float64)
+    return _share_given((s.t_s >= low) & (s.t_s <= high), given) > BY_PHASES
+
+
+def _share_given(on: NDArray[np.bool_], given: Array) -> float:
+    """Return the share of a coming and going (n,) that columns (n, p) give."""
     state = on - on.mean()
+    given = given - given.mean(axis=0)
     rest = state - given @ np.linalg.lstsq(given, state, rcond=None)[0]
     return 1.0 - float(rest @ rest) / float(state @ state)
 

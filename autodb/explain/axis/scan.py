@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.axis.loads import load_candidate
+from autodb.explain.axis.loads import load_candidate, told_by_phases
 from autodb.explain.axis.signals import AxisSignals
 from autodb.explain.axis.unknown import BAR, over_place_and_speed
 from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm
@@ -255,6 +255,8 @@ def _load(s: AxisSignals, left: Left, number: int) -> Candidate | None:
     t = left.t_s[left.whitener.places(len(left.t_s))]
     low, high = float(t[start]), float(t[min(end, len(t) - 1)])
     if high - low < min(SHORTEST_LOAD_S, SHORTEST_LOAD * float(np.ptp(t))):
+        return None
+    if told_by_phases(s, low, high):
         return None
     return load_candidate(s, low, high, key=f"external_load {number}")
 

@@ -152,13 +152,13 @@ def pruned(rows: PlainRows, choices: Sequence[Choice]) -> list[Choice]:
     """Return the choices without those that the others do as well without, or that are beside these
     no more of their kind: a dip of friction that has become a rise.
 
-    What acts on others holds what they add: beside it a static law stays, unless it is not among
-    these and does nothing.
+    What acts on others holds what they add, and a stretch is laid where they leave the most: beside
+    these a static law stays, unless what acts does not hold it and it does nothing.
     """
     found = only_of_their_kind(rows, choices)
     while len(found) > 1:
         loss = [np.inf if _is_held(c, found) else _loss(rows, found, c) for c in found]
-        if any(c.candidate.acts for c in found):
+        if any(c.candidate.acts or c.candidate.interval is not None for c in found):
             loss = [
                 np.inf if c.candidate.static and one > 0.0 else one
                 for c, one in zip(found, loss, strict=True)
