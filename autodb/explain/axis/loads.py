@@ -349,7 +349,9 @@ def _told_by_motion(s: AxisSignals, on: NDArray[np.bool_]) -> float:
         [np.ones_like(s.t_s), s.position, s.velocity, np.abs(s.velocity), s.sense, s.acceleration]
     )
     given = given / np.maximum(np.abs(given).max(axis=0), 1e-300)
-    return _share_given(on, given)
+    state = on - on.mean()
+    rest = state - given @ np.linalg.lstsq(given, state, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / float(state @ state)
 
 
 def told_by_phases(s: AxisSignals, low: float, high: float) -> bool:
@@ -361,16 +363,10 @@ def told_by_phases(s: AxisSignals, low: float, high: float) -> bool:
     pushed = np.abs(s.acceleration) > PUSHED * float(np.quantile(np.abs(s.acceleration), 0.99))
     ramps = np.where(pushed, np.sign(s.acceleration), 0.0)
     phase = np.unique(3.0 * np.round(s.sense) + ramps, return_inverse=True)[1]
-    given = (phase[:, None] == np.arange(int(phase.max()) + 1)).astype(np.float64)
-    return _share_given((s.t_s >= low) & (s.t_s <= high), given) > BY_PHASES
-
-
-def _share_given(on: NDArray[np.bool_], given: Array) -> float:
-    """Return the share of a coming and going (n,) that columns (n, p) give."""
-    state = on - on.mean()
-    given = given - given.mean(axis=0)
-    rest = state - given @ np.linalg.lstsq(given, state, rcond=None)[0]
-    return 1.0 - float(rest @ rest) / float(state @ state)
+    on = (s.t_s >= low) & (s.t_s <= high)
+    rows, loaded = np.bincount(phase), np.bincount(phase, on)
+    given = float(np.sum((loaded - rows * on.mean()) ** 2 / rows))
+    return given > BY_PHASES * float(np.sum((on - on.mean()) ** 2))
 
 
 def _stretches(t_s: Array, on: NDArray[np.bool_]) -> Stretches:

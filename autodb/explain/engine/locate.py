@@ -34,8 +34,9 @@ def strongest_interval(
     beside a constant everywhere and columns (n, k) that are fitted with it.
 
     Of all pairs of ``bins`` edges, ``inside`` times n rows from the ends at least, the one with
-    which the squares fall most; then each edge is refined row by row between its neighbours. At
-    most 80 % of the rows, and none of which the columns give all but ``SHOWN``.
+    which the squares fall most; then each edge is refined row by row between its neighbours. It is
+    ``LONGEST`` of the rows at most, and not given by the columns but for ``SHOWN``; an empty one,
+    start = end, where there is none.
     """
     n = len(residual)
     first = int(np.ceil(inside * n))
@@ -45,6 +46,8 @@ def strongest_interval(
     gain[edges[None, :] - edges[:, None] <= 0] = -np.inf
     i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
     start, end = int(edges[i]), int(edges[j])
+    if not np.isfinite(gain[i, j]):
+        return first, first, 1
     reach = int(np.ceil(n / len(edges))) + 1
     for _ in range(2):
         near = np.arange(max(first, start - reach), min(end - 1, start + reach) + 1)

@@ -173,3 +173,9 @@ def test_a_stretch_that_own_terms_give_is_none() -> None:
     start, end, _ = strongest_interval(values, known[:, None], inside=0.02)
     assert abs(start - 200) + abs(end - 500) > 40
     assert 20 <= start < end <= 980
+
+
+def test_where_the_columns_give_every_stretch_there_is_none() -> None:
+    every = np.tri(60)
+    start, end, _ = strongest_interval(np.ones(60), every)
+    assert start == end
