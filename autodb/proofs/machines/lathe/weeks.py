@@ -3,8 +3,8 @@
 Edges wear and are changed, one of them without anybody writing it down; one pair has a band of
 cutting speed with a built-up edge; one bar is of a harder melt; the drive of one axis comes to show
 6 % more current for a force. Forces, currents and the calibration programme are those of the
-virtual lathe (``process``, ``drives``, ``jobs``). What has no source here is *chosen*, before
-anything was judged on it.
+virtual lathe (``process``, ``drives``, ``jobs``); inserts have a nose, so that thin depths are cut
+at a smaller entering angle. What has no source here is *chosen*, before anything was judged on it.
 """
 
 import math
@@ -19,7 +19,7 @@ from autodb.proofs.machines.lathe.drives import spindle_share
 from autodb.proofs.machines.lathe.jobs import production_cuts, standard_cuts
 from autodb.proofs.machines.lathe.lathe import cut_row, cut_table
 from autodb.proofs.machines.lathe.machine import Lathe
-from autodb.proofs.machines.lathe.process import Array, TrueCut, TruePair, flank_wear_mm
+from autodb.proofs.machines.lathe.process import NOSE_MM, Array, TrueCut, TruePair, flank_wear_mm
 
 BATCHES, IN_BATCH = 10, 30
 PAIRS = ("steel bar", "tough steel", "brass")
@@ -149,6 +149,7 @@ def _pairs(rng: np.random.Generator) -> list[TruePair]:
         found.append(
             TruePair(
                 work, tool, tangential * float(along), feed * float(across),
+                nose_mm=NOSE_MM,
                 life_s=float(rng.uniform(1200.0, 2000.0)),
                 worn_tangential=float(rng.uniform(0.25, 0.5)),
                 worn_thrust=float(rng.uniform(0.5, 0.9)),
