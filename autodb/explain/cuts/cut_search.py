@@ -110,7 +110,7 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     Each account has its own idea of the scatter, which speaks for it: by both they are compared.
     A curve takes no law's place, so that the names of both stand without their curves here, and
     another name must be among them. What soaks up any misfit has to do much better where there is
-    one component, so that nothing tells it apart.
+    one component, so that nothing tells it apart, and so do drifts of all sensors.
     """
     names, others = _named(founded.found), _named(rival.found)
     rise = [
@@ -120,7 +120,8 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     fall = 1.0 - float(np.prod(rise)) ** 0.25
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
-    if len(founded.stack.names) == 1 and not all(one.static for one in other):
+    alone = len(founded.stack.names) == 1 and not all(one.static for one in other)
+    if alone or drifting_in_all(rival.stack, others):
         asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
@@ -154,26 +155,15 @@ def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts
 
 
 def _as_can_be(result: FoundInCuts) -> FoundInCuts:
-    """Return the set without effects that a table cannot hold (``impossible``), searched anew, and
-    without drifts of all sensors where cuts left out are predicted about as well.
-    """
-    stack, own = result.stack, result.own
+    """Return the set without effects that a table cannot hold (``impossible``), searched anew."""
+    stack, own, search = result.stack, result.own, result.search
     while barred := impossible(stack, own, result.found, result.founded):
-        result = _barring(result, barred)
-    drifts = drifting_in_all(stack, result.found)
-    if not drifts:
-        return result
-    other = _as_can_be(_barring(result, drifts))
-    of_cuts, of_sensors = (held_out_square(stack, own, r.found.choices) for r in (other, result))
-    return result if of_sensors < (1.0 - MUCH) ** 2 * of_cuts else other
-
-
-def _barring(result: FoundInCuts, choices: Sequence[Choice]) -> FoundInCuts:
-    """Return the set that is best without some shapes."""
-    search = result.search.barring(choices)
-    predicted = partial(held_out_square, result.stack, result.own)
-    found = _swapped(search, search.best(), result.founded, predicted)
-    return replace(result, search=search, found=found)
+        for choice in barred:
+            search.bar(choice)
+        predicted = partial(held_out_square, stack, own)
+        found = _swapped(search, search.best(), result.founded, predicted)
+        result = replace(result, found=found)
+    return result
 
 
 def _strong(result: FoundInCuts) -> tuple[Choice, ...]:

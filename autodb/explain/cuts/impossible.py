@@ -1,9 +1,8 @@
-"""Effects that a table of cuts cannot hold, or hardly, whatever their evidence.
+"""Effects that a table of cuts cannot hold, whatever their evidence, or hardly.
 
 No effect is larger than the forces that were measured. Harder material is harder in most
 components, by cuts left out: what scales one of several alone is its sensor, and is looked for as
-that. And hardly do the sensors of all components drift where the clock follows the settings of the
-cuts: each has a zero of its own, and what all of them show together is rather of the cuts.
+that. And hardly do the sensors of all components drift as the settings go.
 """
 
 from collections.abc import Collection
@@ -61,17 +60,13 @@ def _helps_most(stack: Stack, own: dict[str, LawColumns], found: FoundSet, choic
     return bool(2 * np.count_nonzero(whole < without) > len(stack.names))
 
 
-def drifting_in_all(stack: Stack, found: FoundSet) -> list[Choice]:
-    """Return every shape of a sensor's drift where each of several components has one, in a table
-    whose clock follows the settings of its cuts.
+def drifting_in_all(stack: Stack, choices: Collection[Choice]) -> bool:
+    """Whether each of several components has a sensor that drifts, in a table whose clock follows
+    the settings of its cuts: each has a zero of its own, and what all show is rather of the cuts.
     """
-    choices = found.choices
-    drifts = [one.candidate for one in choices if one.candidate.term == SENSOR_DRIFT.name]
-    if len(drifts) < max(len(stack.names), 2) or not designed(stack).holds(
-        stack.known.t_s[:, None]
-    ):
-        return []
-    return _all_shapes(drifts)
+    drifts = [one for one in choices if one.candidate.term == SENSOR_DRIFT.name]
+    several = len(drifts) >= max(len(stack.names), 2)
+    return several and designed(stack).holds(stack.known.t_s[:, None])
 
 
 def _all_shapes(candidates: Collection[Candidate]) -> list[Choice]:

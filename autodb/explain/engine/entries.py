@@ -6,8 +6,9 @@ from typing import Literal
 from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import LIKELIER_THAN_NOT, Mistuned
+from autodb.explain.engine.search import alike_terms
 from autodb.explain.engine.standing import Standing
-from autodb.terms.vocabulary import all_terms, effect_called
+from autodb.terms.vocabulary import effect_called
 from autodb.wording import significant, stored_msgid
 
 HAS_WITH = stored_msgid(
@@ -194,16 +195,3 @@ def undecided_entry(
         variables=choice.candidate.variables,
         to_tell_apart=apart,
     )
-
-
-def alike_terms(name: str) -> frozenset[str]:
-    """Return the terms that look like one, or that one of these looks like."""
-    found = {name}
-    terms = all_terms()
-    for _ in terms:
-        more = {t.name for t in terms if found & set(t.alike)}
-        more |= {other for t in terms if t.name in found for other in t.alike}
-        if more <= found:
-            break
-        found |= more
-    return frozenset(found - {name})

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.evidence import Given, Products
+from autodb.terms.vocabulary import all_terms
 
 Array = NDArray[np.float64]
 
@@ -124,14 +125,6 @@ class CandidateSearch:
         gone = choice.candidate.key
         self._settled = {keys: one for keys, one in self._settled.items() if gone not in keys}
         self._best = {at: offer for at, offer in self._best.items() if at[1] != gone}
-
-    def barring(self, choices: Iterable[Choice]) -> Self:
-        """Return the search that offers some shapes no more; this one still does."""
-        other = copy(self)
-        other._barred = set(self._barred)
-        for choice in choices:
-            other.bar(choice)
-        return other
 
     def best_shape(self, given: Given, candidate: Candidate) -> Offer | None:
         """Return a candidate in its shape with most evidence; None when none explains anything."""
@@ -390,3 +383,16 @@ def _nearly_named(search: CandidateSearch, found: FoundSet, swapped: FoundSet) -
     names = [sum(c.candidate.named for c in one.choices) for one in (found, swapped)]
     enough = search.explained(found) >= SIMPLE_ENOUGH * search.explained(swapped)
     return names[1] < names[0] and enough
+
+
+def alike_terms(name: str) -> frozenset[str]:
+    """Return the terms that look like one, or that one of these looks like."""
+    found = {name}
+    terms = all_terms()
+    for _ in terms:
+        more = {t.name for t in terms if found & set(t.alike)}
+        more |= {other for t in terms if t.name in found for other in t.alike}
+        if more <= found:
+            break
+        found |= more
+    return frozenset(found - {name})

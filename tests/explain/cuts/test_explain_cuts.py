@@ -22,7 +22,7 @@ from autodb.explain.cuts.fit import held_out_square
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.stack import edge_read_off
 from autodb.explain.engine.candidates import Candidate, CandidateForm
-from autodb.explain.engine.entries import alike_terms
+from autodb.explain.engine.search import alike_terms
 from autodb.records.tables import CutTable
 from tests.helpers.campaigns import first
 from tests.helpers.truths import cuts as truths
