@@ -15,15 +15,7 @@ from autodb.proofs.machines.axis.axis import (
     PositionFriction,
     air_moves,
 )
-from autodb.proofs.machines.lathe import process
-from autodb.proofs.machines.lathe.jobs import (
-    FACED,
-    REPEATED,
-    cut_at,
-    standard_cuts,
-    week_1_cuts,
-    week_2_cuts,
-)
+from autodb.proofs.machines.lathe.jobs import FACED, cut_at, standard_cuts, week_1_cuts, week_2_cuts
 from autodb.proofs.machines.lathe.lathe import Lathe, cut_table
 from autodb.proofs.machines.lathe.phases import raw_cut
 from autodb.proofs.machines.lathe.process import ALUMINIUM, STEEL, TrueCut, mean_forces_N
@@ -94,32 +86,6 @@ def test_a_taper_turns_the_frame_of_turning() -> None:
     )
     for axis in "xz":
         assert abs(both[f"{axis}.current.range"] - both[f"{axis}.current.air"]) > 0.1
-
-
-def test_a_nose_cuts_thin_depths_at_a_smaller_angle() -> None:
-    """The reference cut keeps its forces; less depth takes more force per mm and pushes more away.
-
-    The straight place of a nose of almost no radius is the straight edge.
-    """
-    nosed = replace(STEEL, nose_mm=0.8)
-    reference = cut_at(REPEATED)
-    assert_allclose(mean_forces_N(nosed, reference)[1:], mean_forces_N(STEEL, reference)[1:])
-    thin = cut_at((0.5, *REPEATED[1:]))
-    deep = cut_at((2.5, *REPEATED[1:]))
-    per_mm = [mean_forces_N(nosed, cut) / cut.depth_mm for cut in (thin, deep)]
-    assert per_mm[0][1] > 1.05 * per_mm[1][1]
-    assert per_mm[0][0] > 2.0 * per_mm[1][0]
-    assert per_mm[0][2] < 0.9 * per_mm[1][2]
-    sharp = replace(STEEL, nose_mm=1e-6)
-    assert_allclose(mean_forces_N(sharp, thin)[1:2], mean_forces_N(STEEL, thin)[1:2], rtol=1e-4)
-
-
-def test_the_places_of_a_nose_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    nosed = replace(STEEL, nose_mm=0.8)
-    cuts = [cut_at((depth, *REPEATED[1:])) for depth in (0.5, 1.0, 2.5)]
-    coarse = [mean_forces_N(nosed, cut) for cut in cuts]
-    monkeypatch.setattr(process, "NOSE_PLACES", 2 * process.NOSE_PLACES)
-    assert_allclose([mean_forces_N(nosed, cut) for cut in cuts], coarse, rtol=1e-3)
 
 
 def test_facing_current_falls_with_load_and_folds_where_the_weight_is_carried() -> None:

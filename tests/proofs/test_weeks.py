@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from autodb.proofs.machines.lathe import noses
+from autodb.proofs.machines.lathe.jobs import REPEATED, cut_at
+from autodb.proofs.machines.lathe.noses import with_nose
+from autodb.proofs.machines.lathe.process import STEEL, mean_forces_N
 from autodb.proofs.machines.lathe.weeks import (
     BATCHES,
     DRIFT,
@@ -75,6 +79,25 @@ def test_what_files_before_show_is_all_that_can_be_foreseen(weeks: Weeks) -> Non
 
 def _beside(cut: WeekCut) -> float:
     return cut.force_N[1] / cut.foreseeable_N[1]
+
+
+def test_a_nose_cuts_thin_depths_at_a_smaller_angle() -> None:
+    """The reference cut keeps its forces; per mm less depth takes more along, less of the feed."""
+    reference, thin, deep = (cut_at((depth, *REPEATED[1:])) for depth in (REPEATED[0], 0.5, 2.5))
+    same = mean_forces_N(with_nose(STEEL, reference), reference)
+    assert_allclose(same, mean_forces_N(STEEL, reference), rtol=1e-3)
+    of_thin, of_deep = (
+        mean_forces_N(with_nose(STEEL, cut), cut) / cut.depth_mm for cut in (thin, deep)
+    )
+    assert of_thin[1] > 1.05 * of_deep[1]
+    assert of_thin[2] < 0.9 * of_deep[2]
+
+
+def test_the_places_of_a_nose_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    cuts = [cut_at((depth, *REPEATED[1:])) for depth in (0.5, 1.0, 2.5)]
+    coarse = [mean_forces_N(with_nose(STEEL, cut), cut) for cut in cuts]
+    monkeypatch.setattr(noses, "NOSE_PLACES", 2 * noses.NOSE_PLACES)
+    assert_allclose([mean_forces_N(with_nose(STEEL, cut), cut) for cut in cuts], coarse, rtol=1e-3)
 
 
 def test_other_ways_find_a_power_law() -> None:

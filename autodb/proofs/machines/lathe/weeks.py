@@ -3,8 +3,8 @@
 Edges wear and are changed, one of them without anybody writing it down; one pair has a band of
 cutting speed with a built-up edge; one bar is of a harder melt; the drive of one axis comes to show
 6 % more current for a force. Forces, currents and the calibration programme are those of the
-virtual lathe (``process``, ``drives``, ``jobs``); inserts have a nose, so that thin depths are cut
-at a smaller entering angle. What has no source here is *chosen*, before anything was judged on it.
+virtual lathe (``process``, ``drives``, ``jobs``), of inserts with a nose (``noses``). What has no
+source here is *chosen*, before anything was judged on it.
 """
 
 import math
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.drives import spindle_share
 from autodb.proofs.machines.lathe.jobs import production_cuts, standard_cuts
-from autodb.proofs.machines.lathe.lathe import cut_row, cut_table
+from autodb.proofs.machines.lathe.lathe import cut_row, cut_table_of
 from autodb.proofs.machines.lathe.machine import Lathe
+from autodb.proofs.machines.lathe.noses import with_nose
 from autodb.proofs.machines.lathe.process import (
-    NOSE_MM,
     Array,
     TrueCut,
     TruePair,
@@ -139,9 +139,10 @@ def draw_weeks(seed: int) -> Weeks:
     for number in range(BATCHES):
         now = _drifted(lathe, axis, DRIFT * sign * min(max(number - began + 1, 0) / DRIFT_OVER, 1))
         batches.append(_batch(seed, number, now, shop, drifted=number >= began))
+    standard = [(with_nose(pairs[0], cut), cut) for cut in standard_cuts()]
     return Weeks(
         seed=seed,
-        calibration=cut_table(lathe, pairs[0], standard_cuts(), seed, dynamometer=True),
+        calibration=cut_table_of(lathe, standard, seed, dynamometer=True),
         batches=tuple(batches),
         drifts=(axis, began, DRIFT * sign),
         hard=hard,
@@ -159,15 +160,15 @@ def _batch(seed: int, number: int, lathe: Lathe, shop: _Shop, *, drifted: bool) 
         shown = replace(true, tool_edge=used.shown[0], cutting_time_s=used.shown[1])
         where = k, number, true.speed_m_min
         share = spindle_share(lathe.spindle, seed, start_s + 0.5 * cut.duration_s)
-        pair = _scaled(shop.pairs[k], shop.factor(*where))
+        pair = with_nose(_scaled(shop.pairs[k], shop.factor(*where)), true)
         ranges, force = cut_row(lathe, pair, true, seed=(seed, 7, number, place), share=share)
-        mean_N = mean_forces_N(_scaled(shop.pairs[k], shop.foreseeable(*where)), shown)
+        usual = with_nose(_scaled(shop.pairs[k], shop.foreseeable(*where)), shown)
         rows.append(_row(place, start_s, true, k, used.written) | ranges)
         worn = flank_wear_mm(shop.pairs[k], *used.made) > WORN_MM
         states = (_is_built_up(k, true.speed_m_min), (k, number) == shop.hard, drifted, worn)
         names = ("built-up edge", "hard batch", "drifted axis", "worn edge")
         named = [name for name, holds in zip(names, states, strict=True) if holds]
-        x_N, y_N, z_N = (lathe.work_factor * mean_N).tolist()
+        x_N, y_N, z_N = (lathe.work_factor * mean_forces_N(usual, shown)).tolist()
         cuts.append(
             WeekCut(k, true, *used.written, (named or ["fresh edge"])[0],
                     (force["force.x"], force["force.y"], force["force.z"]), (x_N, y_N, z_N))
@@ -184,7 +185,6 @@ def _pairs(rng: np.random.Generator) -> list[TruePair]:
         found.append(
             TruePair(
                 work, tool, tangential * float(along), feed * float(across),
-                nose_mm=NOSE_MM,
                 life_s=float(rng.uniform(1200.0, 2000.0)),
                 worn_tangential=float(rng.uniform(0.25, 0.5)),
                 worn_thrust=float(rng.uniform(0.5, 0.9)),
