@@ -17,6 +17,7 @@ from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.simulated_speed import softened, softening_read_off
 from autodb.explain.cuts.simulated_wear import wear_read_off
 from autodb.explain.cuts.stack import (
+    SETTINGS,
     Stack,
     edge_read_off,
     recorded_and_simulated,
@@ -110,7 +111,8 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     Each account has its own idea of the scatter, which speaks for it: by both they are compared.
     A curve takes no law's place, so that the names of both stand without their curves here, and
     another name must be among them. What soaks up any misfit has to do much better where there is
-    one component, so that nothing tells it apart, and so do drifts of all sensors.
+    one component, so that nothing tells it apart, and so have drifts of all sensors that may hide a
+    law of a setting.
     """
     names, others = _named(founded.found), _named(rival.found)
     rise = [
@@ -121,11 +123,17 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
     alone = len(founded.stack.names) == 1 and not all(one.static for one in other)
-    if alone or drifting_in_all(rival.stack, others):
+    if alone or (_hidden(names, rival.found) and drifting_in_all(rival.stack, others)):
         asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
     return rival if others and fall > asked else founded
+
+
+def _hidden(names: Sequence[Choice], rival: FoundSet) -> bool:
+    """Whether some names go with a setting of the cuts, and another account lacks them."""
+    lacking = (one.candidate for one in names if one.candidate.key not in rival.keys)
+    return any(set(SETTINGS) & set(one.variables) for one in lacking)
 
 
 def _named(found: FoundSet) -> tuple[Choice, ...]:
