@@ -40,6 +40,7 @@ from autodb.proofs.machines.lathe import (
     lathe,
     law_pairs,
     machine,
+    noses,
     power_pairs,
     process,
     reference_lathe,
@@ -84,7 +85,7 @@ CONCEALED_MILLS = (
     milling,
 )
 DAY = (day, drives, machine, cases, build, case, cut_effects, cut_families, cuts, moves)
-WEEKS = (weeks, drives, jobs, lathe, machine, process)
+WEEKS = (weeks, drives, jobs, lathe, machine, noses, process)
 REFERENCE_AXIS = (curves, motion, reference_axis, reference_friction, reference_moves)
 REFERENCE_MILL = (
     curves,

@@ -69,3 +69,32 @@ def test_growth_is_seen_and_seldom_where_there_is_none() -> None:
 
 def test_forces_that_fall_with_use_do_not_wear() -> None:
     assert not wears(_cuts(4, unseen=None, grows=-0.2))
+
+
+def _broke_down(seed: int, after: int, softer: int = 0) -> EdgeCuts:
+    """Return the cuts of an edge that wears late, changed before the last ``after`` of them.
+
+    ``softer``: so many cuts before the last are of softer work instead.
+    """
+    rng = np.random.default_rng(seed)
+    number = np.arange(40)
+    edge = np.where(number < 16, 0, 1)
+    written = np.asarray(60.0 * np.where(edge == 0, number, number - 16), dtype=np.float64)
+    begun_s = written[40 - after] if after else 0.0
+    true = np.where(number >= 40 - after, written - begun_s, written)
+    share = true / 1440.0
+    growth = 0.08 * share + 0.3 * share**6
+    growth[39 - softer : 39] -= 0.25
+    q = np.column_stack([growth, 1.3 * growth]) + rng.normal(0.0, 0.03, (40, 2))
+    return EdgeCuts(q, edge.astype(np.intp), written, 1.0)
+
+
+@pytest.mark.parametrize("after", [2, 3, 5])
+def test_an_edge_that_breaks_down_is_seen_to_be_changed_soon(after: int) -> None:
+    found = [[one.cut for one in edge_changes(_broke_down(seed, after))] for seed in range(8)]
+    assert found.count([40 - after]) >= 6
+
+
+def test_softer_cuts_before_a_worn_one_are_no_new_edge() -> None:
+    for seed in range(8):
+        assert edge_changes(_broke_down(seed, 0, softer=2)) == []

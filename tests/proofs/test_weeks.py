@@ -4,12 +4,23 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.proofs.machines.lathe.weeks import BATCHES, DRIFT, IN_BATCH, Weeks, draw_weeks
+from autodb.proofs.machines.lathe import noses
+from autodb.proofs.machines.lathe.jobs import REPEATED, cut_at
+from autodb.proofs.machines.lathe.noses import with_nose
+from autodb.proofs.machines.lathe.process import STEEL, mean_forces_N
+from autodb.proofs.machines.lathe.weeks import (
+    BATCHES,
+    DRIFT,
+    IN_BATCH,
+    WeekCut,
+    Weeks,
+    draw_weeks,
+)
 from autodb.proofs.runs.run_file import Finished, Origin
 from autodb.proofs.runs.weeks.weeks_events import Named
 from autodb.proofs.runs.weeks.weeks_peers import by_neighbours, by_squares, by_trees
 from autodb.proofs.runs.weeks.weeks_run import Foreseen
-from autodb.proofs.runs.weeks.weeks_summary import SCATTERS, WeeksSummary, weeks_summary_of
+from autodb.proofs.runs.weeks.weeks_summary import WeeksSummary, weeks_summary_of
 
 ORIGIN = Origin("weeks", "0", "0", "0")
 
@@ -46,6 +57,49 @@ def test_what_is_said_to_happen_happens(weeks: Weeks) -> None:
     assert after.true.cutting_time_s == 0.0 < before.cutting_time_s < after.cutting_time_s
 
 
+def test_what_files_before_show_is_all_that_can_be_foreseen(weeks: Weeks) -> None:
+    """Beside it a hard bar, a first built-up edge and an unwritten new edge stand out, once."""
+    pair, batch = weeks.hard
+    own = [cut for cut in weeks.batches[batch].cuts if cut.pair == pair]
+    assert min(_beside(cut) for cut in own if cut.condition == "hard batch") > 1.1
+    first, later = (
+        [_beside(cut) for cut in weeks.batches[k].cuts if cut.condition == "built-up edge"]
+        for k in (2, 3)
+    )
+    assert max(first) < 0.87
+    assert min(later) > 0.9
+    pair, number = weeks.unrecorded
+    cuts = [(k, c) for k, b in enumerate(weeks.batches) for c in b.cuts if c.pair == pair]
+    at = cuts[number - 1][0]
+    same = [cut for k, cut in cuts[number - 1 :] if k == at]
+    assert np.mean([_beside(cut) for cut in same]) < 0.9
+    after = [_beside(cut) for k, cut in cuts if k == at + 1 and cut.condition != "hard batch"]
+    assert abs(np.mean(after) - 1.0) < 0.05
+
+
+def _beside(cut: WeekCut) -> float:
+    return cut.force_N[1] / cut.foreseeable_N[1]
+
+
+def test_a_nose_cuts_thin_depths_at_a_smaller_angle() -> None:
+    """The reference cut keeps its forces; per mm less depth takes more along, less of the feed."""
+    reference, thin, deep = (cut_at((depth, *REPEATED[1:])) for depth in (REPEATED[0], 0.5, 2.5))
+    same = mean_forces_N(with_nose(STEEL, reference), reference)
+    assert_allclose(same, mean_forces_N(STEEL, reference), rtol=1e-3)
+    of_thin, of_deep = (
+        mean_forces_N(with_nose(STEEL, cut), cut) / cut.depth_mm for cut in (thin, deep)
+    )
+    assert of_thin[1] > 1.05 * of_deep[1]
+    assert of_thin[2] < 0.9 * of_deep[2]
+
+
+def test_the_places_of_a_nose_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    cuts = [cut_at((depth, *REPEATED[1:])) for depth in (0.5, 1.0, 2.5)]
+    coarse = [mean_forces_N(with_nose(STEEL, cut), cut) for cut in cuts]
+    monkeypatch.setattr(noses, "NOSE_PLACES", 2 * noses.NOSE_PLACES)
+    assert_allclose([mean_forces_N(with_nose(STEEL, cut), cut) for cut in cuts], coarse, rtol=1e-3)
+
+
 def test_other_ways_find_a_power_law() -> None:
     rng = np.random.default_rng(1)
     cuts = np.column_stack([rng.uniform(-2.0, -1.0, 80), rng.uniform(0.0, 1.0, 80),
@@ -69,7 +123,7 @@ def _shop(held: float, error: float) -> tuple[Foreseen | Named, ...]:
                 half = 101.0 * error if k < held * IN_BATCH else 0.5 * error
                 found.append(
                     Foreseen(batch, k % 3, name, conditions[k % 5], 100.0, value, value - half,
-                             value + half, (110.0, 90.0, 105.0), 0.03)
+                             value + half, (110.0, 90.0, 105.0), 0.03, 99.0)
                 )  # fmt: skip
     return (*found, Named("wear", "tool_wear", 1, 3, 30), Named("", "depth_error", 2, 2, None))
 
@@ -79,12 +133,14 @@ def test_the_score_counts_shops_files_and_names() -> None:
     found = weeks_summary_of(runs, ORIGIN)
     assert found.pooled.share == pytest.approx(0.8)
     assert found.pooled.se == pytest.approx(0.2)
-    assert (found.fewest, found.below, found.files) == (18, 20, 40)
+    assert (found.fewest, found.below, found.files) == ((18, 30), (20, 0), 40)
+    assert found.pooled.oracle == 1.0
     for one in found.errors:
         assert one.late == pytest.approx(0.02)
         assert one.peers == pytest.approx((0.1, 0.1, 0.05))
-        assert one.foreseeable == pytest.approx(0.02)
-        assert one.oracle == pytest.approx(np.hypot(0.03, SCATTERS[one.component]))
+        assert one.soft == pytest.approx(0.02)
+        assert one.oracle == pytest.approx(0.99 * 1.03 - 1.0)
+        assert one.oracle_soft == pytest.approx(one.oracle)
     wear = next(one for one in found.events if one.name == "wear")
     assert (wear.events, wear.named, wear.cuts) == (2, 2, 30.0)
     assert found.invented == (("depth_error", 2, 2),)

@@ -7,17 +7,22 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.candidates.laws import (
-    LawColumns,
-)
+from autodb.explain.cuts.candidates.laws import LawColumns
 from autodb.explain.cuts.candidates.library import Library, of_forces
 from autodb.explain.cuts.evidence import TableProducts, TableSearch, products
-from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_rows, held_out_square
+from autodb.explain.cuts.fit import all_columns, fit_cuts, held_out_square
+from autodb.explain.cuts.impossible import drifting_in_all, impossible
 from autodb.explain.cuts.plain_rows import laws_of_table
 from autodb.explain.cuts.scatter import with_noise
 from autodb.explain.cuts.simulated_speed import softened, softening_read_off
 from autodb.explain.cuts.simulated_wear import wear_read_off
-from autodb.explain.cuts.stack import Stack, edge_read_off, recorded_and_simulated, table_conditions
+from autodb.explain.cuts.stack import (
+    SETTINGS,
+    Stack,
+    edge_read_off,
+    recorded_and_simulated,
+    table_conditions,
+)
 from autodb.explain.engine.candidates import Candidate, Choice
 from autodb.explain.engine.plain.growing import GAIN
 from autodb.explain.engine.plain.rows import NEEDED
@@ -41,7 +46,7 @@ STRONG = 0.2
 """Share of the greatest effect's evidence above which an effect is no part of the scatter."""
 MUCH = 0.4
 """Share by which the error on cuts left out must be smaller with what soaks up any misfit in the
-place of a law, where one component alone shows it. Chosen."""
+place of a law, where one component alone shows it, or in all at once. Chosen."""
 PASSES = 2
 """Scatter is estimated by a rich model first, then with what was found."""
 
@@ -106,7 +111,8 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     Each account has its own idea of the scatter, which speaks for it: by both they are compared.
     A curve takes no law's place, so that the names of both stand without their curves here, and
     another name must be among them. What soaks up any misfit has to do much better where there is
-    one component, so that nothing tells it apart.
+    one component, so that nothing tells it apart, and so have drifts of all sensors that may hide a
+    law of a setting.
     """
     names, others = _named(founded.found), _named(rival.found)
     rise = [
@@ -116,11 +122,18 @@ def _better_account(founded: FoundInCuts, rival: FoundInCuts) -> FoundInCuts:
     fall = 1.0 - float(np.prod(rise)) ** 0.25
     other = [c.candidate for c in others if c.candidate.key not in founded.found.keys]
     asked = NEEDED * (_columns(others) - _columns(names)) + GAIN * (len(others) - len(names))
-    if len(founded.stack.names) == 1 and not all(one.static for one in other):
+    alone = len(founded.stack.names) == 1 and not all(one.static for one in other)
+    if alone or (_hidden(names, rival.found) and drifting_in_all(rival.stack, others)):
         asked = max(asked, MUCH)
     if not other and len(others) < len(rival.found.choices):
         return founded
     return rival if others and fall > asked else founded
+
+
+def _hidden(names: Sequence[Choice], rival: FoundSet) -> bool:
+    """Whether some names go with a setting of the cuts, and another account lacks them."""
+    lacking = (one.candidate for one in names if one.candidate.key not in rival.keys)
+    return any(set(SETTINGS) & set(one.variables) for one in lacking)
 
 
 def _named(found: FoundSet) -> tuple[Choice, ...]:
@@ -150,53 +163,15 @@ def _looked_for(stack: Stack, library: Library, *, founded: bool) -> FoundInCuts
 
 
 def _as_can_be(result: FoundInCuts) -> FoundInCuts:
-    """Return the set in which no effect is larger than the forces that were measured, and harder
-    material is harder in most components, by cuts left out: what scales one of several alone is its
-    sensor, and is looked for as that.
-    """
-    while True:
-        barred = [*_too_large(result), *_harder_in_few(result)]
-        if not barred:
-            return result
+    """Return the set without effects that a table cannot hold (``impossible``), searched anew."""
+    stack, own, search = result.stack, result.own, result.search
+    while barred := impossible(stack, own, result.found, result.founded):
         for choice in barred:
-            result.search.bar(choice)
-        predicted = partial(held_out_square, result.stack, result.own)
-        best = result.search.best()
-        found = _swapped(result.search, best, result.founded, predicted)
+            search.bar(choice)
+        predicted = partial(held_out_square, stack, own)
+        found = _swapped(search, search.best(), result.founded, predicted)
         result = replace(result, found=found)
-
-
-def _too_large(result: FoundInCuts) -> list[Choice]:
-    """Return those beside the laws that add more to a component than was measured of it."""
-    stack, own, choices = result.stack, result.own, result.found.choices
-    most = np.abs(stack.recording).max(axis=1)
-    parts = fit_cuts(stack, own, choices).parts[len(own) :]
-    return [
-        choice
-        for choice, part in zip(choices, parts, strict=True)
-        if choice.candidate.key not in result.founded and np.any(np.abs(part).max(axis=1) > most)
-    ]
-
-
-def _harder_in_few(result: FoundInCuts) -> list[Choice]:
-    """Return every shape of harder material that helps to predict few components."""
-    found = result.found
-    return [
-        Choice(choice.candidate, number)
-        for choice in found.choices
-        if choice.candidate.term == "hard_spot" and not _helps_most(result, found, choice)
-        for number in range(len(choice.candidate.forms))
-    ]
-
-
-def _helps_most(result: FoundInCuts, found: FoundSet, choice: Choice) -> bool:
-    """Whether most components of cuts left out of the fit are predicted better with an effect."""
-    stack, own = result.stack, result.own
-    whole, without = (
-        np.sum(held_out_rows(stack, own, choices) ** 2, axis=1)
-        for choices in (found.choices, found.without(choice.candidate.key))
-    )
-    return bool(2 * np.count_nonzero(whole < without) > len(stack.names))
+    return result
 
 
 def _strong(result: FoundInCuts) -> tuple[Choice, ...]:

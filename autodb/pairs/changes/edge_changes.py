@@ -28,10 +28,14 @@ BEATS = 6.0
 """Log likelihood by which a change must beat none. Chosen: odds of 400, for some 100 places."""
 STEP_BEATS = 1.0
 """Log likelihood by which a step that stays may be better, with its share for each component."""
-BENDS = (1.0, 2.0)
-"""Powers that are tried beside the one that cuts come with: steady, and late. Chosen."""
+BENDS = (1.0, 2.0, 3.0)
+"""Powers that are tried beside the one that cuts come with: from steady to the latest that wear is
+learnt with (`worn.POWERS`), as of an edge that breaks down. Chosen."""
 AROUND = 4
-"""Cuts on an edge before its change, and after, at least."""
+"""Cuts on an edge before its change at least, and after it where not each shows the fall."""
+SOON = 2
+"""Cuts after a change at least: each of fewer than AROUND must show most of the fall. Chosen: a
+single cut of softer work looks alike."""
 DROP = 0.1
 """Share of the force, of some component, that falls away at least. Chosen: less is no edge's
 end."""
@@ -117,7 +121,7 @@ def _surest(cuts: EdgeCuts) -> EdgeChange | None:
     step, _ = _fitted(cuts, _after(cuts, cut))
     if score - none < BEATS or step - score > STEP_BEATS or not np.nanmax(fell) >= DROP:
         return None
-    if np.nansum(_fall(cuts, cut)) < SEEN * np.nansum(fell):
+    if np.nansum(_fall(cuts, cut)) < SEEN * np.nansum(fell) or not _each_fell(cuts, cut, fell):
         return None
     return EdgeChange(cut, tuple(fell.tolist()), score - none)
 
@@ -126,7 +130,7 @@ def _places(cuts: EdgeCuts) -> Iterator[int]:
     """Give the cuts before which their edge may have been changed."""
     for edge in np.unique(cuts.edge):
         rows = np.flatnonzero((cuts.edge == edge) & np.isfinite(cuts.used_s))
-        yield from (int(k) for k in rows[AROUND : len(rows) - AROUND + 1])
+        yield from (int(k) for k in rows[AROUND : len(rows) - SOON + 1])
 
 
 def _fall(cuts: EdgeCuts, cut: int) -> Array:
@@ -135,6 +139,17 @@ def _fall(cuts: EdgeCuts, cut: int) -> Array:
     place = int(np.searchsorted(rows, cut))
     before, after = rows[max(place - AROUND, 0) : place], rows[place : place + AROUND]
     return _mean(cuts.q[before]) - _mean(cuts.q[after])
+
+
+def _each_fell(cuts: EdgeCuts, cut: int, fell: Array) -> bool:
+    """Whether each of fewer cuts than AROUND after a change shows the share SEEN of its fall."""
+    rows = np.flatnonzero(cuts.edge == cuts.edge[cut])
+    place = int(np.searchsorted(rows, cut))
+    before, after = rows[max(place - AROUND, 0) : place], rows[place:]
+    if len(after) >= AROUND:
+        return True
+    each = np.nansum(_mean(cuts.q[before]) - cuts.q[after], axis=1)
+    return bool(np.all(each > SEEN * np.nansum(fell)))
 
 
 def _mean(q: Array) -> Array:

@@ -1,9 +1,13 @@
 """Effects injected into published tables of cuts, one for each way in which they were once lost."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from autodb.proofs.cases.tables.table_case import TabledCase
 from autodb.proofs.cases.tables.table_cases import table_specs, tabled_case
+from autodb.proofs.cases.tables.table_models import table_model
 from autodb.proofs.runs.real.real_answers import SaidEntry
 from autodb.proofs.runs.tables.table_answers import explained_table
 from tests.conftest import shared
@@ -72,3 +76,23 @@ def test_no_effect_is_larger_than_the_force() -> None:
     case, said = _explained("injected/fnides/gain/weak/refitted 4")
     most = {channel: case.recording()[channel].abs().max() for channel in said}
     assert all(e.size <= 1.01 * most[channel] for channel in said for e in said[channel])
+
+
+def test_a_design_cut_in_the_order_of_its_speeds_softens() -> None:
+    """Both sensors might have drifted alike; a law that predicts about as well comes before."""
+    case, said = _explained("left out/mata/speed_softening/kept")
+    for entries in said.values():
+        assert "sensor_drift" not in [entry.term for entry in entries]
+    (size,) = [one.true_size for one in case.cases if one.channel == "force.y"]
+    assert size is not None
+    found = {entry.term: entry.size for entry in said["force.y"]}
+    assert found["speed_softening"] == pytest.approx(size, rel=0.25)
+
+
+def test_all_sensors_may_drift_where_no_law_predicts_as_well() -> None:
+    case = _case("left out/mata/speed_softening/kept")
+    rises = 60.0 * -np.expm1(-8.0 * case.table.t / case.table.t[-1])
+    model = table_model("mata").components
+    drifted = replace(case, table=case.table.with_forces(model + rises), simulated=model)
+    for answer in explained_table(drifted).values():
+        assert "sensor_drift" in [entry.term for entry in answer.entries]

@@ -3,8 +3,8 @@
 Edges wear and are changed, one of them without anybody writing it down; one pair has a band of
 cutting speed with a built-up edge; one bar is of a harder melt; the drive of one axis comes to show
 6 % more current for a force. Forces, currents and the calibration programme are those of the
-virtual lathe (``process``, ``drives``, ``jobs``). What has no source here is *chosen*, before
-anything was judged on it.
+virtual lathe (``process``, ``drives``, ``jobs``), of inserts with a nose (``noses``). What has no
+source here is *chosen*, before anything was judged on it.
 """
 
 import math
@@ -17,9 +17,16 @@ from numpy.typing import NDArray
 
 from autodb.proofs.machines.lathe.drives import spindle_share
 from autodb.proofs.machines.lathe.jobs import production_cuts, standard_cuts
-from autodb.proofs.machines.lathe.lathe import cut_row, cut_table
+from autodb.proofs.machines.lathe.lathe import cut_row, cut_table_of
 from autodb.proofs.machines.lathe.machine import Lathe
-from autodb.proofs.machines.lathe.process import Array, TrueCut, TruePair, flank_wear_mm
+from autodb.proofs.machines.lathe.noses import with_nose
+from autodb.proofs.machines.lathe.process import (
+    Array,
+    TrueCut,
+    TruePair,
+    flank_wear_mm,
+    mean_forces_N,
+)
 
 BATCHES, IN_BATCH = 10, 30
 PAIRS = ("steel bar", "tough steel", "brass")
@@ -56,7 +63,11 @@ UNRECORDED_AFTER = 3  # batches before the edge change that nobody writes down
 
 @dataclass(frozen=True)
 class WeekCut:
-    """A cut as it was (``true``, of a pair by its place) and as the shop wrote it down."""
+    """A cut as it was (``true``, of a pair by its place) and as the shop wrote it down.
+
+    ``foreseeable_N``: the mean force x, y, z, had nothing begun in its own file that no file before
+    shows: a harder bar, the first cuts of a built-up edge, the new edge that nobody wrote down.
+    """
 
     pair: int
     true: TrueCut
@@ -64,6 +75,7 @@ class WeekCut:
     cutting_time_s: float
     condition: str
     force_N: tuple[float, float, float]
+    foreseeable_N: tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -90,55 +102,79 @@ class Weeks:
     unrecorded: tuple[int, int]
 
 
+@dataclass(frozen=True)
+class _Shop:
+    """Pairs of a shop with their edges in use, and by what factors on forces its weeks differ."""
+
+    pairs: Sequence[TruePair]
+    edges: "Sequence[_Edges]"
+    hard: tuple[int, int]
+    harder: float
+    lower: float
+
+    def factor(self, pair: int, batch: int, speed_m_min: float) -> float:
+        """Return the factor on a cut's forces."""
+        harder = self.harder if (pair, batch) == self.hard else 1.0
+        return harder * (self.lower if _is_built_up(pair, speed_m_min) else 1.0)
+
+    def foreseeable(self, pair: int, batch: int, speed_m_min: float) -> float:
+        """Return the factor that files before show."""
+        shown = batch > FROM_BATCH and _is_built_up(pair, speed_m_min)
+        return self.lower if shown else 1.0
+
+
 def draw_weeks(seed: int) -> Weeks:
     """Draw the weeks of a seed; the same seed gives the same numbers."""
-    happens = np.random.default_rng([73, seed])
+    rng = np.random.default_rng([73, seed])
     lathe = Lathe.draw(seed)
-    pairs = _pairs(happens)
-    axis = str(happens.choice(AXES))
-    began, sign = int(happens.integers(*DRIFT_BATCHES)), float(happens.choice([-1.0, 1.0]))
-    hard = int(happens.integers(len(pairs))), int(happens.integers(*HARD_BATCHES))
-    harder = 1.0 + happens.uniform(*HARDER)
-    lower = 1.0 - happens.uniform(*RAKE_GAIN)
-    unrecorded = int(happens.integers(len(pairs)))
-    edges = [_Edges(happens, pair, unrecorded=k == unrecorded) for k, pair in enumerate(pairs)]
+    pairs = _pairs(rng)
+    axis = str(rng.choice(AXES))
+    began, sign = int(rng.integers(*DRIFT_BATCHES)), float(rng.choice([-1.0, 1.0]))
+    hard = int(rng.integers(len(pairs))), int(rng.integers(*HARD_BATCHES))
+    factors = 1.0 + rng.uniform(*HARDER), 1.0 - rng.uniform(*RAKE_GAIN)
+    unrecorded = int(rng.integers(len(pairs)))
+    edges = [_Edges(rng, pair, unrecorded=k == unrecorded) for k, pair in enumerate(pairs)]
+    shop = _Shop(pairs, edges, hard, *factors)
     batches = []
     for number in range(BATCHES):
         now = _drifted(lathe, axis, DRIFT * sign * min(max(number - began + 1, 0) / DRIFT_OVER, 1))
-        drifted = axis if number >= began else ""
-        rows, cuts = [], []
-        start_s = 0.0
-        for place, (k, cut) in enumerate(_planned(seed, number), start=1):
-            edge, recorded = edges[k].next(cut.duration_s, batch=number)
-            true = replace(cut, tool_edge=edge[0], cutting_time_s=edge[1], material=PAIRS[k])
-            built_up = k == BUILT_UP and _in_band(true.speed_m_min)
-            hardened = (k, number) == hard
-            factor = (lower if built_up else 1.0) * (harder if hardened else 1.0)
-            share = spindle_share(lathe.spindle, seed, start_s + 0.5 * cut.duration_s)
-            pair = _scaled(pairs[k], factor)
-            ranges, force = cut_row(now, pair, true, seed=(seed, 7, number, place), share=share)
-            row = _row(place, start_s, true, k, recorded)
-            rows.append(row | ranges)
-            worn = flank_wear_mm(pairs[k], *edge) > WORN_MM
-            states = (built_up, hardened, bool(drifted), worn)
-            names = ("built-up edge", "hard batch", "drifted axis", "worn edge")
-            named = [name for name, holds in zip(names, states, strict=True) if holds]
-            cuts.append(
-                WeekCut(k, true, *recorded, (named or ["fresh edge"])[0],
-                        (force["force.x"], force["force.y"], force["force.z"]))
-            )  # fmt: skip
-            start_s += cut.duration_s + PAUSE_S
-        batches.append(
-            ShopFile({name: np.array([row[name] for row in rows]) for name in rows[0]}, tuple(cuts))
-        )
+        batches.append(_batch(seed, number, now, shop, drifted=number >= began))
+    standard = [(with_nose(pairs[0], cut), cut) for cut in standard_cuts()]
     return Weeks(
         seed=seed,
-        calibration=cut_table(lathe, pairs[0], standard_cuts(), seed, dynamometer=True),
+        calibration=cut_table_of(lathe, standard, seed, dynamometer=True),
         batches=tuple(batches),
         drifts=(axis, began, DRIFT * sign),
         hard=hard,
         unrecorded=(unrecorded, edges[unrecorded].unrecorded_at),
     )
+
+
+def _batch(seed: int, number: int, lathe: Lathe, shop: _Shop, *, drifted: bool) -> ShopFile:
+    """Make the cuts of a batch with edges that go on, and what the lathe shows of them."""
+    rows, cuts = [], []
+    start_s = 0.0
+    for place, (k, cut) in enumerate(_planned(seed, number), start=1):
+        used = shop.edges[k].next(cut.duration_s, batch=number)
+        true = replace(cut, tool_edge=used.made[0], cutting_time_s=used.made[1], material=PAIRS[k])
+        shown = replace(true, tool_edge=used.shown[0], cutting_time_s=used.shown[1])
+        where = k, number, true.speed_m_min
+        share = spindle_share(lathe.spindle, seed, start_s + 0.5 * cut.duration_s)
+        pair = with_nose(_scaled(shop.pairs[k], shop.factor(*where)), true)
+        ranges, force = cut_row(lathe, pair, true, seed=(seed, 7, number, place), share=share)
+        usual = with_nose(_scaled(shop.pairs[k], shop.foreseeable(*where)), shown)
+        rows.append(_row(place, start_s, true, k, used.written) | ranges)
+        worn = flank_wear_mm(shop.pairs[k], *used.made) > WORN_MM
+        states = (_is_built_up(k, true.speed_m_min), (k, number) == shop.hard, drifted, worn)
+        names = ("built-up edge", "hard batch", "drifted axis", "worn edge")
+        named = [name for name, holds in zip(names, states, strict=True) if holds]
+        x_N, y_N, z_N = (lathe.work_factor * mean_forces_N(usual, shown)).tolist()
+        cuts.append(
+            WeekCut(k, true, *used.written, (named or ["fresh edge"])[0],
+                    (force["force.x"], force["force.y"], force["force.z"]), (x_N, y_N, z_N))
+        )  # fmt: skip
+        start_s += cut.duration_s + PAUSE_S
+    return ShopFile({name: np.array([row[name] for row in rows]) for name in rows[0]}, tuple(cuts))
 
 
 def _pairs(rng: np.random.Generator) -> list[TruePair]:
@@ -157,6 +193,17 @@ def _pairs(rng: np.random.Generator) -> list[TruePair]:
     return found
 
 
+@dataclass(frozen=True)
+class _UsedEdge:
+    """Name and cutting time, s, of an edge before a cut: as it was ``made``, as ``written`` down,
+    and as the files before the cut's own show it.
+    """
+
+    made: tuple[str, float]
+    written: tuple[str, float]
+    shown: tuple[str, float]
+
+
 class _Edges:
     """The edges of one pair's tool: used, worn, changed, and what is written down of them."""
 
@@ -165,22 +212,26 @@ class _Edges:
         self._written, self._written_s = 1, 0.0
         self._until_mm = float(rng.uniform(*CHANGED_MM))
         self._leaves_out, self.unrecorded_at, self._cuts = unrecorded, 0, 0
+        self._unseen, self._unseen_s = -1, 0.0
 
-    def next(self, duration_s: float, *, batch: int) -> tuple[tuple[str, float], tuple[str, float]]:
-        """Return name and cutting time of the edge before a cut, and as they are written down."""
+    def next(self, duration_s: float, *, batch: int) -> _UsedEdge:
+        """Return the edge before a cut that it then makes."""
         self._cuts += 1
         if flank_wear_mm(self._pair, self._name(self._number), self._used_s) > self._until_mm:
+            if self._leaves_out and not self.unrecorded_at and batch >= UNRECORDED_AFTER:
+                self.unrecorded_at, self._unseen, self._unseen_s = self._cuts, batch, self._used_s
+            else:
+                self._written, self._written_s, self._unseen = self._written + 1, 0.0, -1
             self._number, self._used_s = self._number + 1, 0.0
             self._until_mm = float(self._rng.uniform(*CHANGED_MM))
-            if self._leaves_out and not self.unrecorded_at and batch >= UNRECORDED_AFTER:
-                self.unrecorded_at = self._cuts
-            else:
-                self._written, self._written_s = self._written + 1, 0.0
         made = (self._name(self._number), self._used_s)
         written = (self._name(self._written), round(self._written_s, 1))
+        shown = made
+        if batch == self._unseen:  # nobody knows yet that it was changed
+            shown = (self._name(self._number - 1), self._unseen_s + self._used_s)
         self._used_s += duration_s
         self._written_s += duration_s
-        return made, written
+        return _UsedEdge(made, written, shown)
 
     def _name(self, number: int) -> str:
         return f"{self._pair.work[:1].upper()}{number}"
@@ -202,9 +253,9 @@ def _planned(seed: int, batch: int) -> list[tuple[int, TrueCut]]:
     return found
 
 
-def _in_band(speed_m_min: float) -> bool:
+def _is_built_up(pair: int, speed_m_min: float) -> bool:
     low, high = BAND_M_MIN
-    return low <= speed_m_min <= high
+    return pair == BUILT_UP and low <= speed_m_min <= high
 
 
 def _clear_of_band(rng: np.random.Generator, cut: TrueCut) -> TrueCut:
@@ -260,3 +311,8 @@ def _row(
 def forces_made(batch: ShopFile) -> Array:
     """Return the forces x, y, z that a batch's cuts really had (n, 3), N."""
     return np.array([cut.force_N for cut in batch.cuts])
+
+
+def forces_foreseeable(batch: ShopFile) -> Array:
+    """Return the mean forces x, y, z that files before let one expect of a batch (n, 3), N."""
+    return np.array([cut.foreseeable_N for cut in batch.cuts])

@@ -32,6 +32,7 @@ from autodb.proofs.machines.lathe.weeks import (
     ShopFile,
     Weeks,
     draw_weeks,
+    forces_foreseeable,
     forces_made,
 )
 from autodb.proofs.runs.weeks.weeks_events import Named, NamedSoFar
@@ -54,6 +55,7 @@ class Foreseen:
 
     ``batch`` from 1; ``peers``: what the others predicted, in the order of PEERS, and ``reads``:
     by what share the pair's forces were read wrongly so far, in the mean; None: too early.
+    ``foreseeable``: the mean force by all that the true forces of the files before show.
     """
 
     batch: int
@@ -66,6 +68,7 @@ class Foreseen:
     high: float
     peers: tuple[float, ...] | None
     reads: float | None = None
+    foreseeable: float | None = None
 
     @property
     def held(self) -> bool:
@@ -76,6 +79,12 @@ class Foreseen:
     def error(self) -> float:
         """By what share the prediction was off."""
         return self.value / self.made - 1.0
+
+    @property
+    def oracle(self) -> float:
+        """What is predicted of true forces so far, as they were read."""
+        assert self.foreseeable is not None
+        return self.foreseeable * (1.0 + (self.reads or 0.0))
 
 
 def run_weeks(seed: int) -> list[Foreseen | Named]:
@@ -157,7 +166,7 @@ class _Shop:
     def _predict(self, number: int, batch: ShopFile, pair: int) -> None:
         """Predict a pair's cuts of a batch, and keep what was foreseen beside what then was."""
         places = [k for k, cut in enumerate(batch.cuts) if cut.pair == pair]
-        made = forces_made(batch)
+        made, foreseeable = forces_made(batch), forces_foreseeable(batch)
         job = Job(
             name=f"{PAIRS[pair]}, {number}",
             material=PAIRS[pair],
@@ -176,7 +185,7 @@ class _Shop:
                         number, pair, name, batch.cuts[k].condition, float(made[k, column]),
                         force.value, force.low, force.high,
                         None if peers is None else tuple(float(one) for one in peers[:, at]),
-                        reads[name],
+                        reads[name], float(foreseeable[k, column]),
                     )
                 )  # fmt: skip
 

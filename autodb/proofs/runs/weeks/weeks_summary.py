@@ -32,13 +32,17 @@ CALLED = {"y": "cutting force", "z": "feed force"}
 
 @dataclass(frozen=True)
 class Held:
-    """Of some forces: how many of how many shops, the share held, its standard error over shops."""
+    """Of some forces: how many of how many shops, the share held, its standard error over shops.
+
+    ``oracle``: the share that an oracle's intervals hold.
+    """
 
     name: str
     forces: int
     shops: int
     share: float
     se: float
+    oracle: float
 
     @property
     def words(self) -> str:
@@ -50,18 +54,19 @@ class Held:
 class OfComponent:
     """Root mean square of the shares by which predictions of a component were off, file by file.
 
-    ``late``: after the first LEARNT files; ``peers``: of the other ways then, in their order.
-    ``foreseeable``: of the cuts then that are of no hard bar, and ``oracle``: of who knows every
-    true force of them but a cut's own scatter, as the calibration reads it: what was read so far
-    is all that anybody can compare with.
+    ``late``: after the first LEARNT files; ``peers``: of the other ways then, in their order;
+    ``oracle``: of who knows all true forces of the files before but a cut's own scatter, as the
+    calibration reads them: what was read so far is all that anybody can compare with. ``soft`` and
+    ``oracle_soft``: the same of the cuts then that are of no hard bar.
     """
 
     component: str
     by_batch: tuple[float, ...]
     late: float
     peers: tuple[float, ...]
-    foreseeable: float
     oracle: float
+    soft: float
+    oracle_soft: float
 
 
 @dataclass(frozen=True)
@@ -77,7 +82,8 @@ class OfEvent:
 @dataclass(frozen=True)
 class WeeksSummary(CheckedScore):
     """The score. ``fewest``: forces held of the worst file of a component, ``below``: how many
-    files held fewer than FEWEST, of ``files``; ``invented``: name, times, shops.
+    files held fewer than FEWEST, of ``files``, each of autodb and of the oracle; ``invented``:
+    name, times, shops.
     """
 
     origin: Origin
@@ -85,8 +91,8 @@ class WeeksSummary(CheckedScore):
     pooled: Held
     conditions: tuple[Held, ...]
     batches: tuple[Held, ...]
-    fewest: int
-    below: int
+    fewest: tuple[int, int]
+    below: tuple[int, int]
     files: int
     errors: tuple[OfComponent, ...]
     events: tuple[OfEvent, ...]
@@ -96,8 +102,10 @@ class WeeksSummary(CheckedScore):
         """Return what must be."""
         found = [_within(self.pooled, POOLED)]
         found += [_within(one, EACH) for one in self.conditions]
-        of = f"{self.fewest} ({self.below} of {self.files} files below {FEWEST})"
-        found.append(("fewest held of 30 in a file", of, f"≥ {FEWEST}", self.fewest >= FEWEST))
+        fewest = self._fewest_words(0)
+        found.append(
+            ("fewest held of 30 in a file", fewest, f"≥ {FEWEST}", self.fewest[0] >= FEWEST)
+        )
         for one in self.errors:
             most = RATIO * SCATTERS[one.component]
             found.append(
@@ -106,11 +114,31 @@ class WeeksSummary(CheckedScore):
             )  # fmt: skip
         return found
 
+    def _fewest_words(self, whose: int) -> str:
+        return f"{self.fewest[whose]} ({self.below[whose]} of {self.files} files below {FEWEST})"
+
+    def _of_oracle(self) -> TextTable:
+        """Return what limits an oracle meets: none beyond these is in anybody's reach."""
+        found = [
+            (f"held, {one.name}", percent(one.oracle)) for one in (self.pooled, *self.conditions)
+        ]
+        found.append(("fewest held of 30 in a file", self._fewest_words(1)))
+        found += [
+            (f"error of the {CALLED[one.component]}", percent(one.oracle)) for one in self.errors
+        ]
+        must = [(name, words, limit) for name, words, limit, _ in self.checks()]
+        rows = tuple(
+            (name, words, oracle, limit)
+            for (name, words, limit), (_, oracle) in zip(must, found, strict=True)
+        )
+        return TextTable("Beside an oracle", ("", ">found", ">oracle", ">must be"), rows)
+
     def tables(self) -> tuple[TextTable, ...]:
         """Return what must be, errors beside other ways, files one by one, and the events."""
         errors = tuple(
             (CALLED[one.component], percent(SCATTERS[one.component]), percent(one.late),
-             *map(percent, one.peers), percent(one.foreseeable), percent(one.oracle))
+             *map(percent, one.peers), percent(one.oracle), percent(one.soft),
+             percent(one.oracle_soft))
             for one in self.errors
         )  # fmt: skip
         files = tuple(
@@ -126,9 +154,10 @@ class WeeksSummary(CheckedScore):
         invented = self.invented or (("none", 0, 0),)
         return (
             self.limits("Files predicted before they came in"),
+            self._of_oracle(),
             TextTable(
                 f"Error (rms) after {LEARNT} files",
-                ("", ">scatter", ">autodb", *(f">{name}" for name in PEERS),
+                ("", ">scatter", ">autodb", *(f">{name}" for name in PEERS), ">oracle",
                  ">autodb, no hard bar", ">oracle, no hard bar"), errors,
             ),
             TextTable(
@@ -157,26 +186,29 @@ def weeks_summary_of(runs: Sequence[Finished[Foreseen | Named]], origin: Origin)
     """Return the score of finished runs in the order of their seeds."""
     shops = [[one for one in run.judged if isinstance(one, Foreseen)] for run in runs]
     named = [[one for one in run.judged if isinstance(one, Named)] for run in runs]
+    reads = {name: _reads(name, shops) for name in SCORED}
     files = [
-        sum(one.held for one in shop if (one.batch, one.component) == (batch, component))
+        (sum(one.held for one in own), sum(_oracle_holds(one, reads) for one in own))
         for shop in shops
         for batch in range(1, BATCHES + 1)
         for component in SCORED
+        for own in [[one for one in shop if (one.batch, one.component) == (batch, component)]]
     ]
+    ours, oracles = (np.array(one) for one in zip(*files, strict=True))
     return WeeksSummary(
         origin=origin,
         seeds=(runs[0].seed, runs[-1].seed),
-        pooled=_held("all forces", shops),
+        pooled=_held("all forces", shops, reads),
         conditions=tuple(
-            _held(name, [[one for one in shop if one.condition == name] for shop in shops])
+            _held(name, [[one for one in shop if one.condition == name] for shop in shops], reads)
             for name in CONDITIONS
         ),
         batches=tuple(
-            _held(f"file {k}", [[one for one in shop if one.batch == k] for shop in shops])
+            _held(f"file {k}", [[one for one in shop if one.batch == k] for shop in shops], reads)
             for k in range(1, BATCHES + 1)
         ),
-        fewest=min(files),
-        below=sum(held < FEWEST for held in files),
+        fewest=(int(ours.min()), int(oracles.min())),
+        below=(int(np.sum(ours < FEWEST)), int(np.sum(oracles < FEWEST))),
         files=len(files),
         errors=tuple(_errors(name, shops) for name in SCORED),
         events=tuple(_event(name, named) for name in NAMES),
@@ -184,11 +216,25 @@ def weeks_summary_of(runs: Sequence[Finished[Foreseen | Named]], origin: Origin)
     )
 
 
-def _held(name: str, shops: Sequence[Sequence[Foreseen]]) -> Held:
+def _reads(component: str, shops: Sequence[Sequence[Foreseen]]) -> float:
+    """Return by what share forces of a component were read wrongly, over all shops."""
+    own = [one.reads for shop in shops for one in shop if one.component == component]
+    return _rms([one or 0.0 for one in own])
+
+
+def _oracle_holds(one: Foreseen, reads: dict[str, float]) -> bool:
+    """Say whether an oracle's interval holds a force: scatter, and what shops read wrongly by."""
+    half = Z * float(np.hypot(SCATTERS[one.component], reads[one.component]))
+    return abs(one.made / one.oracle - 1.0) <= half
+
+
+def _held(name: str, shops: Sequence[Sequence[Foreseen]], reads: dict[str, float]) -> Held:
     shares = [float(np.mean([one.held for one in shop])) for shop in shops if shop]
     forces = [one for shop in shops for one in shop]
     se = float(np.std(shares, ddof=1) / np.sqrt(len(shares))) if len(shares) > 1 else float("nan")
-    return Held(name, len(forces), len(shares), float(np.mean([f.held for f in forces])), se)
+    share = float(np.mean([one.held for one in forces]))
+    oracle = float(np.mean([_oracle_holds(one, reads) for one in forces]))
+    return Held(name, len(forces), len(shops), share, se, oracle)
 
 
 def _errors(component: str, shops: Sequence[Sequence[Foreseen]]) -> OfComponent:
@@ -201,8 +247,9 @@ def _errors(component: str, shops: Sequence[Sequence[Foreseen]]) -> OfComponent:
         tuple(_rms([one.error for one in own if one.batch == k]) for k in range(1, BATCHES + 1)),
         _rms([one.error for one in late]),
         tuple(_rms([peers[k] / made - 1.0 for peers, made in others]) for k in range(len(PEERS))),
+        _rms([one.oracle / one.made - 1.0 for one in late]),
         _rms([one.error for one in soft]),
-        float(np.hypot(_rms([one.reads or 0.0 for one in soft]), SCATTERS[component])),
+        _rms([one.oracle / one.made - 1.0 for one in soft]),
     )
 
 
