@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import pytest
 from numpy.testing import assert_allclose
@@ -24,7 +25,7 @@ SLOT2 = "SLOT2(10,0,2,-4,,2,60,{wid},50,50,30,10,180,200,600,2,{cdir},0,10)"
 LONGHOLE = "LONGHOLE(10,0,2,,4,{num},30,50,50,12,0,{step},200,600,2)"
 
 
-def _slot1(more: str = "0,0,0", **said: object) -> str:
+def _slot1(more: str = "0,0,0", **said: Any) -> str:
     plain = {"dp": -4, "dpr": "", "wid": 15, "sta": 0, "ffd": 200, "cdir": 0, "fal": 0, "vari": 10}
     return SLOT1.format(**{**plain, **said, "more": more})
 
@@ -62,7 +63,7 @@ def test_slots_along_radii_have_their_volume_and_time(cdir: int, tmp_path: Path)
 
 
 @pytest.mark.parametrize("said", [{"dp": "", "dpr": 4}, {"sta": 25}, {"vari": 0}, {"vari": 1}])
-def test_depth_angle_and_kind_change_no_volume(said: dict[str, object], tmp_path: Path) -> None:
+def test_depth_angle_and_kind_change_no_volume(said: dict[str, Any], tmp_path: Path) -> None:
     found = _removed_mm3(_slot1(**said), tmp_path)
     assert_allclose(found, 2 * 4 * _stadium_mm2(30.0, 15.0), rtol=WITHIN)
 
@@ -78,7 +79,7 @@ def test_a_slot_begins_at_its_radius() -> None:
 
 def test_roughing_leaves_its_allowances_and_finishing_takes_them(tmp_path: Path) -> None:
     """1 mm at the edge and 0.5 mm of the floor; finished at once, at 300 mm/min."""
-    allowed = {"fal": 1, "more": "0,300,0,0.5"}
+    allowed: dict[str, Any] = {"fal": 1, "more": "0,300,0,0.5"}
     left = 2 * 3.5 * _stadium_mm2(28.0, 13.0)
     whole = 2 * 4 * _stadium_mm2(30.0, 15.0)
     assert_allclose(_removed_mm3(_slot1(vari=11, **allowed), tmp_path), left, rtol=WITHIN)
