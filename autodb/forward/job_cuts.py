@@ -174,7 +174,7 @@ def turn_peaks(
         return endmill.at_angles(mill, cut, moments, slice_mm=SLICE_MM)
 
     variants = tuple(
-        Variant(f"{tool.name}: {usual.key}", there(other)) for usual, other in assumed.variants()
+        Variant(f"{tool.name}: {usual.key}", there(other)) for usual, other in assumed.variants
     )
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None

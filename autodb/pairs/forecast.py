@@ -266,8 +266,8 @@ def _is_of_any_metal(known: PairPosterior) -> bool:
 
 def _wide(mean: Array, variance: Array) -> NDArray[np.bool_]:
     """Return where forces (n, 3 first) are so little known that their law's bend counts (n,)."""
-    most = np.max(np.sqrt(variance[:, :3]), axis=1)
-    return np.asarray(most > WIDE * np.linalg.norm(mean[:, :3], axis=1))
+    forces = mean[:, :3]
+    return np.asarray(np.max(variance[:, :3], axis=1) > WIDE**2 * np.vecdot(forces, forces))
 
 
 def _skew(
