@@ -243,7 +243,7 @@ def intervals(
     each = zip(mean.tolist(), low.tolist(), high.tolist(), freedom.tolist(), strict=True)
     return [
         [
-            Interval(value, least, most, shape if shape < NORMAL_FROM else None)
+            Interval(value, least, most, round(shape, 2) if shape < NORMAL_FROM else None)
             for value, least, most, shape in zip(*cut, strict=True)
         ]
         for cut in each
