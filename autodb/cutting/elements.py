@@ -29,9 +29,9 @@ from autodb.cutting.shear import Edge
 
 Array = NDArray[np.float64]
 
-BLOCK, STEEP = 500, 200
-"""Cuts that are summed together, and of which derivatives are: what they take stays near the
-processor."""
+BLOCK, STEEP = 10_000, 4_000
+"""Elements that are summed together, and of which derivatives are: those of 500 and 200 turned
+cuts, and of few milled ones. What they take stays near the processor."""
 BEHIND = (*steepness.ORDER, shear.FLOW)
 """Coordinates of the law in the order that derivatives are worked out in, behind three parts."""
 RAD_S_A_RPM = 2.0 * np.pi / 60.0
@@ -100,12 +100,14 @@ def forces_by_laws(thetas: Array, elements: Elements) -> Array:
 
 
 def _blocks(elements: Elements, size: int) -> Iterator[Elements]:
-    """Return some cuts after the others."""
-    if elements.of is not None or elements.count <= size:
+    """Return some cuts after the others, of about so many elements."""
+    wide = max(elements.edge.thickness_mm.shape[-1], elements.width_mm.shape[-1])
+    most = max(size // wide, 1)
+    if elements.of is not None or elements.count <= most:
         yield elements
         return
-    for begin in range(0, elements.count, size):
-        rows = slice(begin, min(begin + size, elements.count))
+    for begin in range(0, elements.count, most):
+        rows = slice(begin, min(begin + most, elements.count))
 
         def some(arrays: Sequence[Array], rows: slice = rows) -> Array:
             return arrays[0] if len(arrays[0]) == 1 else arrays[0][rows]

@@ -5,8 +5,9 @@ are worked out with the usual value and with one a standard deviation off; the d
 error that all cuts of the tool share (``autodb.pairs``).
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any, Generic, TypeVar
 
 from autodb.cutting.drill import WEB_SHARE, Drill
@@ -74,6 +75,10 @@ DRILL = (
 """Chosen: points of 118° (high-speed steel) to 140° (carbide)."""
 
 
+INSERTS_KEPT = 256
+"""Inserts that are kept once they are made: a shop's, and some of another's. Chosen."""
+
+
 @dataclass(frozen=True)
 class Assumed(Generic[Tool]):
     """A tool, and what of it is assumed, or ``measured`` only so well; ``made`` makes one of other
@@ -86,14 +91,23 @@ class Assumed(Generic[Tool]):
     made: Callable[[Mapping[str, float]], Tool]
     measured: tuple[Usual, ...] = ()
 
-    def variants(self) -> Iterator[tuple[Usual, Tool]]:
-        """Give the tool with each of what is not exactly known a standard deviation off."""
-        for one in (*self.usual, *self.measured):
-            yield one, self.made({**self.numbers, one.name: one.value + one.sd})
+    @cached_property
+    def variants(self) -> tuple[tuple[Usual, Tool], ...]:
+        """The tool with each of what is not exactly known a standard deviation off."""
+        return tuple(
+            (one, self.made({**self.numbers, one.name: one.value + one.sd}))
+            for one in (*self.usual, *self.measured)
+        )
 
 
 def insert_of(stated: Mapping[str, float]) -> Assumed[Insert]:
     """Return an insert in its holder from what is stated of it, by name."""
+    return _insert_of(tuple(stated.items()))
+
+
+@lru_cache(INSERTS_KEPT)
+def _insert_of(said: tuple[tuple[str, float], ...]) -> Assumed[Insert]:
+    stated = dict(said)
     least = None if "kappa_deg" in stated else FOLLOWS_DEG
 
     def made(n: Mapping[str, float]) -> Insert:

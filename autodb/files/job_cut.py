@@ -1,9 +1,10 @@
 """One cut of a job: its operation, the keys that this needs, and how large they may be."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import atan2, degrees, hypot, pi
+from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
@@ -11,8 +12,8 @@ from pydantic import AfterValidator, Field, model_validator
 from autodb.errors import UnusableInput
 from autodb.files.channels import largest_of
 from autodb.files.toml import Finite, NotNegative, Positive, Section
-from autodb.files.tool import ToolKind
-from autodb.wording import listed, localized, phrase
+from autodb.files.tool import ToolFile, ToolKind
+from autodb.wording import listed, localized, msgid, phrase
 
 Operation = Literal[
     "turn", "face", "taper", "contour", "bore", "groove", "thread",
@@ -314,3 +315,26 @@ class JobCut(Section):
                 )
             )
         return tool_diameter_mm
+
+
+OF_KIND = {
+    "turning_insert": msgid("an insert"), "end_mill": msgid("an end mill"),
+    "drill": msgid("a drill"),
+}  # fmt: skip
+"""What a tool of each kind is, in words."""
+
+
+def refuse_other_kind(path: Path, tool: ToolFile, operations: Iterable[str]) -> None:
+    """Raise UnusableInput where a tool that a file is of makes no cut of one of some operations."""
+    for operation in operations:
+        needed = KEYS[operation].kind
+        if needed != tool.kind:
+            raise UnusableInput(
+                phrase(
+                    "{file}: is of {kind}, which makes no '{operation}'; name a file of {other}",
+                    file=path,
+                    kind=phrase(OF_KIND[tool.kind]),
+                    operation=operation,
+                    other=phrase(OF_KIND[needed]),
+                )
+            )

@@ -27,8 +27,6 @@ from autodb.wording import localized, phrase
 
 Array = NDArray[np.float64]
 
-TOGETHER = 40
-"""Lines that are worked out at once. Chosen: their steps then take some 100 MB."""
 TOLD_MM = 0.01
 """What a nose leaves from which on it is spoken of. Chosen."""
 PEAKED = 3.0
@@ -120,17 +118,15 @@ def predict_lines(
     """
     found: dict[int, PredictedCut] = {}
     for name, numbers in dict.fromkeys((one.operation, _key(one)) for one in lines):
-        alike = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
-        for at in range(0, len(alike), TOGETHER):
-            some = alike[at : at + TOGETHER]
+        some = [line for line in lines if (line.operation, _key(line)) == (name, numbers)]
 
-            def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
-                return _cuts(tool, some, rows, source)
+        def engaged(rows: Sequence[Conditions], some: Sequence[ProgramLine] = some) -> PairCuts:
+            return _cuts(tool, some, rows, source)
 
-            for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
-                whole = _predicted(posterior, tool, line, its)
-                mills = name in BANDS
-                found[id(line)] = _in_turns(whole, posterior, tool, line) if mills else whole
+        for line, its in zip(some, over_time(posterior, some, engaged), strict=True):
+            whole = _predicted(posterior, tool, line, its)
+            mills = name in BANDS
+            found[id(line)] = _in_turns(whole, posterior, tool, line) if mills else whole
     return tuple(found[id(line)] for line in lines)
 
 

@@ -71,4 +71,4 @@ def job_totals(figures: Sequence[CutFigures]) -> JobTotals:
 
 
 def _scaled(one: Interval, factor: float) -> Interval:
-    return Interval(factor * one.value, factor * one.low, factor * one.high)
+    return Interval(factor * one.value, factor * one.low, factor * one.high, one.freedom)

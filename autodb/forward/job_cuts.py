@@ -52,6 +52,8 @@ TURN_STEPS = 360
 """Moments of a turn among which a milling cut's peaks are searched for."""
 SLICE_MM = 0.2
 """Height of a mill's slices then. Chosen: a peak is off by less than 0.5 % of what 0.05 mm give."""
+STEPS_AT_ONCE = 50
+"""Steps of cuts from which on no more are worked out together. Chosen: a mill's take some 15 MB."""
 COURSE_STEPS = 8
 """Steps of a cut whose diameter changes. Chosen: means are off by less than 0.1 % of what 512 give
 (a test)."""
@@ -172,7 +174,7 @@ def turn_peaks(
         return endmill.at_angles(mill, cut, moments, slice_mm=SLICE_MM)
 
     variants = tuple(
-        Variant(f"{tool.name}: {usual.key}", there(other)) for usual, other in assumed.variants()
+        Variant(f"{tool.name}: {usual.key}", there(other)) for usual, other in assumed.variants
     )
     worn_s = conditions.get(CUTTING_TIME, 0.0)
     worn = np.full(len(moments), worn_s) if worn_s else None
@@ -225,8 +227,23 @@ def over_time(
     """Return what cuts of one operation take over their time.
 
     The steps of a cut share all errors, what is its own too; a largest value has the interval of
-    its moment. Raises UnusableInput as ``engaged`` does.
+    its moment. Cuts are worked out some at a time, so that a long program takes no more memory than
+    a short one. Raises UnusableInput as ``engaged`` does.
     """
+    found: list[OverTime] = []
+    begin = steps = 0
+    for end, one in enumerate(some, start=1):
+        steps += len(one.steps)
+        if steps >= STEPS_AT_ONCE or end == len(some):
+            found += _over_time(posterior, some[begin:end], engaged)
+            begin, steps = end, 0
+    return found
+
+
+def _over_time(
+    posterior: PairPosterior, some: Sequence[Stepped], engaged: Engaged
+) -> list[OverTime]:
+    """Return ``over_time`` of cuts, worked out together."""
     share = np.concatenate([one.time_s / one.time_s.sum() for one in some])
     begins = np.cumsum([0, *(len(one.steps) for one in some)])
     steps = engaged([row for one in some for row in one.steps])

@@ -122,10 +122,28 @@ def exceeding(
     cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]
 ) -> tuple[Exceeding, ...]:
     """Return the limits, by axis, that cuts may exceed, in the order of the cuts."""
+    return _exceeding(_numbered(cuts, limits))
+
+
+def exceeding_and_standings(
+    cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]
+) -> tuple[tuple[Exceeding, ...], tuple[LimitStanding, ...]]:
+    """Return ``exceeding`` and ``limit_standings`` of cuts, worked out together."""
+    asked = _numbered(cuts, limits)
+    return _exceeding(asked), _standings(asked)
+
+
+_Numbered = Sequence[tuple[int, _Asked]]
+
+
+def _numbered(cuts: Sequence[PredictedCut], limits: Mapping[str, AxisLimits]) -> _Numbered:
+    return [(k, one) for k, cut in enumerate(cuts, start=1) for one in _asked(cut, limits)]
+
+
+def _exceeding(asked: _Numbered) -> tuple[Exceeding, ...]:
     return tuple(
         Exceeding(number, one.axis, one.limit, one.unit, one.probability)
-        for number, cut in enumerate(cuts, start=1)
-        for one in _asked(cut, limits)
+        for number, one in asked
         if one.limit is not None and one.probability is not None
         if one.probability >= WORTH_SAYING
     )
@@ -141,20 +159,22 @@ def limit_standings(
     One that is entered for some of the cuts alone, as a curve that others go beyond, is judged by
     these. ``spans_mm``: how far cuts reach along axes, where that is known.
     """
-    worst: dict[tuple[str, str], tuple[int, _Asked]] = {}
-    for number, cut in enumerate(cuts, start=1):
-        for one in _asked(cut, limits):
-            key = one.axis, one.quantity
-            known = worst.setdefault(key, (number, one))[1].probability
-            if one.probability is not None and (known is None or one.probability > known):
-                worst[key] = number, one
     travels = [
         _Asked(axis, "travel", "mm", *_travel(limits[axis], span))
         for axis, span in (spans_mm or {}).items()
         if axis in limits
     ]
-    loads = [_standing(number, one) for number, one in worst.values()]
-    return (*loads, *(_standing(None, one) for one in travels))
+    return (*_standings(_numbered(cuts, limits)), *(_standing(None, one) for one in travels))
+
+
+def _standings(asked: _Numbered) -> tuple[LimitStanding, ...]:
+    worst: dict[tuple[str, str], tuple[int, _Asked]] = {}
+    for number, one in asked:
+        key = one.axis, one.quantity
+        known = worst.setdefault(key, (number, one))[1].probability
+        if one.probability is not None and (known is None or one.probability > known):
+            worst[key] = number, one
+    return tuple(_standing(number, one) for number, one in worst.values())
 
 
 def _travel(most: AxisLimits, span_mm: float) -> tuple[float | None, float | None]:

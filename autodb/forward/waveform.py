@@ -54,7 +54,7 @@ def waves_N(
             return endmill.at_angles(mill, cut, angles, slice_mm=SLICE_MM)
 
         variants = tuple(
-            Variant(f"{tool.name}: {usual.name}", at(other)) for usual, other in assumed.variants()
+            Variant(f"{tool.name}: {usual.name}", at(other)) for usual, other in assumed.variants
         )
         return expected_means(posterior, PairCuts(operation, at(assumed.tool), variants))[:, :3]
 

@@ -123,7 +123,7 @@ def holding_too(one: _Predicted, other: _Predicted) -> _Predicted:
     """Return what is predicted with intervals that hold another account of it, too."""
 
     def wide(own: Interval, its: Interval) -> Interval:
-        return Interval(own.value, min(own.low, its.low), max(own.high, its.high))
+        return replace(own, low=min(own.low, its.low), high=max(own.high, its.high))
 
     return _of_both(one, other, wide)
 
@@ -136,7 +136,7 @@ def mean_of_both(one: _Predicted, other: _Predicted, share: float) -> _Predicted
 
     def mean(own: Interval, its: Interval) -> Interval:
         value = share * own.value + (1.0 - share) * its.value
-        return Interval(value, min(own.low, value), max(own.high, value))
+        return replace(own, value=value, low=min(own.low, value), high=max(own.high, value))
 
     return _of_both(one, other, mean)
 
@@ -170,10 +170,10 @@ def _stretched(one: PredictedCut, reach: Mapping[str, Reach]) -> PredictedCut:
 
 
 def _farther(own: Interval, low: float, high: float) -> Interval:
-    return Interval(
-        own.value,
-        own.value - low * (own.value - own.low),
-        own.value + high * (own.high - own.value),
+    return replace(
+        own,
+        low=own.value - low * (own.value - own.low),
+        high=own.value + high * (own.high - own.value),
     )
 
 

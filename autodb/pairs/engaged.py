@@ -130,7 +130,7 @@ def _turns(inward_deg: Callable[[Stated], Array]) -> Made:
         known = np.isfinite(cuts.speed_m_min)
         if not known.all():
             cuts = replace(cuts, speed_m_min=np.where(known, cuts.speed_m_min, SPEED_M_MIN))
-        others = list(assumed.variants())
+        others = list(assumed.variants)
         elements, *rest = insert.elements_of_each(
             [assumed.tool, *(other for _, other in others)], cuts
         )
@@ -200,7 +200,7 @@ def _mills(band: Band) -> Made:
         assumed = tools.end_mill_of(tool)
         cuts = stated_milling(assumed.tool, stated, band)
         variants = [
-            Variant(usual.key, endmill.averaged(other, cuts)) for usual, other in assumed.variants()
+            Variant(usual.key, endmill.averaged(other, cuts)) for usual, other in assumed.variants
         ]
         return endmill.averaged(assumed.tool, cuts), variants
 
@@ -211,7 +211,7 @@ def _drills(tool: Mapping[str, float], stated: Stated) -> tuple[Elements, list[V
     assumed = tools.drill_of(tool)
     cuts = drill.DrilledCuts(stated[FEED], stated[RPM])
     variants = [
-        Variant(usual.key, drill.drill_elements(other, cuts)) for usual, other in assumed.variants()
+        Variant(usual.key, drill.drill_elements(other, cuts)) for usual, other in assumed.variants
     ]
     return drill.drill_elements(assumed.tool, cuts), variants
 

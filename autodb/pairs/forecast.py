@@ -19,6 +19,7 @@ from autodb.cutting.elements import (
     linearised_forces,
 )
 from autodb.fitting.gaussian import root_of
+from autodb.pairs.in_operation import TINY_N, in_operation
 from autodb.pairs.modelled import inside_band, moved_band, own_variance
 from autodb.pairs.observed import (
     PairCuts,
@@ -27,13 +28,17 @@ from autodb.pairs.observed import (
     with_grown,
     with_growth,
 )
-from autodb.pairs.posterior import BAND, OF_BENDS, OWN, WEAR, PairPosterior, lot_key
+from autodb.pairs.posterior import (
+    BAND,
+    OF_BENDS,
+    OWN,
+    WEAR,
+    PairPosterior,
+)
 
 Array = NDArray[np.float64]
 
 
-TINY_N = 1e-9
-"""Size of a force below which there is none."""
 MOST = 1.0
 """The largest skew: that of a logarithm's standard deviation of 1, beyond which no second-order
 expansion holds. Chosen."""
@@ -56,6 +61,7 @@ class Forecast:
     is along the cutting speed; ``turned`` (n, 3): what a radian of the direction of the rest
     changes; ``normal`` (n, 3): off the surface that is turned, in machine axes. ``skew`` (n, 5):
     a third of each quantity's skewness, by which the law is not linear; 0 of torque and power.
+    ``freedom`` (n, 5): degrees of freedom of Student's t that each is shaped as.
     """
 
     mean: Array
@@ -66,6 +72,7 @@ class Forecast:
     turned: Array
     normal: Array
     skew: Array
+    freedom: Array
 
 
 @dataclass(frozen=True)
@@ -90,19 +97,17 @@ class Shares:
 
 def expected_means(posterior: PairPosterior, cuts: PairCuts) -> Array:
     """Return the means alone of a forecast (n, 5), without its derivatives."""
-    known = posterior.also(
-        (*posterior.law_errors(cuts.operation), *cuts.assumed, *posterior.open_terms)
-    )
-    theta = known.state.mean[:OWN]
+    its = in_operation(posterior, cuts)
+    known, theta = its.known, its.theta
     parts = force_parts(theta, cuts.elements)
     whole = parts[..., 0] + parts[..., 1]
     mean = whole.copy()
-    for one in cuts.variants:
-        off = known.state.mean[known.columns(one.key).start]
+    assumed = known.state.mean[its.assumed].tolist()
+    for one, off in zip(cuts.variants, assumed, strict=True):
         if off:
             mean += off * (cut_forces(theta, one.elements).all - whole)
-    mean *= 1.0 + _of_lot(known)
-    mean += with_growth(parts, cuts.elements) @ known.state.mean[_off_law(known, cuts)]
+    mean *= 1.0 + its.of_lot
+    mean += with_growth(parts, cuts.elements) @ its.off_law
     mean += _banded(known, cuts, parts).mean
     return np.asarray(mean + worn(known, cuts).mean)
 
@@ -114,19 +119,6 @@ def means_of_lots(posterior: PairPosterior, cuts: PairCuts) -> Array:
     for lot in set(lots.tolist()) & set(posterior.terms.lots):
         means[lots == lot] = expected_means(replace(posterior, lot=lot), cuts)[lots == lot]
     return means
-
-
-def _off_law(known: PairPosterior, cuts: PairCuts) -> NDArray[np.intp]:
-    """Return where in a state errors of the law stand, in the order of what they change."""
-    errors = known.law_errors(cuts.operation)
-    return np.concatenate([np.r_[known.columns(one.key)] for one in errors])
-
-
-def _of_lot(known: PairPosterior) -> float:
-    """Return the share by which forces of the lot that is asked for are larger."""
-    if known.lot not in known.terms.lots:
-        return 0.0
-    return float(known.state.mean[known.columns(lot_key(str(known.lot)))][0])
 
 
 @dataclass(frozen=True)
@@ -227,24 +219,20 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
 
     The steps of a cut share all errors, what is its own too.
     """
-    known = posterior.also(
-        (*posterior.law_errors(cuts.operation), *cuts.assumed, *posterior.open_terms)
-    )
-    place = _off_law(known, cuts)
-    theta = known.state.mean[:OWN]
-    at = [known.columns(one.key).start for one in cuts.variants]
+    its = in_operation(posterior, cuts)
+    known, state = its.known, its.known.state
     mean, assumed, parts, by_law, by_assumed = _linear(
-        theta, cuts, known.state.mean[at], known.state.mean[place]
+        its.theta, cuts, state.mean[its.assumed], its.off_law
     )
-    slopes = np.zeros((cuts.elements.count, 5, len(known.state.mean)))
-    more = 1.0 + _of_lot(known)
+    slopes = np.zeros((cuts.elements.count, 5, len(state.mean)))
+    more = 1.0 + its.of_lot
     slopes[:, :, :OWN] = more * by_law
-    slopes[:, :, place] = assumed
-    slopes[:, :, at] = more * by_assumed
-    if known.lot in known.terms.lots:
-        slopes[:, :, known.columns(lot_key(str(known.lot))).start] = mean
+    slopes[:, :, its.law] = assumed
+    slopes[:, :, its.assumed] = more * by_assumed
+    if its.lot is not None:
+        slopes[:, :, its.lot] = mean
     band, wear = _banded(known, cuts, assumed), worn(known, cuts)
-    mean = more * mean + assumed @ known.state.mean[place] + band.mean + wear.mean
+    mean = more * mean + assumed @ its.off_law + band.mean + wear.mean
     if posterior.terms.band is not None:
         slopes[:, :, known.columns(BAND)] = band.slopes
     if posterior.wear is not None:
@@ -254,15 +242,16 @@ def forecast(posterior: PairPosterior, cuts: PairCuts, over: Shares | None = Non
         each = mean, slopes, parts, of_band, normal
         mean, slopes, parts, of_band, normal = map(over.means, each)
         wear = wear.over(over)
-    open_ = np.vecdot(slopes @ known.state.covariance, slopes)
-    own = own_variance(posterior.scatter.of_next, posterior.off_law, parts) + wear.own + of_band
+    open_ = np.vecdot(slopes @ state.covariance, slopes)
+    own = own_variance(its.next_cut, posterior.off_law, parts) + wear.own + of_band
     along, across = np.abs(parts[:, :3, 0]), np.abs(parts[:, :3, 1])
     along = along / np.maximum(along + across, TINY_N)
     turned = parts[:, :3, 2] + wear.turned
     sd = np.sqrt(open_ + own)
     wide = _wide(mean, open_)[:, None]
     skew = np.where(wide, _skew(known, cuts, slopes, sd, over), 0.0) if wide.any() else 0.0 * sd
-    found = Forecast(mean, sd, own, slopes, along, turned, normal, skew)
+    freedom = its.freedom(slopes, parts, sd)
+    found = Forecast(mean, sd, own, slopes, along, turned, normal, skew, freedom)
     return _at_middle(known, cuts, found, over) if _is_of_any_metal(known) else found
 
 
@@ -277,8 +266,8 @@ def _is_of_any_metal(known: PairPosterior) -> bool:
 
 def _wide(mean: Array, variance: Array) -> NDArray[np.bool_]:
     """Return where forces (n, 3 first) are so little known that their law's bend counts (n,)."""
-    most = np.max(np.sqrt(variance[:, :3]), axis=1)
-    return np.asarray(most > WIDE * np.linalg.norm(mean[:, :3], axis=1))
+    forces = mean[:, :3]
+    return np.asarray(np.max(variance[:, :3], axis=1) > WIDE**2 * np.vecdot(forces, forces))
 
 
 def _skew(

@@ -80,7 +80,8 @@ class LawDiscrepancy:
     ``along`` and ``across`` the cutting speed, shares; ``direction_rad`` of what is across; by how
     much these ``grow`` with a factor e of the engaged edge; ``cut_direction_rad``: the direction
     from one chip to another; ``grow_in_chip``: by how much the three grow with a factor e of the
-    chip's thickness, and of the cutting speed.
+    chip's thickness, and of the cutting speed. ``near``: the probability that the law is NEAR,
+    where these are averages over laws.
     """
 
     along: float
@@ -89,6 +90,7 @@ class LawDiscrepancy:
     grow: Three
     cut_direction_rad: float
     grow_in_chip: Three
+    near: float = 1.0
 
 
 def averaged_law(laws: Sequence[LawDiscrepancy], shares: Sequence[float]) -> LawDiscrepancy:
@@ -108,13 +110,14 @@ def averaged_law(laws: Sequence[LawDiscrepancy], shares: Sequence[float]) -> Law
         sds([one.grow for one in laws]),
         sd(*(one.cut_direction_rad for one in laws)),
         sds([one.grow_in_chip for one in laws]),
+        float(np.dot(shares, [one.near for one in laws])),
     )
 
 
 NEAR = LawDiscrepancy(0.025, 0.025, 0.0, (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0))
 """A law that holds but for its size. Chosen, where Aksu, Celebi and Budak 2016 find orthogonal
 tests transformed to oblique edges about 10 % off before anything was learnt of such an edge."""
-FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.25, 0.25, 0.25), 0.05, (0.0, 0.0, 0.0))
+FAR = LawDiscrepancy(0.05, 0.05, 0.15, (0.25, 0.25, 0.25), 0.05, (0.0, 0.0, 0.0), near=0.0)
 """One that leaves out what grooves, breakers and the nose do to a chip: laws of chip flow over a
 nose are off by 5 to 10° where they were measured (Young, Mathew and Oxley 1987); forces of six
 published tables grow with depth by exponents of 0.6 to 1.4 (standard deviation 0.23;
@@ -271,7 +274,8 @@ class PairPosterior:
 
     ``terms``: what was confirmed beside the law. ``passive``: what was learnt of passive forces, by
     operation; none: their direction is the law's alone. ``lot``: the lot of material that forces
-    are asked of; None: as of any that is not among the terms.
+    are asked of; None: as of any that is not among the terms. ``worked_out``: what was worked out
+    of it (``in_operation``): of a posterior that nobody changes it holds for good.
     """
 
     state: Gaussian
@@ -282,6 +286,9 @@ class PairPosterior:
     terms: PairTerms = NO_TERMS
     passive: Mapping[str, PassiveKnown] = field(default_factory=dict)
     lot: str | None = None
+    worked_out: dict[tuple[str, ...], object] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @property
     def wear(self) -> Wear | None:

@@ -131,6 +131,7 @@ def make_app(settings: Settings) -> FastAPI:
     app.state.service = service
     handle(app)
     for router, tag in (
+        (forces.direct, "Forces"),
         (batch.router, "Forces"),
         (forces.router, "Forces"),
         (tools.router, "Tools"),

@@ -10,7 +10,8 @@ from autodb.store import Store
 from autodb.store.watched import Watched, opening
 
 MOST = 1000
-"""Pairs that are kept. Chosen: some 20 kB each; looking for garbage among them takes 10 ms."""
+"""Pairs that are kept. Chosen: some 20 kB each, and as much more of each operation that is asked
+for; looking for garbage among them takes 10 ms."""
 Key = tuple[str, str, str]
 
 

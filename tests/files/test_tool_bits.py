@@ -54,6 +54,16 @@ def _bit(folder: Path, **changed: Any) -> Path:
             "turning_insert",
             {"nose_radius_mm": 0.4, "included_deg": 80.0},
         ),
+        (
+            {"shape-type": "isoshape", "parameter": {"TipRadius": "0.4 mm", "TipAngle": "35 °"}},
+            "turning_insert",
+            {"nose_radius_mm": 0.4, "included_deg": 35.0},
+        ),
+        (
+            {"shape": "torus.fcstd", "parameter": {"Diameter": "1/4 in", "TorusRadius": "1,0 mm"}},
+            "end_mill",
+            {"diameter_mm": 6.35, "corner_radius_mm": 1.0},
+        ),
     ],
 )
 def test_a_bit_says_what_a_tool_file_would(
@@ -106,3 +116,6 @@ def test_a_tool_s_file_is_taken_by_look_ups_and_kept_by_predictions(
     assert line in refused("predict", "job.toml", "--machine", "m", "--tool-file", other)
     assert line in refused(*named, "--tool-file", other)
     assert "one name" in refused(*named, "--tool", "mill", "--tool-file", bit)
+    drilled = ("lookup", "--machine", "m", "--material", "C45", "--tool-file", bit)
+    line = refused(*drilled, "--operation", "drill", "--feed", 0.1, "--rpm", 2000)
+    assert "is of an end mill, which makes no 'drill'; name a file of a drill" in line

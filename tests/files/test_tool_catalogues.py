@@ -160,6 +160,7 @@ def test_of_several_tools_one_is_named(tmp_path: Path) -> None:
 
 BAD = [
     ("a.p21", "solid cube", "is no attribute file of ISO 13399"),
+    ("a.p21", _p21(*MILL)[:300], "ends before its end"),
     ("a.p21", _p21(("OAL", "mm", "63")), "what is needed of an end mill (DC, ZEFP)"),
     ("a.p21", _p21(*MILL, ("DC", "mm", "12")), "says DC twice, 10 and 12; use data of one tool"),
     ("a.p21", _p21(("DC", "ell", "1"), ("ZEFP", "", "2")), "DC = '1' ell is no quantity"),

@@ -89,7 +89,7 @@ REFUSED = {
         "POCKET3(10,0,2,-6,-60,40,8,0,0,0,2,0,0,600,200,0,11)",
         "measured from its corner",
     ),
-    "upwards": ("POCKET4(10,0,2,4,20,40,30,4,0,0,600,200,0,11)", "_DP is below _RFP"),
+    "upwards": ("POCKET4(10,0,2,4,20,40,30,4,0,0,600,200,0,11)", "DP is not below RFP"),
     "modes": (_rectangle()[:-1] + ",0,0,0,0,0,7)", "more than 23 arguments"),
     "a turned plane": (f"ROT RPL=20\n{_rectangle()}", "not in a turned plane"),
     "a pitch": (_circle(vari=21), "a helix needs _RAD1 and _DP1"),

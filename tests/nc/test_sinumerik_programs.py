@@ -78,7 +78,7 @@ REFUSED = {
     "none declared": ("L10(5)\nM30\n%_N_L10_SPF\nG1 X1\nM17\n", "'L10': this takes 0 arguments"),
     "VAR": ("DOWN(1)\nM30\nPROC DOWN(VAR REAL A)\nM17\n", "'VAR REAL A': use parameters that are"),
     "text": ('DOWN("A")\nM30\nPROC DOWN(REAL A)\nM17\n', "'DOWN': a text as an argument is not"),
-    "cycle": ("SLOT1(1,2,3)\nM30\n", "'SLOT1': this cycle is not read; write out its moves"),
+    "cycle": ("POCKET1(1,2,3)\nM30\n", "'POCKET1': this cycle is not read; write out its moves"),
     "label": ("REPEAT NOWHERE P=2\nM30\n", "'NOWHERE': there is no block of this label"),
     "case": ("CASE R1 OF 1 GO A\nM30\n", r"use CASE \(…\) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C"),
     "MSG": ('MSG("a"\nM30\n', "a bracket does not close"),

@@ -90,7 +90,10 @@ def test_a_version_keeps_how_its_law_grows_with_the_chip() -> None:
     assert_allclose(half.grow_in_chip, 0.5 * np.array(FARTHER.grow_in_chip))
     kept = posterior_columns(PairPosterior(PRIOR.state, (), PRIOR.scatter, 3, half))
     columns = [kept[name] for name in ("mean", "covariance", "shared", "scatter", "terms")]
+    assert half.near == 0.75
     assert posterior_of(*columns, cuts=3).off_law == half
+    del kept["scatter"]["off_law"]["near"]  # of before 0.3.0, too: it counts as near
+    assert posterior_of(*columns, cuts=3).off_law.near == 1.0
     del kept["scatter"]["off_law"]["grow_in_chip"]
     assert posterior_of(*columns, cuts=3).off_law.grow_in_chip == NEAR.grow_in_chip
 

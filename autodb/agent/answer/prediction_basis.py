@@ -34,7 +34,13 @@ from autodb.errors import near_words
 from autodb.files.job_cut import JobCut
 from autodb.files.machine import AxisLimits
 from autodb.forward.cut_figures import CutFigures, cut_figures
-from autodb.forward.limits import Exceeding, LimitStanding, exceeding, limit_standings
+from autodb.forward.limits import (
+    Exceeding,
+    LimitStanding,
+    exceeding,
+    exceeding_and_standings,
+    limit_standings,
+)
 from autodb.forward.prediction import PredictedCut, ToolOf
 from autodb.forward.scored import AS_STATED, Width
 from autodb.forward.widening import (
@@ -116,8 +122,10 @@ class PredictionBasis:
 
     def of_lot(self, lot: str | None) -> "PredictionBasis":
         """Return what answers about one lot of the material rest on."""
+        if lot is None:
+            return self
         known = replace(self.known, posterior=replace(self.known.posterior, lot=lot))
-        return self if lot is None else replace(self, known=known)
+        return replace(self, known=known)
 
     def of_known_power(self) -> "PredictionBasis":
         """Return what answers rest on were the power that wear grows with known as it is."""
@@ -228,14 +236,15 @@ class PredictionBasis:
     def look_up(self, cut: JobCut) -> LookedUp:
         """Return what one cut will take. Raises UnusableInput where the tool cannot make it."""
         (found,), _ = self.predict([cut])
+        exceeds, limits = exceeding_and_standings([found], self.limits)
         return LookedUp(
             material=self.material,
             tool=self.known.tool.name,
             cut=found,
             behind=self.known.behind,
             notes=self.said([cut], [found]),
-            exceeds=self.exceeding([found]),
-            limits=self.standings([found]),
+            exceeds=exceeds,
+            limits=limits,
             figures=cut_figures(found),
         )
 

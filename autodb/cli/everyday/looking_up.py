@@ -149,7 +149,8 @@ def lookup(
         )
     cut, geometry = _cut_asked(given, largest), dict[str, float]()
     if tool_file is not None:
-        tool, geometry = stated_tool(tool_file, tool)
+        made = [] if cut is None else [cut.operation]
+        tool, geometry = stated_tool(tool_file, tool, made)
     if cut is not None and (material is None or tool is None):
         raise UnusableInput(phrase("a cut needs --material and --tool"))
     if cut is None and lot is not None:

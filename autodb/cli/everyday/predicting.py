@@ -1,6 +1,6 @@
 """`predict`: what a machine answers for a job."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol
@@ -76,7 +76,8 @@ def predict_command(
     check_page(plot, option="--plot", self_contained=self_contained)
     asked = read_job(job)
     other = None if beside is None else read_job(beside)
-    stated = None if tool_file is None else stated_tool(tool_file, asked.tool)[1]
+    made = [cut.operation for cut in asked.cut]
+    stated = None if tool_file is None else stated_tool(tool_file, asked.tool, made)[1]
     with opened_machine(db, machine) as (store, name):
         with in_english(json):
             answer = predict_job(store, name, asked, tool=stated)
@@ -139,9 +140,15 @@ def _say_as_json(answer: "Predicted", compared: "tuple[JobAnswer, ...]") -> None
         say(TypeAdapter(Predicted).dump_json(answer, indent=1).decode())
 
 
-def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
-    """Return a tool file's name and its geometry by name; raises UnusableInput for another tool."""
+def stated_tool(
+    path: Path, name: str | None, operations: Iterable[str] = ()
+) -> tuple[str, dict[str, float]]:
+    """Return a tool file's name and its geometry by name.
+
+    Raises UnusableInput for another tool, or one of a kind that makes no cut of ``operations``.
+    """
     from autodb.errors import UnusableInput
+    from autodb.files.job_cut import refuse_other_kind
     from autodb.files.tool import geometry_of, read_tool
 
     file = read_tool(path, name)
@@ -154,6 +161,7 @@ def stated_tool(path: Path, name: str | None) -> tuple[str, dict[str, float]]:
                 name=name,
             )
         )
+    refuse_other_kind(path, file, operations)
     return file.name, geometry_of(file).model_dump(exclude_none=True)
 
 

@@ -52,7 +52,8 @@ def stability_command(
 
     check_page(plot, option="--plot", self_contained=self_contained)
     asked, point = read_job(job), read_tool_point(dynamics)
-    geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool)[1]
+    made = [cut.operation for cut in asked.cut]
+    geometry = {} if tool_file is None else stated_tool(tool_file, asked.tool, made)[1]
     with (
         in_english(json),
         opened_machine(db, machine) as (store, name),

@@ -20,19 +20,25 @@ _BIT_UNITS = {
 }  # fmt: skip
 """Millimetres or degrees a unit; a number without one is in these."""
 _BIT_KINDS = {
-    "endmill": "end_mill", "ballend": "end_mill", "bullnose": "end_mill", "drill": "drill",
-    "isoshapec": "turning_insert", "isoshaped": "turning_insert", "isoshapes": "turning_insert",
-    "isoshapet": "turning_insert",
+    "endmill": "end_mill", "ballend": "end_mill", "bullnose": "end_mill", "torus": "end_mill",
+    "drill": "drill", "isoshape": "turning_insert", "isoshapec": "turning_insert",
+    "isoshaped": "turning_insert", "isoshapes": "turning_insert", "isoshapet": "turning_insert",
 }  # fmt: skip
 """Kind of tool by a bit's shape, without case and what is no letter."""
+_ROUNDED = ("bullnose", "torus")
+"""Shapes whose corner radius is a parameter; an older name of FreeCAD among them."""
 _BIT_PARAMETERS = {
-    "end_mill": {"Diameter": "diameter_mm", "CornerRadius": "corner_radius_mm", "Flutes": "teeth"},
+    "end_mill": {
+        "Diameter": "diameter_mm", "CornerRadius": "corner_radius_mm",
+        "TorusRadius": "corner_radius_mm", "Flutes": "teeth",
+    },
     "drill": {"Diameter": "diameter_mm", "TipAngle": "point_angle_deg", "Flutes": "teeth"},
-    "turning_insert": {"TipRadius": "nose_radius_mm"},
+    "turning_insert": {"TipRadius": "nose_radius_mm", "TipAngle": "included_deg"},
 }  # fmt: skip
 _BIT_INCLUDED = {"isoshapec": 80.0, "isoshaped": 55.0, "isoshapes": 90.0, "isoshapet": 60.0}
 """Angle between an insert's edges by its shape (ISO 1832)."""
-_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(\S*)\s*")
+_QUANTITY = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)(?:/(\d+))?\s*(\S*)\s*")
+"""A number, what it is parted by (1/4 in), and a unit."""
 
 
 def said_in_bit(path: Path, name: str | None = None) -> dict[str, Any]:
@@ -69,7 +75,7 @@ def said_in_bit(path: Path, name: str | None = None) -> dict[str, Any]:
         for name, ours in _BIT_PARAMETERS[kind].items()
         if name in stated
     }
-    if kind == "end_mill" and plain != "bullnose":
+    if kind == "end_mill" and plain not in _ROUNDED:
         found["corner_radius_mm"] = 0.5 * found.get("diameter_mm", 0.0) * (plain == "ballend")
     if plain in _BIT_INCLUDED:
         found["included_deg"] = _BIT_INCLUDED[plain]
@@ -81,7 +87,7 @@ def said_in_bit(path: Path, name: str | None = None) -> dict[str, Any]:
 def _quantity(path: Path, name: str, value: object) -> float:
     """Return a quantity in millimetres or degrees."""
     read = _QUANTITY.fullmatch(str(value))
-    if read is None or read[2].lower() not in _BIT_UNITS:
+    if read is None or read[3].lower() not in _BIT_UNITS or not float(read[2] or 1):
         raise UnusableInput(
             phrase(
                 "{file}: parameter.{name}: '{value}' is no quantity; use one such as '6 mm'",
@@ -90,4 +96,4 @@ def _quantity(path: Path, name: str, value: object) -> float:
                 value=value,
             )
         )
-    return float(read[1].replace(",", ".")) * _BIT_UNITS[read[2].lower()]
+    return float(read[1].replace(",", ".")) / float(read[2] or 1) * _BIT_UNITS[read[3].lower()]

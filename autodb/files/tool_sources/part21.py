@@ -165,6 +165,13 @@ def _entities(path: Path, data: bytes) -> dict[str, _Entity]:
                 file=path,
             )
         )
+    if not text.rstrip("\0\x1a \r\n\t").endswith("END-ISO-10303-21;"):
+        raise UnusableInput(
+            phrase(
+                "{file}: ends before its end (END-ISO-10303-21); download the tool's data again",
+                file=path,
+            )
+        )
     found: dict[str, _Entity] = {}
     said: list[str] = []
     depth, before = 0, ""

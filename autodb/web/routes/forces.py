@@ -1,9 +1,11 @@
 """Look-ups and predictions: what cuts will take, before they are made."""
 
+from collections.abc import Callable, Coroutine
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query, Request, Response
+from fastapi.routing import APIRoute
 from pydantic import StringConstraints
 from starlette.concurrency import run_in_threadpool
 
@@ -12,12 +14,13 @@ from autodb.agent.answer.bounds.lasting import ToolLife, limit_stated, tool_life
 from autodb.agent.answer.bounds.lives import AskedLife, ToolLives, tool_lives
 from autodb.agent.answer.predicting import JobAnswer, Predicted, answer_of, predict_job
 from autodb.agent.answer.prediction_basis import LookedUp
-from autodb.agent.operate.access import noting
+from autodb.agent.operate.access import Role, noting
 from autodb.errors import UnusableInput
 from autodb.files.job import Job
 from autodb.web.http import responses
 from autodb.web.http.problems import problems
 from autodb.web.http.responses import json_answer, unchanged
+from autodb.web.http.sessions import HEADER
 from autodb.web.routes.asked import (
     EXAMPLES,
     LOT,
@@ -26,9 +29,27 @@ from autodb.web.routes.asked import (
     parameters_of_a_cut,
 )
 from autodb.web.routes.machines import MachineName, documented_answer
-from autodb.web.service import Operates, Reads, service_of
+from autodb.web.service import Operates, Reads, allowed, service_of
 
-router = APIRouter()
+
+class DirectRoute(APIRoute):
+    """A route of a machine that anybody may ask who reads, answered at once.
+
+    The framework's own search for what a route depends on takes a tenth of a look-up's time.
+    """
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Return what answers a request: as the route's signature says, without the search."""
+
+        async def answered(request: Request) -> Response:
+            access = allowed(request, Role.READ, request.headers.get(HEADER), changes=False)
+            made: Response = await self.endpoint(request, access, request.path_params["machine"])
+            return made
+
+        return answered
+
+
+router, direct = APIRouter(), APIRouter(route_class=DirectRoute)
 OF_LARGEST = ("what", "share", "sure")
 Percent = Annotated[
     float, Query(ge=1.0, le=100.0, description="Of each limit on a load, in per cent.")
@@ -49,7 +70,7 @@ JOB = {
 }
 
 
-@router.get(
+@direct.get(
     "/machines/{machine:path}/lookup",
     summary="Look up one cut",
     openapi_extra={"parameters": parameters_of_a_cut()},

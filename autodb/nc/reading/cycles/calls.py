@@ -6,6 +6,7 @@ from math import cos, radians, sin
 from autodb.nc.reading.cycles import drilling, recessing, roughing, stock_removal, threading
 from autodb.nc.reading.cycles.cycle_moves import Carrying, rapid_to
 from autodb.nc.reading.cycles.sinumerik_pockets import POCKETS, mill_sinumerik_pocket
+from autodb.nc.reading.cycles.sinumerik_slots import SLOTS, mill_sinumerik_slots
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.lines.names import CALLS
 
@@ -16,6 +17,10 @@ _SWIVELS = (
     "in each as a program of its own"
 )
 Numbers = tuple[float | None, ...]
+_MILLED = {
+    **dict.fromkeys(POCKETS, mill_sinumerik_pocket),
+    **dict.fromkeys(SLOTS, mill_sinumerik_slots),
+}
 
 
 def call_cycles(m: Carrying, codes: Mapping[str, Word], block: ProgramBlock) -> None:
@@ -58,8 +63,8 @@ def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
         stock_removal.call_contour(m, word, block)
     elif name == "CYCLE952":
         stock_removal.cycle952(m, word, block)
-    elif name in POCKETS:
-        mill_sinumerik_pocket(m, name, numbers, block)
+    elif name in _MILLED:
+        _MILLED[name](m, name, numbers, block)
     elif name == "CYCLE800":
         if any(numbers[4:13]):  # _X0 to _Z1: shifts and angles
             raise block.refusal(name, _SWIVELS)

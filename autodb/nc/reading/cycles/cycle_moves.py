@@ -1,6 +1,7 @@
 """What cycles have in common: moves to places in mm, and numbers that count thousandths."""
 
 from collections.abc import Mapping
+from math import dist
 from typing import Protocol
 
 from autodb.nc.reading.codes import INCH_MM
@@ -9,9 +10,10 @@ from autodb.nc.reading.corners import CornerRecord
 from autodb.nc.reading.cycles.stated import StatedOfProgram
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.motions import feed_straight, go_rapid
-from autodb.nc.reading.paths import Feed
+from autodb.nc.reading.paths import Feed, Speed
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.state import AXES, ProgramState, word_value
+from autodb.nc.reading.travels import Circle, ProgramMove, ToolPlace
 
 
 class Carrying(Protocol):
@@ -52,6 +54,29 @@ def feed_to(
 ) -> None:
     """Go straight to a place at a feed, mm, that in force where none is given."""
     feed_straight(m.state, {**m.state.place, **to}, block, m.record, feed=feed, thread=thread)
+
+
+SAME_MM = 1e-6
+"""Distance below which two places are one."""
+
+
+def go_along(
+    m: Carrying,
+    block: ProgramBlock,
+    end: ToolPlace,
+    feed: Feed | None,
+    speed: Speed,
+    *,
+    circle: Circle | None = None,
+) -> None:
+    """Go to a place of the machine, straight or on an arc; fast where there is no feed."""
+    state = m.state
+    begin = ToolPlace(state.known("x"), state.known("y"), state.known("z"))
+    if circle is None and dist(begin, end) < SAME_MM:
+        return
+    turning = None if feed is None else speed
+    m.record(ProgramMove(begin, end, feed, turning, block.line, state.tool, circle))
+    state.place.update(zip(AXES, end, strict=True))
 
 
 def known_start(m: Carrying, block: ProgramBlock) -> dict[str, float]:

@@ -10,9 +10,9 @@ is not told there: here they begin on the positive first axis of the pocket.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import ceil, cos, hypot, pi, radians, sin
+from math import ceil, cos, pi, radians, sin
 
-from autodb.nc.reading.cycles.cycle_moves import Carrying, known_start, rapid_to
+from autodb.nc.reading.cycles.cycle_moves import SAME_MM, Carrying, go_along, known_start, rapid_to
 from autodb.nc.reading.lines.blocks import ProgramBlock
 from autodb.nc.reading.paths import Feed, FeedPerMinute
 from autodb.nc.reading.state import feed_in_force, speed_in_force
@@ -32,11 +32,10 @@ WIDEST = 0.8
 """Step of rings where _MIDA is not said, in diameters of the tool."""
 MOST_RINGS = 100_000
 """Rings of one pocket, in all planes. Chosen: more is a slip of _MID or _MIDA."""
-_SAME_MM = 1e-6
-_WRITE_OUT = "write out its moves as G0, G1, G2 and G3"
+WRITE_OUT = "write out its moves as G0, G1, G2 and G3"
 _ROUGHS, _FINISHES = 1, 2
 _FAST, _STRAIGHT, _HELIX = range(3)
-_CLOCKWISE = {0: False, 1: True, 2: True, 3: False}
+CLOCKWISE = {0: False, 1: True, 2: True, 3: False}
 """_CDIR: with the cut and against it, of a spindle that turns to the right, G2 and G3."""
 
 
@@ -58,7 +57,7 @@ class _Pocket:
     def rings(self) -> list[float]:
         """Return how far inside the outermost ring each is, from the middle out, mm."""
         inside = min(self.half)
-        count = max(ceil(inside / self.step_mm - _SAME_MM), 1)
+        count = max(ceil(inside / self.step_mm - SAME_MM), 1)
         return [inside * (1.0 - k / count) for k in range(count + 1)]
 
 
@@ -80,8 +79,8 @@ def mill_sinumerik_pocket(
     rapid_to(m, block, z=max(back, state.known("z")))
     rapid_to(m, block, x=pocket.middle[0], y=pocket.middle[1])
     rapid_to(m, block, z=top + abs(said["_SDIS"]) * unit)
-    way = _Way(m, block, pocket, clockwise=_CLOCKWISE.get(int(said["_CDIR"]), False))
-    across, down = (_feed(m, said[key] * unit, block) for key in ("_FFP1", "_FFD"))
+    way = _Way(m, block, pocket, clockwise=CLOCKWISE.get(int(said["_CDIR"]), False))
+    across, down = (feed_of_cycle(m, said[key] * unit, block) for key in ("_FFP1", "_FFD"))
     kind, enters = int(said["_VARI"]) % 10, int(said["_VARI"]) // 10 % 10
     helix = (said["_RAD1"] * unit, said["_DP1"] * unit) if enters == _HELIX else None
     for k, level in enumerate(pocket.levels):
@@ -111,7 +110,7 @@ def _refuse_others(
         why = "a pocket that is there in part (_AP1, _AP2, _AD) is not read"
     elif kind not in (_ROUGHS, _FINISHES) or enters > _HELIX:
         why = "_VARI is not read; use 1 or 2 in its last digit and 0, 1 or 2 before it"
-    elif said["_CDIR"] not in _CLOCKWISE:
+    elif said["_CDIR"] not in CLOCKWISE:
         why = "_CDIR is not read; use 0 to 3"
     elif enters == _HELIX and not (said["_RAD1"] > 0.0 and said["_DP1"] > 0.0):
         why = "a helix needs _RAD1 and _DP1 above 0"
@@ -120,43 +119,68 @@ def _refuse_others(
     elif min(said.get(key, 0.0) for key in ("_LENG", "_WID", "_PRAD")) < 0.0:
         why = "a pocket that is measured from its corner is not read"
     if why is not None:
-        raise block.refusal(name, f"{why}; {_WRITE_OUT}")
+        raise block.refusal(name, f"{why}; {WRITE_OUT}")
 
 
 def _pocket(m: Carrying, name: str, said: dict[str, float], block: ProgramBlock) -> _Pocket:
     """Return a pocket as the tool's centre meets it; raises UnusableInput where it does not fit."""
     state, unit = m.state, m.state.unit_mm
-    if m.radius_of is None:
-        raise block.refusal(name, "the tool's diameter is not known; state diameter_mm")
-    here = ToolPlace(*known_start(m, block).values())
-    tool_mm = m.radius_of(ProgramMove(here, here, None, None, block.line, state.tool))
+    tool_mm = tool_radius_mm(m, block)
     finishes = int(said["_VARI"]) % 10 == _FINISHES
     wall = 0.0 if finishes else abs(said["_FAL"]) * unit
     floor = 0.0 if finishes else abs(said["_FALD"]) * unit
     round_ = "_PRAD" in said
     sizes = (said["_PRAD"],) * 2 if round_ else (0.5 * said["_LENG"], 0.5 * said["_WID"])
     half = (sizes[0] * unit - wall - tool_mm, sizes[1] * unit - wall - tool_mm)
-    if min(half) <= _SAME_MM:
+    if min(half) <= SAME_MM:
         raise block.refusal(
             name, f"a tool of radius {tool_mm:g} mm does not fit into this pocket; use a smaller"
         )
     corner = half[0] if round_ else max(said["_CRAD"] * unit - wall - tool_mm, 0.0)
     step = said["_MIDA"] * unit or WIDEST * 2.0 * tool_mm
     top, bottom = said["_RFP"] * unit, said["_DP"] * unit + floor
-    deep = said["_MID"] * unit or top - bottom
-    if not (bottom < top and deep > 0.0 and step > 0.0):
-        raise block.refusal(
-            name, "_DP is below _RFP, and _MID and _MIDA are above 0; state them so"
-        )
-    planes = max(ceil((top - bottom) / deep - _SAME_MM), 1)
-    if planes * min(half) / step > MOST_RINGS:
+    if not step > 0.0:
+        raise block.refusal(name, "_MIDA is above 0; state it so")
+    levels = planes_between(m, name, block, (top, bottom), said["_MID"] * unit)
+    if len(levels) * min(half) / step > MOST_RINGS:
         raise block.refusal(name, "_MID or _MIDA is far too small; make it larger")
-    levels = [top + (bottom - top) * (k + 1) / planes + state.shift["z"] for k in range(planes)]
     middle = (said["_PA"] * unit + state.shift["x"], said["_PO"] * unit + state.shift["y"])
     return _Pocket(middle, half, corner, step, levels, radians(said.get("_STA", 0.0)))
 
 
-def _feed(m: Carrying, mm_min: float, block: ProgramBlock) -> Feed:
+def tool_radius_mm(m: Carrying, block: ProgramBlock) -> float:
+    """Return the radius of the tool that is in use; raises UnusableInput where nobody says it."""
+    if m.radius_of is None:
+        raise block.refusal(
+            block.words[0].text, "the tool's diameter is not known; state diameter_mm"
+        )
+    here = ToolPlace(*known_start(m, block).values())
+    return m.radius_of(ProgramMove(here, here, None, None, block.line, m.state.tool))
+
+
+def planes_between(
+    m: Carrying, name: str, block: ProgramBlock, ends: tuple[float, float], most_mm: float
+) -> list[float]:
+    """Return levels from the upper end down to the lower, equally deep and each at most so.
+
+    ``ends`` and ``most_mm`` as the program says them, mm; 0: at once. Raises UnusableInput where
+    they do not go down.
+    """
+    top, bottom = ends
+    deep = most_mm or top - bottom
+    if not (bottom < top and deep > 0.0):
+        raise block.refusal(
+            name, "DP is not below RFP, or the depth of a plane not above 0; state them so"
+        )
+    planes = max(ceil((top - bottom) / deep - SAME_MM), 1)
+    if planes > MOST_RINGS:
+        raise block.refusal(name, "the depth of a plane is far too small; make it larger")
+    shift = m.state.shift["z"]
+    return [top + (bottom - top) * (k + 1) / planes + shift for k in range(planes)]
+
+
+def feed_of_cycle(m: Carrying, mm_min: float, block: ProgramBlock) -> Feed:
+    """Return a feed that a cycle says, mm/min; that in force where it says none."""
     return FeedPerMinute(mm_min) if mm_min > 0.0 else feed_in_force(m.state, block)
 
 
@@ -183,7 +207,7 @@ class _Way:
         radius_mm, pitch_mm = helix
         out = self._there((radius_mm, 0.0))
         deep = self._m.state.known("z") - level
-        turns = max(ceil(deep / pitch_mm - _SAME_MM), 1)
+        turns = max(ceil(deep / pitch_mm - SAME_MM), 1)
         self._go(*out, self._m.state.known("z"), feed, None)
         for turn in (turns, 1):  # down, and once around at the level
             whole = Circle("G17", (x, y), not self._clockwise, turn - 1)
@@ -193,8 +217,8 @@ class _Way:
     def go_around(self, inside_mm: float, feed: Feed) -> None:
         """Go to a ring so far inside the outermost, and around it; the innermost may be a line."""
         a, b = (half - inside_mm for half in self._pocket.half)
-        if min(a, b) <= _SAME_MM:
-            end = (a, b) if max(a, b) > _SAME_MM else None
+        if min(a, b) <= SAME_MM:
+            end = (a, b) if max(a, b) > SAME_MM else None
             for side in (1.0, -1.0) if end else ():
                 self.go_to((side * max(a, 0.0), side * max(b, 0.0)), feed)
             return
@@ -213,14 +237,7 @@ class _Way:
         return x + u * cos(turned) - v * sin(turned), y + u * sin(turned) + v * cos(turned)
 
     def _go(self, x: float, y: float, z: float, feed: Feed | None, circle: Circle | None) -> None:
-        state = self._m.state
-        begin = ToolPlace(state.known("x"), state.known("y"), state.known("z"))
-        end = ToolPlace(x, y, z)
-        if circle is None and hypot(*(b - a for a, b in zip(begin, end, strict=True))) < _SAME_MM:
-            return
-        speed = None if feed is None else self._speed
-        self._m.record(ProgramMove(begin, end, feed, speed, self._block.line, state.tool, circle))
-        state.place.update(x=x, y=y, z=z)
+        go_along(self._m, self._block, ToolPlace(x, y, z), feed, self._speed, circle=circle)
 
 
 _Place = tuple[float, float]
@@ -239,6 +256,6 @@ def _ring(a: float, b: float, corner: float) -> Iterator[tuple[_Place, _Place | 
             return x * cos(turn) - y * sin(turn), x * sin(turn) + y * cos(turn)
 
         yield at(u, v - corner), None
-        if corner > _SAME_MM:
+        if corner > SAME_MM:
             yield at(u - corner, v), at(u - corner, v - corner)
     yield (a, 0.0), None

@@ -20,6 +20,7 @@ CALLS = frozenset(
     {"CYCLE62", "CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE87"}
     | {"CYCLE88", "CYCLE89", "CYCLE93", "CYCLE95", "CYCLE97", "CYCLE99", "CYCLE952", "MCALL"}
     | {"CYCLE840", "CYCLE800", "CYCLE801", "HOLES1", "HOLES2", "POCKET3", "POCKET4"}
+    | {"SLOT1", "SLOT2", "LONGHOLE"}
 )
 """Calls of cycles of the control."""
 MODES_BY_NAME = frozenset(
