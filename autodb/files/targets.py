@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from autodb.errors import UnusableInput
-from autodb.files.checksums import checksum
 from autodb.wording import localized, phrase
 
 LOGS = ("-wal", "-shm", "-journal")
@@ -126,6 +125,8 @@ def sync(path: Path) -> None:
 
 def _content(path: Path) -> dict[str, str]:
     """Return the checksum of each file, by its place below ``path``; of folders, none."""
+    from autodb.files.checksums import checksum
+
     if not path.is_dir():
         return {"": checksum(path)}
     below = sorted(path.rglob("*"))

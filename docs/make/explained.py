@@ -31,7 +31,8 @@ def axis_names() -> frozenset[str]:
     inside = (recording.t_s > LOADED_S[0]) & (recording.t_s < LOADED_S[1])
     left = np.where(inside, 1.0, 0.0)
     field = AxisField(signals, WhiteRows(left, {}, 1))
-    candidates = [*field.standing(), *field.scanned(left, Whitener(np.zeros(1)), 0)]
+    none = np.empty((len(left), 0))
+    candidates = [*field.standing(), *field.scanned(none, Whitener(np.zeros(1)), 0)]
     return frozenset(candidate.term for candidate in candidates if candidate.named)
 
 
