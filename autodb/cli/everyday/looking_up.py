@@ -149,8 +149,7 @@ def lookup(
         )
     cut, geometry = _cut_asked(given, largest), dict[str, float]()
     if tool_file is not None:
-        made = [] if cut is None else [cut.operation]
-        tool, geometry = stated_tool(tool_file, tool, made)
+        tool, geometry = stated_tool(tool_file, tool, [] if cut is None else [cut.operation])
     if cut is not None and (material is None or tool is None):
         raise UnusableInput(phrase("a cut needs --material and --tool"))
     if cut is None and lot is not None:
