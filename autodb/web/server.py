@@ -23,6 +23,8 @@ STOP_S = 20
 """How long answers on their way are waited for when it is stopped. Chosen."""
 CUT_OFF_S = 1.0
 """How long answers that are cut off are waited for. Chosen."""
+HANG_UPS = 100
+"""How often, in that time, it is looked whether connections have ended. Chosen."""
 ENDS = (signal.SIGINT, signal.SIGTERM)
 IDLE_S = 30
 """How long a connection that asks nothing is kept. Chosen."""
@@ -88,8 +90,18 @@ class StoppableServer(uvicorn.Server):
         if cut_off:
             await asyncio.wait(cut_off, timeout=CUT_OFF_S)
             logs.LOG.warning("%d answers on their way were cut off", len(cut_off))
+        await self._hang_up()
         if self.force_exit:
             await self.lifespan.shutdown()
+
+    async def _hang_up(self) -> None:
+        """End connections that are still open: what nobody reads would hold up the loop's end."""
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+        for _ in range(HANG_UPS):
+            if not self.server_state.connections:
+                break
+            await asyncio.sleep(CUT_OFF_S / HANG_UPS)
 
     def _give_up(self) -> None:
         self.force_exit = True

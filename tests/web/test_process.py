@@ -25,7 +25,7 @@ from autodb.web.client import Client, Unanswered
 from autodb.web.http.settings import Settings
 from tests.conftest import Cli
 from tests.helpers.asked import API, CUT, MILLED
-from tests.helpers.serving import self_signed, served, wait_for
+from tests.helpers.serving import listening, self_signed, served, wait_for
 
 
 def test_the_client_says_what_the_library_says(
@@ -195,3 +195,18 @@ def test_a_port_that_is_taken_is_said(cli: Cli) -> None:
         done = cli("serve", "--port", taken.getsockname()[1])
     assert done.code == 2
     assert "use another --port or --host" in done.err
+
+
+def test_no_connection_is_open_once_answers_are_cut_off(url: str, pair: dict[str, str]) -> None:
+    """An answer that nobody reads: what is not closed would hold up the end of the process."""
+    lines = (json.dumps(CUT) + "\n") * 100_000  # more than the buffers of a socket hold
+    server, thread, at = listening(Settings(url))
+    path = f"{at}{API}/machines/lathe-0/lookup/batch"
+    with httpx.stream("POST", path, params=pair, content=lines, timeout=60.0) as response:
+        answered = response.iter_lines()
+        next(answered)
+        time.sleep(0.3)
+        server.should_exit = server.force_exit = True
+        thread.join(30.0)
+    assert not thread.is_alive()
+    assert not server.server_state.connections
