@@ -41,6 +41,8 @@ TWIN = 0.25
 """Share of a static law's squares that a shift of all that is recorded must not be able to give;
 where it gives more the law has what both give: machines with a mass are more than such that are
 logged early. Chosen."""
+FEW = 2
+"""Laws of which a curve that does more is another candidate beside them. Chosen."""
 WHOLE = 0.1
 """Share by which the size of a shift may differ from that of what it shifts. Chosen."""
 
@@ -275,7 +277,8 @@ def _log_odds(bench: WhiteRows, account: Sequence[Choice], rival: Sequence[Choic
 def _surer_than_curves(
     bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
 ) -> list[Choice]:
-    """Return the laws, less what is not static and of which a curve in its place does more.
+    """Return the laws, less what is not static and of which a curve in its place does more; none
+    where one curve alone does more than all of several: what has no name they make up together.
 
     A curve that does something else leaves a law its own.
     """
@@ -283,6 +286,8 @@ def _surer_than_curves(
     if all(choice.candidate.static for choice in kept):
         return kept
     rows = PlainRows(bench, [*curves, *(c.candidate for c in kept)], kept)
+    if len(kept) > FEW and _does_more(rows, curves, kept):
+        return []
     for choice in [c for c in kept if not c.candidate.static]:
         others, like = [c for c in kept if c is not choice], choice.candidate
         offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
@@ -291,6 +296,13 @@ def _surer_than_curves(
         if not all(rows.has_its_own(others, choice, curve) for curve in better):
             kept = others
     return kept
+
+
+def _does_more(rows: PlainRows, curves: Sequence[Candidate], account: Sequence[Choice]) -> bool:
+    """Return whether one of some curves alone predicts better than an account."""
+    whole = float(rows.squares(account).sum())
+    alone = (rows.with_one_more([], curve) for curve in curves)
+    return any(offer is not None and float(offer[0].sum()) < whole for offer in alone)
 
 
 def _first(

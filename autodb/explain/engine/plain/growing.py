@@ -74,7 +74,8 @@ def _with_next(
         if _more_usual(rows, others, best, [c for c in found if c.candidate.key not in kept]):
             continue
         usual = _more_usual(rows, others, best, [c for _, c in able])
-        return [*others, max(usual, key=lambda choice: choice.candidate.usual, default=best)]
+        law = max(usual, key=lambda choice: choice.candidate.usual, default=best)
+        return only_of_their_kind(rows, [*others, law])
     return None
 
 
@@ -117,6 +118,9 @@ def best_offer(
     """
     others = beside(found, candidate)
     offer = rows.with_one_more(others, candidate)
+    if offer is None:
+        others = rows.of_their_kind_beside(others, candidate)
+        offer = rows.with_one_more(others, candidate) if len(others) < len(found) else None
     if offer is None:
         return 0.0, None
     if len(others) < len(found):

@@ -286,6 +286,21 @@ class PlainRows:
             for ok, choice, part in zip(allowed, choices, parts, strict=True)
         ]
 
+    def of_their_kind_beside(
+        self, choices: Sequence[Choice], candidate: Candidate
+    ) -> list[Choice]:
+        """Return the choices without those that are no law of their kind beside a candidate in the
+        form that predicts best with them: the dip of friction that a ripple had been taken for.
+        """
+        forms = [Choice(candidate, number) for number in range(len(candidate.forms))]
+        forms = [one for one in forms if one.key in self._places]
+        if not choices or not forms:
+            return list(choices)
+        every = [[*choices, one] for one in forms]
+        best = min(every, key=lambda some: float(self.squares(some, like=candidate).sum()))
+        *kinds, its = self.of_their_kind(best)
+        return [one for one, of_kind in zip(choices, kinds, strict=True) if of_kind or not its]
+
     @staticmethod
     def _allowed(choices: Sequence[Choice], fitted: Sequence[Array]) -> list[bool]:
         return [
