@@ -286,9 +286,7 @@ class PlainRows:
             for ok, choice, part in zip(allowed, choices, parts, strict=True)
         ]
 
-    def of_their_kind_beside(
-        self, choices: Sequence[Choice], candidate: Candidate
-    ) -> list[Choice]:
+    def of_their_kind_beside(self, choices: Sequence[Choice], candidate: Candidate) -> list[Choice]:
         """Return the choices without those that are no law of their kind beside a candidate in the
         form that predicts best with them: the dip of friction that a ripple had been taken for.
         """
@@ -351,21 +349,23 @@ class PlainRows:
     def with_one_more(
         self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
     ) -> tuple[Array, Choice] | None:
-        """Return the squares by fold with a candidate in its best form, and the choice; nothing
-        where that makes no law of its kind with the others, for then a worse one is no better.
+        """Return the squares by fold with a candidate in its best form, further columns counted,
+        and the choice; nothing where that makes no law of its kind with the others, for then a
+        worse one is no better.
 
         ``like``: the candidate that folds are chosen for, None: this one.
         """
+        like, least = like or candidate, np.inf
+        before = float(self.squares(choices, like=like).sum()) if len(candidate.forms) > 1 else 1.0
         best: tuple[Array, Choice] | None = None
         for number in range(len(candidate.forms)):
             choice = Choice(candidate, number)
             if choice.key not in self._places:
                 continue
-            squares = self.squares([*choices, choice], like=like or candidate)
-            if best is not None and squares.sum() >= best[0].sum():
-                continue
-            if self.physical([*choices, choice]):
-                best = squares, choice
+            squares = self.squares([*choices, choice], like=like)
+            cost = float(np.sqrt(squares.sum() / max(before, 1e-300))) + self.asked_more(choice)
+            if cost < least and self.physical([*choices, choice]):
+                best, least = (squares, choice), cost
         if best is None or not all(self.of_their_kind([*choices, best[1]])):
             return None
         return best
