@@ -99,7 +99,7 @@ def instead(reading: AxisReading, number: int, name: str) -> tuple[Choice, ...] 
     choice = inquiry.choices[number]
     if inquiry.rows is not None and choice in inquiry.founded:
         rival = of_plain(inquiry.rows, inquiry.founded, choice).instead.get(name)
-        others = tuple(c for c in inquiry.choices if c is not choice)
+        others = tuple(c for c in inquiry.choices if c.key != choice.key)
         return _with_tuned(reading, others, rival) if rival else None
     key = choice.candidate.key
     swap = stand_in(inquiry.search, inquiry.found, key, called(inquiry.search, name, but=key))

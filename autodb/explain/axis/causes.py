@@ -129,7 +129,7 @@ def best_law_values(reading: AxisReading, choice: Choice, term: Term) -> dict[st
     others = reading.inquiry.found.without(choice.candidate.key)
     if choice in reading.inquiry.founded:
         bench, noise, retuned = reading.whole, reading.inquiry.plain_noise, None
-        others = tuple(c for c in reading.inquiry.founded if c is not choice)
+        others = tuple(c for c in reading.inquiry.founded if c.key != choice.key)
     elif not reading.inquiry.laws:
         noise = weighing(bench, [*others, law], reading.inquiry.noise, of=law)
     beside = BesideShapes(bench, others, noise, retuned)

@@ -161,7 +161,7 @@ class _Answers:
             return undecided_entry(
                 choice, sure, size, where=stored_msgid("These cuts"), apart=self.apart(choice)
             )
-        others = tuple(c for c in self.choices if c is not choice)
+        others = tuple(c for c in self.choices if c.key != choice.key)
         effect = EffectInCuts(self.stack, self.own, choice, others)
         values = {"size": size, **effect_parameters(effect, component)}
         statement = next(t.statement for t in all_terms() if t.name == choice.candidate.term)

@@ -118,7 +118,7 @@ class _Held:
         From the set as it is best: with the change of the own columns, or without. ``asked``: of
         families what is asked before one is told is asked here, too.
         """
-        others = tuple(c for c in self.kept if c is not choice)
+        others = tuple(c for c in self.kept if c.key != choice.key)
         offers = [
             offer
             for offer in self.search.offers(others)

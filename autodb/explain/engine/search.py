@@ -221,7 +221,7 @@ class CandidateSearch:
         whole = self.products.given([]).rss - self.products.given([c.key for c in choices]).rss
         evidence, cost = [], 0.0
         for choice in choices:
-            others = [c.key for c in choices if c is not choice]
+            others = [c.key for c in choices if c.key != choice.key]
             gain = self.products.given(others).gain(choice.key)
             penalty = self.penalty(choice)
             evidence.append(gain.evidence - penalty)
@@ -297,7 +297,7 @@ class CandidateSearch:
             return evidence
         if self.products.given([c.key for c in found.choices]).gain(key).evidence < evidence:
             return evidence
-        others = [c.key for c in found.choices if c is not choice]
+        others = [c.key for c in found.choices if c.key != choice.key]
         return min(evidence, self.products.given([*others, key]).gain(choice.key).evidence)
 
     def rivals(self, found: FoundSet, key: str) -> dict[str, float]:

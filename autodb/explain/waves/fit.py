@@ -337,7 +337,7 @@ def _drawn(bench: WhiteWaves, choices: Sequence[Choice], quiet: WhitenedNoise) -
         if choice.shape.names or len(norm) == 1:
             weights.append(np.zeros(len(norm)))
             continue
-        given = products.given([c.key for c in choices if c is not choice])
+        given = products.given([c.key for c in choices if c.key != choice.key])
         weights.append(norm**2 / given.gain(choice.key).size)
     return np.concatenate(weights)
 

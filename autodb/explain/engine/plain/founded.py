@@ -289,7 +289,7 @@ def _surer_than_curves(
     if len(kept) > FEW and _does_more(rows, curves, kept):
         return []
     for choice in [c for c in kept if not c.candidate.static]:
-        others, like = [c for c in kept if c is not choice], choice.candidate
+        others, like = [c for c in kept if c.key != choice.key], choice.candidate
         offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
         whole = float(rows.squares(kept, like=like).sum())
         better = [o[1] for o in offers if o and float(o[0].sum()) < whole]
@@ -354,7 +354,7 @@ def _static_laws(
 
 def _tuned(bench: WhiteRows, found: Sequence[Choice], choice: Choice) -> Choice:
     """Return a choice with the values of its form at their best on plain rows, as its only form."""
-    others = [c for c in found if c is not choice]
+    others = [c for c in found if c.key != choice.key]
     best = tuned(choice, BesideShapes(bench, others, (PLAIN, 1.0))).choice
     bench.forget([choice.candidate.key])
     return Choice(replace(choice.candidate, forms=(best.shape,)), 0)

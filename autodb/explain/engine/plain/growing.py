@@ -228,7 +228,7 @@ def _stands_in(candidate: Candidate, others: Sequence[Choice], pair: Sequence[Ch
 
 def _loss(rows: PlainRows, found: Sequence[Choice], gone: Choice) -> float:
     """Return by what share the held-out rms rises without one of the choices."""
-    others = [c for c in found if c is not gone]
+    others = [c for c in found if c.key != gone.key]
     without, whole = rows.without_and_with(others, gone, like=gone.candidate)
     return -rms_fall(whole, without)
 

@@ -49,7 +49,7 @@ def of_plain(
     if like.static:
         choices = [c for c in choices if c.candidate.static or c.candidate.first]
     whole = rows.squares(choices, like=like)
-    others = [c for c in choices if c is not choice]
+    others = [c for c in choices if c.key != choice.key]
     taken = {c.candidate.key for c in choices}
     none = rows.squares(others, like=like)
     by_name: dict[str, float] = {}

@@ -250,7 +250,7 @@ class PlainRows:
         """Return by how much the held-out squares fall with one of the choices, over the variance
         that slow noise gives a row.
         """
-        others = [c for c in choices if c is not choice]
+        others = [c for c in choices if c.key != choice.key]
         without, whole = (self.squares(c, like=choice.candidate) for c in (others, choices))
         return float(without.sum() - whole.sum()) / self.slow
 
