@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.friction import falls_with_speed, is_a_dip
+from autodb.proofs.runs.explain.outside_run import run_outside
 from autodb.records.tables import Recording
 from autodb.terms.friction import stribeck
 from tests.helpers.campaigns import first
@@ -66,6 +67,13 @@ def test_what_no_term_stands_for_is_unknown_and_own_terms_stay_right(missing: Ar
     assert [(c.term, c.kind) for c in sure] == [("unknown", "missing")]
     assert sure[0].variables == ("x.velocity",)
     assert found.after_A < 0.15 * found.before_A
+
+
+def test_what_one_curve_gives_several_laws_do_not_make_up() -> None:
+    """A drag, case 1001 of development, that a dip, compliance, drift and gain gave together."""
+    (answered,) = run_outside(1001)
+    assert (answered.kind, answered.outside) == ("drag", True)
+    assert all(entry.confidence < 0.5 for entry in answered.entries)
 
 
 def test_a_dip_is_named_and_its_correction_is_what_the_held_out_error_says() -> None:

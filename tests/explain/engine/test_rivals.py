@@ -69,8 +69,7 @@ def _candidate(key: str, column: Array, *, static: bool = False, term: str = "")
 
 
 def _standing(rows: PlainRows, law: Candidate) -> Standing:
-    choice = Choice(law, 0)
-    return of_plain(rows, [choice], choice)
+    return of_plain(rows, [Choice(law, 0)], Choice(law, 0))
 
 
 def test_a_rival_that_does_something_else_takes_no_name_away() -> None:

@@ -189,7 +189,6 @@ def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:
     assert "sensor_drift" not in _causes(explained, "force.y")
 
 
-@pytest.mark.campaign
 def test_a_depth_that_is_off_and_own_terms_that_are() -> None:
     """Cut 0.1 mm deeper than simulated, of material that is 6 % harder tangentially.
 

@@ -278,7 +278,7 @@ def _surer_than_curves(
     bench: WhiteRows, found: Sequence[Choice], curves: Sequence[Candidate]
 ) -> list[Choice]:
     """Return the laws, less what is not static and of which a curve in its place does more; none
-    where one curve alone does more than all of several: what has no name they make up together.
+    where one curve alone does more than all that are left: what has no name several make up.
 
     A curve that does something else leaves a law its own.
     """
@@ -286,8 +286,6 @@ def _surer_than_curves(
     if all(choice.candidate.static for choice in kept):
         return kept
     rows = PlainRows(bench, [*curves, *(c.candidate for c in kept)], kept)
-    if len(kept) > FEW and _does_more(rows, curves, kept):
-        return []
     for choice in [c for c in kept if not c.candidate.static]:
         others, like = [c for c in kept if c.key != choice.key], choice.candidate
         offers = [rows.with_one_more(others, curve, like=like) for curve in curves]
@@ -295,7 +293,7 @@ def _surer_than_curves(
         better = [o[1] for o in offers if o and float(o[0].sum()) < whole]
         if not all(rows.has_its_own(others, choice, curve) for curve in better):
             kept = others
-    return kept
+    return [] if len(kept) > FEW and _does_more(rows, curves, kept) else kept
 
 
 def _does_more(rows: PlainRows, curves: Sequence[Candidate], account: Sequence[Choice]) -> bool:

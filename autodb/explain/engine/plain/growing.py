@@ -53,9 +53,8 @@ def grown(
     found = list(choices)
     for _ in range(min(most, MOST - len(found))):
         taken = {c.candidate.key for c in found}
-        offers = [best_offer(rows, found, c) for c in among if c.key not in taken]
-        able = [(f, c) for f, c in offers if c and f >= GAIN + rows.asked_more(c)]
-        longer = _with_next(rows, found, able)
+        offers = [_worth_it(rows, found, c) for c in among if c.key not in taken]
+        longer = _with_next(rows, found, [offer for offer in offers if offer is not None])
         if longer is None:
             break
         found = longer
@@ -107,8 +106,25 @@ def _more_usual(
     ]
 
 
-def best_offer(
+def _worth_it(
     rows: PlainRows, found: Sequence[Choice], candidate: Candidate
+) -> tuple[float, Choice] | None:
+    """Return by what share the held-out rms falls with a candidate, and it, where that is enough:
+    in its best form, or in one that asks for less, as the drift of one sensor and not of all.
+    """
+    for frugal in (False, True):
+        fall, choice = best_offer(rows, found, candidate, frugal=frugal)
+        if choice is None:
+            return None
+        if fall >= GAIN + rows.asked_more(choice):
+            return fall, choice
+        if rows.asked_more(choice) == 0.0:
+            return None
+    return None
+
+
+def best_offer(
+    rows: PlainRows, found: Sequence[Choice], candidate: Candidate, *, frugal: bool = False
 ) -> tuple[float, Choice | None]:
     """Return by what share the held-out rms falls with a candidate, and it in its best form.
 
@@ -117,10 +133,11 @@ def best_offer(
     clearly needs no more.
     """
     others = beside(found, candidate)
-    offer = rows.with_one_more(others, candidate)
+    offer = rows.with_one_more(others, candidate, frugal=frugal)
     if offer is None:
         others = rows.of_their_kind_beside(others, candidate)
-        offer = rows.with_one_more(others, candidate) if len(others) < len(found) else None
+        again = len(others) < len(found)
+        offer = rows.with_one_more(others, candidate, frugal=frugal) if again else None
     if offer is None:
         return 0.0, None
     if len(others) < len(found):

@@ -347,25 +347,32 @@ class PlainRows:
         return 0.0
 
     def with_one_more(
-        self, choices: Sequence[Choice], candidate: Candidate, *, like: Candidate | None = None
+        self,
+        choices: Sequence[Choice],
+        candidate: Candidate,
+        *,
+        like: Candidate | None = None,
+        frugal: bool = False,
     ) -> tuple[Array, Choice] | None:
-        """Return the squares by fold with a candidate in its best form, further columns counted,
-        and the choice; nothing where that makes no law of its kind with the others, for then a
-        worse one is no better.
+        """Return the squares by fold with a candidate in its best form, and the choice; nothing
+        where that makes no law of its kind with the others, for then a worse one is no better.
 
-        ``like``: the candidate that folds are chosen for, None: this one.
+        ``like``: the candidate that folds are chosen for, None: this one. ``frugal``: what a form's
+        further columns are asked for counts.
         """
         like, least = like or candidate, np.inf
-        before = float(self.squares(choices, like=like).sum()) if len(candidate.forms) > 1 else 1.0
+        before = float(self.squares(choices, like=like).sum()) if frugal else 1.0
         best: tuple[Array, Choice] | None = None
         for number in range(len(candidate.forms)):
             choice = Choice(candidate, number)
             if choice.key not in self._places:
                 continue
             squares = self.squares([*choices, choice], like=like)
-            cost = float(np.sqrt(squares.sum() / max(before, 1e-300))) + self.asked_more(choice)
-            if cost < least and self.physical([*choices, choice]):
-                best, least = (squares, choice), cost
+            left = float(squares.sum())
+            if frugal:
+                left = float(np.sqrt(left / max(before, 1e-300))) + self.asked_more(choice)
+            if left < least and self.physical([*choices, choice]):
+                best, least = (squares, choice), left
         if best is None or not all(self.of_their_kind([*choices, best[1]])):
             return None
         return best
