@@ -117,10 +117,21 @@ def _answer(recording: Recording, simulation: Array, effect: Array) -> ChannelAn
     ).explanation.channels["x.current"]
 
 
-@pytest.mark.parametrize("seed", first(1, range(20, 26)))
-@pytest.mark.parametrize("key", ["direction × y.position", "position × speed", "acceleration"])
-def test_noise_has_no_form(seed: int, key: str) -> None:
-    assert short_form(_reading(seed, key, 0.0), 0) is None
+OF_NOISE = ("direction × y.position", "position × speed", "acceleration")
+
+
+@pytest.mark.parametrize("key", OF_NOISE)
+def test_noise_has_no_form(key: str) -> None:
+    assert short_form(_reading(20, key, 0.0), 0) is None
+
+
+@pytest.mark.campaign
+def test_noise_hardly_has_a_form() -> None:
+    """Of 18 readings two at most: were it one of a hundred (none of 360 others had one), it would
+    be more once in 1400.
+    """
+    forms = [short_form(_reading(seed, key, 0.0), 0) for seed in range(20, 26) for key in OF_NOISE]
+    assert sum(form is not None for form in forms) <= 2
 
 
 def test_squares_of_folds_are_those_of_fits_without_them() -> None:
