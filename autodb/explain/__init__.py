@@ -75,6 +75,7 @@ def explain(
         for channel in effort_channels(list(found)):
             notes += _derived(rows, axis_of(channel), found[channel][1])
             notes += _unseen(recording, axis_of(channel))
+            notes += [remark] if (remark := found[channel][1].remark) else []
     explanation = Explanation(
         recording=str(recording.path), channels={n: answer for n, (answer, _) in found.items()}
     )

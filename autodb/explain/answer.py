@@ -129,7 +129,8 @@ class ChannelTrace:
     ``close_up``: of a waveform, from when to when some turns are shown enlarged. ``takes``: the
     share of the squared error that each entry of ``missing`` takes away, in their order;
     ``cutoff_hz``: of the filter that an axis' motion was derived with, where it was, and
-    ``lowered`` why it is lower than the recording alone asks for.
+    ``lowered`` why it is lower than the recording alone asks for; ``remark``: a line about the
+    recording, or none.
     """
 
     x_name: Literal["t", "cut"]
@@ -143,6 +144,7 @@ class ChannelTrace:
     takes: tuple[float, ...] = ()
     cutoff_hz: float | None = None
     lowered: str = ""
+    remark: str = ""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from autodb.explain.answer import (
     largest_first,
 )
 from autodb.explain.axis.causes import causes
+from autodb.explain.axis.controlled import SpeedControl, less_sure, speed_control
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
 from autodb.explain.axis.loads import TURNING, pulsed_loads
 from autodb.explain.axis.read_off import READ_OFF
@@ -266,6 +267,9 @@ def _answer(
     found = causes(reading)
     if not found:
         return _nothing(fit, reading.unit), trace
+    control = speed_control(trace.recording, reading.signals.velocity)
+    if control is not None:
+        found, trace = less_sure(found), replace(trace, remark=_said(control, reading))
     difference, correction = trace.recording - trace.simulation, reading.correction
     parts = parts_of_causes(found, reading)
     missing, takes = largest_first(found, parts, correction=correction, difference=difference)
@@ -279,6 +283,19 @@ def _answer(
         fit=fit,
     )
     return answer, replace(trace, corrected=trace.simulation + correction, takes=takes)
+
+
+def _said(control: SpeedControl, reading: AxisReading) -> str:
+    signals = reading.signals
+    return phrase(
+        "{share} of the effort is what a speed controller makes of {velocity} ({gain} {unit} for "
+        "each unit of speed that lacks): it hides what the axis needs, and no name is sure; record "
+        "moves whose speed is meant to change",
+        share=localized(f"{control.share:.0%}"),
+        velocity=signals.channel("velocity"),
+        gain=significant(control.gain),
+        unit=reading.unit,
+    )
 
 
 def _intervals(choice: Choice) -> Sequence[tuple[float, float]]:
