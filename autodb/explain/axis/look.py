@@ -18,7 +18,6 @@ from autodb.explain.answer import (
     largest_first,
 )
 from autodb.explain.axis.causes import causes
-from autodb.explain.axis.controlled import SpeedControl, less_sure, speed_control
 from autodb.explain.axis.effects import acting_candidates, candidates_of_axis
 from autodb.explain.axis.loads import TURNING, pulsed_loads
 from autodb.explain.axis.read_off import READ_OFF
@@ -32,6 +31,7 @@ from autodb.explain.axis.reading import (
     sized_anew,
 )
 from autodb.explain.axis.scan import Left, proposals_of_axis
+from autodb.explain.axis.sensors_of_axis import SpeedControl, less_sure, speed_control
 from autodb.explain.axis.signals import NO_PARTS, AxisSignals, axis_signals
 from autodb.explain.axis.tilt import CONSTANT
 from autodb.explain.axis.unknown import unknown_candidates

@@ -1,10 +1,12 @@
-"""Candidates that the motor, the sensor or the clock make, of an axis."""
+"""Candidates that the motor, the sensor or the clock make, of an axis; what its controller makes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autodb.explain.answer import Cause
 from autodb.explain.axis.friction import turning_columns
 from autodb.explain.axis.loads import RICHER
 from autodb.explain.axis.read_off import READ_OFF
@@ -19,6 +21,7 @@ from autodb.explain.engine.candidates import (
     spline,
     swings,
 )
+from autodb.explain.engine.plain.odds import UNSURE
 from autodb.terms.sensor import lag
 
 Array = NDArray[np.float64]
@@ -33,6 +36,11 @@ RAMPS = (0.15, 0.3, 0.6)
 STEPS = 24
 STEP_S, STEP_ROWS = 0.04, 2.0
 """Time that a gain's step takes, and rows at least: a search can follow it. Chosen."""
+LATER_ROWS = (0.0, 0.5, 1.0, 1.5, 2.0)
+"""Rows by which an effort may come after the speed that it answers."""
+MOSTLY = 0.9
+"""Share of an effort's variance from which on it is a controller's. Chosen: 0.98 in a public
+motor's recording under speed control; elsewhere effort rises with speed or does not follow it."""
 
 
 def gain_candidate(s: AxisSignals) -> Candidate:
@@ -187,3 +195,41 @@ def _shifted(s: AxisSignals) -> Array:
     return np.column_stack(
         [lag(s.simulation, s.t_s, delay_s=d) - s.simulation for d in (-0.02, -0.006, 0.006, 0.02)]
     )
+
+
+@dataclass(frozen=True)
+class SpeedControl:
+    """A controller's law: ``gain`` [effort by mm/s or deg/s], ``share`` of the variance.
+
+    It sets effort = k (v* − v), v as it was measured about a row before. Where nothing else moves
+    the axis a recording obeys this law as well as the axis' own, and what a fit says of the axis is
+    drawn to it: a closed loop that nothing excites. Source: Söderström and Stoica 1989, System
+    Identification, ch. 10.
+    """
+
+    gain: float
+    share: float
+
+
+def speed_control(effort: Array, velocity: Array) -> SpeedControl | None:
+    """Return the law by which a speed controller makes an effort (n,) of a velocity (n,), if it
+    gives MOSTLY all of it.
+    """
+    rows = np.arange(len(effort), dtype=np.float64)
+    off, whole = effort - effort.mean(), float(np.var(effort))
+    laws = []
+    for later in LATER_ROWS:
+        speed = np.interp(rows - later, rows, velocity)
+        speed -= speed.mean()
+        slope = float(speed @ off) / max(float(speed @ speed), 1e-300)
+        left = float(np.mean((off - slope * speed) ** 2))
+        laws.append(SpeedControl(-slope, 1.0 - left / max(whole, 1e-300)))
+    best = max(laws, key=lambda law: law.share)
+    return best if best.gain > 0.0 and best.share >= MOSTLY else None
+
+
+def less_sure(causes: Sequence[Cause]) -> list[Cause]:
+    """Return causes, none surer than UNSURE."""
+    return [
+        cause.model_copy(update={"confidence": min(cause.confidence, UNSURE)}) for cause in causes
+    ]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from autodb.explain import explain
-from autodb.explain.axis.controlled import speed_control
+from autodb.explain.axis.sensors_of_axis import speed_control
 from autodb.explain.engine.plain.odds import UNSURE
 from autodb.records.tables import Recording
 
