@@ -1,4 +1,4 @@
-"""Candidates that the motor, the sensor or the clock make, of an axis; what its controller makes."""
+"""Candidates that the motor, the sensor or the clock make, of an axis; what a controller makes."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
