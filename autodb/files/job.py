@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field, PositiveInt, model_validator
 from pydantic.config import JsonDict
 
-from autodb.files.job_cut import Across, Coordinate, Diameter, EndDiameter, JobCut
+from autodb.files.job_cut import Across, Coordinate, Diameter, EndDiameter, JobCut, Rpm
 from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Section, read_toml
 from autodb.wording import phrase
@@ -81,6 +81,8 @@ class JobProgram(Section):
     highest x, y and z of a block, and the program is a mill's. ``units`` and ``diameter``: how the
     program is read where it does not say; left out: as the machine file says. ``feeds``: what those
     of a lathe's count until the program says it, left out: a revolution, of LinuxCNC a minute.
+    ``speed_rpm``: what the spindle turns at until the program says a speed. ``block_skip``: what
+    stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
     ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
@@ -102,6 +104,9 @@ class JobProgram(Section):
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     feeds: Literal["minute", "revolution"] | None = Field(default=None, exclude_if=is_none)
+    speed_rpm: Rpm | None = Field(default=None, exclude_if=is_none)
+    block_skip: bool | None = Field(default=None, exclude_if=is_none)
+    last_line: Annotated[int, Field(ge=1)] | None = Field(default=None, exclude_if=is_none)
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)

@@ -32,7 +32,7 @@ class JobStates:
         feeds = self.asked.feeds
         return StatedOfProgram(
             lambda name: self._tool(name).kind, self._blade, self._turning, reach,
-            None if feeds is None else feeds == "minute",
+            None if feeds is None else feeds == "minute", self.asked.speed_rpm,
         )  # fmt: skip
 
     def refuse_unused(self) -> None:

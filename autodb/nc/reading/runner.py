@@ -5,7 +5,7 @@ other lines (a contour between two N numbers, or a subprogram) is run apart.
 """
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word, WrittenLine
 from autodb.nc.reading.lines.expressions import Expression, Key, Number, Values
@@ -238,6 +238,8 @@ class Runner:
         """
         if line.optional and self.block_skip:
             return False, None
+        if line.kept is not None and self.block_skip:
+            line = replace(line, words=line.words[: line.kept])
         block = line.block(self.values)
         codes = {word.code: word for word in block.words}
         words = {word.name: word for word in block.words}

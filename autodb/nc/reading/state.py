@@ -61,7 +61,8 @@ class ProgramState:
     says, ``feed_said``: the program does, and ``diameter_said``,
     ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
-    the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
+    the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
+    ``step_diameter``: how increments of X count,
     None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
     with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
@@ -92,6 +93,7 @@ class ProgramState:
     limit_rpm: float | None = None
     highest_rpm: float | None = None
     turning: bool = False
+    spindle: str | None = None
     stopped: int | None = None
     tool: str | None = None
     called: str | None = None
@@ -161,7 +163,9 @@ def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
         )
     if not state.speed:
         raise block.refusal(
-            word, "no spindle speed before this cutting move; state S with G97 or G96"
+            word,
+            "no spindle speed before this cutting move; state S with G97 or G96, or speed_rpm in "
+            "the job",
         )
     if not state.turning:
         raise block.refusal(word, "nothing has started the spindle; use M3 or M4 before this move")

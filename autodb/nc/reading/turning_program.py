@@ -163,6 +163,8 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     if stated.per_minute is not None:
         state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
+    if stated.speed_rpm is not None:
+        state.speed, state.turning = stated.speed_rpm, True
     state.highest_rpm = highest_rpm
     state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))

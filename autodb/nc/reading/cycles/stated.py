@@ -53,7 +53,7 @@ class StatedOfProgram:
     ``kind_of`` a tool and ``blade_of`` it, None where nobody has stated it, as the program calls
     it; ``turning_of`` the call of CYCLE952 in a line; ``stock``, None where the program is read
     without one; ``per_minute``: what feeds count until the program says it, None as the control
-    does.
+    does; ``speed_rpm``: what the spindle turns at until the program says a speed.
     """
 
     kind_of: Callable[[str | None], str] = _outside
@@ -61,6 +61,7 @@ class StatedOfProgram:
     turning_of: Callable[[int], StatedTurning | None] = _no_turning
     stock: StatedStock | None = None
     per_minute: bool | None = None
+    speed_rpm: float | None = None
 
 
 NOTHING_STATED = StatedOfProgram()

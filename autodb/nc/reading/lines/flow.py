@@ -23,6 +23,8 @@ _O_WORD = re.compile(
     r"|ENDREPEAT|BREAK|CONTINUE)(.*)$"
 )
 _PROGRAM = re.compile(r"[O:](\d+)(?!\d)(.*)$")
+_NAMED = re.compile(r"O[A-Z]\w*|<[\w.+-]+>")
+"""A program's name in place of its number (Fanuc's 30i; posts of Okuma)."""
 _GOTO = re.compile(r"GOTO(.+)$")
 _WHILE = re.compile(r"(?:WH(?:ILE)?(\[.*\]))?DO(\d)$")
 _END = re.compile(r"END(\d)$")
@@ -123,7 +125,8 @@ def _fanuc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
         reader.close_unit(f"{int(program[1])}")
         reader.programs.append(reader.unit[0])
         plain = program[2]
-    if plain in ("", ":") or _PRINTS.match(plain):
+    named = not steps and _NAMED.fullmatch(plain) is not None
+    if named or plain in ("", ":") or _PRINTS.match(plain):
         return
     if plain.startswith("IF"):
         _fanuc_if(reader, line, plain)

@@ -1,0 +1,112 @@
+"""Lines as shops write them: block skip within them, comments, names, chamfers, spindles."""
+
+from pathlib import Path
+
+import pytest
+from numpy.testing import assert_allclose
+
+from autodb.errors import UnusableInput
+from autodb.files.job import JobProgram
+from autodb.forward.line_parts import Followed
+from autodb.forward.programs import follow
+from autodb.nc.reading import turning_program
+from autodb.nc.reading.turning_program import carried_out
+
+HEAD = "O1\nG21 G40 G99\nG97 S1000 M3\nT0101\n"
+TURN = "G0 X62 Z2\nG1 X50 F.2\nZ-20\nG0 X70\n"
+MILL = "O1\nG21 G90\nS900 M3\nG0 X0 Y0 Z0\nG1 X9 F90\n"
+
+
+def _ends(text: str, **how: bool) -> list[tuple[float, float]]:
+    return [tuple(move.end) for move in turning_program(text, source="p.nc", **how).moves]
+
+
+def _follow(folder: Path, text: str, **said: object) -> Followed:
+    path = folder / "p.nc"
+    path.write_text(text)
+    return follow(JobProgram.model_validate({"file": str(path), **said}), units=None, diameter=None)
+
+
+def test_block_skip_within_a_line_leaves_out_what_stands_behind_it() -> None:
+    body = "G0 X62 Z2 / M8\nN20 / G1 X50 F.2\nG1 Z-20 F.2 /2 X48\n"
+    assert _ends(HEAD + body) == [(25, 2), (24, -20)]
+    assert _ends(HEAD + body, block_skip=True) == [(31, -20)]
+
+
+def test_a_division_is_no_block_skip() -> None:
+    body = "#1=[#2/2]\n#3=50/2\nG0 X62 Z2\nG1 X[#3/2] F.2\n"
+    assert _ends(HEAD + "#2=9\n" + body) == [(6.25, 2)]
+
+
+@pytest.mark.parametrize(
+    "remark",
+    ["(T1020 (1/8 PARTING TOOL)", "(\n(TOOLS:\n(T1 - ROUGH)", "(A (B) C)", "(OPEN\n  (X9)"],
+)
+def test_remarks_that_open_twice_or_stay_open_before_others(remark: str) -> None:
+    assert _ends(f"{HEAD}{remark}\n{TURN}") == _ends(HEAD + TURN)
+
+
+def test_a_remark_that_stays_open_before_words_is_refused() -> None:
+    with pytest.raises(UnusableInput, match=r"line 5: '\(OPEN': a bracket does not close"):
+        _ends(f"{HEAD}(OPEN\n{TURN}")
+
+
+@pytest.mark.parametrize("name", ["Osample( sample.TXT )", "OSHAFT", "<SHAFT-7.A>"])
+def test_a_name_in_place_of_a_number_names_the_program(name: str) -> None:
+    assert _ends(f"%\n{name}\n{HEAD}{TURN}".replace("O1\n", "")) == _ends(HEAD + TURN)
+
+
+@pytest.mark.parametrize("system", ["G99", "G90 G95"])
+def test_a_chamfer_by_the_other_axis_is_one_by_c(system: str) -> None:
+    head = f"O1\nG21 {system}\nG97 S1000 M3\nT0101\nG0 X20 Z0\n"
+    by_letter = "G1 X40 K-2 F.2\nZ-20 I3\nX60\nZ-30\n"
+    by_c = "G1 X40 C2 F.2\nZ-20 C3\nX60\nZ-30\n"
+    assert _ends(head + by_letter) == _ends(head + by_c)
+    assert (20, -2) in _ends(head + by_letter)  # 2 mm along the cylinder of 40 mm
+
+
+def test_p_of_a_spindle_is_read_and_another_spindle_ends_what_is_read(tmp_path: Path) -> None:
+    one = "O1\nG21 G99\nT0101\nG97 S1000 M3 P11 G0 X62 Z2\nG1 X50 F.2\nZ-20\nG0 X62\n"
+    two = one + "T0202\nG97 S800 M3 P12\nG0 C90 Y4\nG1 X3 F.1\nM30\n"
+    assert _ends(one) == [(25, 2), (25, -20), (31, -20)]
+    with pytest.raises(UnusableInput, match=r"line 9: 'P12': this starts another.*before$"):
+        _ends(two)
+    found = _follow(tmp_path, two, stock_diameter_mm=60, last_line=8)
+    assert_allclose(found.fed_s, 60 * (6 + 22) / 200)
+    with pytest.raises(UnusableInput, match="has 12 lines, and last_line is 12"):
+        _follow(tmp_path, two, stock_diameter_mm=60, last_line=12)
+
+
+def test_a_job_leaves_out_what_is_behind_a_slash(tmp_path: Path) -> None:
+    text = HEAD + "/2 M98 P8001\n" + TURN
+    with pytest.raises(UnusableInput, match="line 5: '8001': there is no subprogram"):
+        _follow(tmp_path, text, stock_diameter_mm=60)
+    found = _follow(tmp_path, text, stock_diameter_mm=60, block_skip=True)
+    assert_allclose(found.fed_s, 60 * (6 + 22) / 200)
+
+
+def test_a_job_says_what_the_spindle_turns_at_where_the_program_does_not(tmp_path: Path) -> None:
+    text = "G21 G90 G94\nT1 M6\nG0 X-10 Y10 Z5\nG1 Z-1 F300\nX60\nM30\n"
+    asked = {
+        "block_mm": [0, 50, 0, 20, -5, 0],
+        "tools": {"1": {"kind": "end_mill", "diameter_mm": 10.0, "teeth": 2}},
+    }
+    with pytest.raises(UnusableInput, match=r"no spindle speed .* or speed_rpm in the job"):
+        _follow(tmp_path, text, **asked)
+    (line,) = _follow(tmp_path, text, **asked, speed_rpm=9000).lines
+    assert line.fastest_rpm == 9000
+    (line,) = _follow(tmp_path, text.replace("F300", "F300 S500 M3"), **asked, speed_rpm=9000).lines
+    assert line.fastest_rpm == 500
+
+
+def test_a_mills_program_is_read_in_small_letters_tabs_and_with_ends_of_dos() -> None:
+    plain = [(t.start, t.end) for t in carried_out(MILL, source="p", lathe=False).travels]
+    for text in (
+        MILL.lower(),
+        MILL.replace(" ", "\t"),
+        MILL.replace("\n", "\r\n"),
+        "\ufeff" + MILL + "\x1a",
+        MILL.replace("O1\n", "O1 (Fräser Ø6)\n".encode("latin-1").decode("utf-8", "replace")),
+    ):
+        done = carried_out(text.removeprefix("\ufeff"), source="p", lathe=False)
+        assert [(t.start, t.end) for t in done.travels] == plain
