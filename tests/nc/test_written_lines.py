@@ -110,3 +110,23 @@ def test_a_mills_program_is_read_in_small_letters_tabs_and_with_ends_of_dos() ->
     ):
         done = carried_out(text.removeprefix("\ufeff"), source="p", lathe=False)
         assert [(t.start, t.end) for t in done.travels] == plain
+
+
+def test_how_far_a_groove_draws_back_counts_ten_thousandths_of_an_inch() -> None:
+    """R10 in inches is 254 mm as it stands: no peck draws back so far."""
+    head = "O1\nG20 G99\nG97 S1000 M3\nT0101\nG0 X2. Z-1.\n"
+    short, point = (head + f"G75 R{back}\nG75 X1.9 P100 F.005\n" for back in ("10", ".001"))
+    plain = turning_program(point, source="p.nc").moves
+    assert [move.end for move in turning_program(short, source="p.nc").moves] == [
+        move.end for move in plain
+    ]
+
+
+@pytest.mark.parametrize(
+    ("level", "begins_mm"), [("R-3.", 2), ("R1.", 1), ("R-3000", 2), ("R7.", 5)]
+)
+def test_where_a_lathes_cycle_of_a_hole_begins_to_feed(level: str, begins_mm: float) -> None:
+    """From Z5: R-3 counts from there, as on Fanuc; R1 is a place, as on Haas."""
+    text = f"O1\nG21 G99\nG97 S1000 M3\nT0101\nG0 X0 Z5.\nG83 Z-20. {level} F.1\nG80\n"
+    (drilled,) = (move for move in turning_program(text, source="p.nc").moves if move.end[1] == -20)
+    assert drilled.start.z_mm == begins_mm
