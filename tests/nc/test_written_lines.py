@@ -9,7 +9,7 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobProgram
 from autodb.forward.line_parts import Followed
 from autodb.forward.programs import follow
-from autodb.nc.reading import turning_program
+from autodb.nc.reading import Point, turning_program
 from autodb.nc.reading.turning_program import carried_out
 
 HEAD = "O1\nG21 G40 G99\nG97 S1000 M3\nT0101\n"
@@ -17,8 +17,8 @@ TURN = "G0 X62 Z2\nG1 X50 F.2\nZ-20\nG0 X70\n"
 MILL = "O1\nG21 G90\nS900 M3\nG0 X0 Y0 Z0\nG1 X9 F90\n"
 
 
-def _ends(text: str, **how: bool) -> list[tuple[float, float]]:
-    return [tuple(move.end) for move in turning_program(text, source="p.nc", **how).moves]
+def _ends(text: str, *, block_skip: bool = False) -> list[Point]:
+    return [m.end for m in turning_program(text, source="p.nc", block_skip=block_skip).moves]
 
 
 def _follow(folder: Path, text: str, **said: object) -> Followed:
