@@ -292,7 +292,8 @@ class Interpreter:
     def _marks(self, codes: Mapping[str, Word], block: ProgramBlock) -> None:
         if "M0" in codes:
             self.stops.append(block.line)
-        if codes.keys() & _ENDS or ("M17" in codes and self.runner.depth == 0):
+        ends = codes.keys() & _ENDS or ("M17" in codes and self.runner.depth == 0)
+        if ends and not self.in_contour:  # the end of a contour's subprogram is none of the program
             self.runner.ended = True
         if "M5" in codes:
             self.state.turning, self.state.stopped = False, block.line
