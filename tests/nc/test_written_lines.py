@@ -130,3 +130,17 @@ def test_where_a_lathes_cycle_of_a_hole_begins_to_feed(level: str, begins_mm: fl
     text = f"O1\nG21 G99\nG97 S1000 M3\nT0101\nG0 X0 Z5.\nG83 Z-20. {level} F.1\nG80\n"
     (drilled,) = (move for move in turning_program(text, source="p.nc").moves if move.end[1] == -20)
     assert drilled.start.z_mm == begins_mm
+
+
+def test_what_stands_behind_the_end_is_not_read_on_linuxcnc() -> None:
+    """Only subprograms behind it may be called."""
+    text = (
+        "G21 G18 G7 G95\nG97 S900 M3\nM98 P5\nM2\nprint [x]\nO5\nG0 X62 Z2\nG1 X50 F.2\nM99\nwhat\n"
+    )
+    with pytest.raises(UnusableInput, match=r"^p.ngc: line 10: 'W': a word without a number"):
+        turning_program(text, source="p.ngc")
+    moves = turning_program(text.replace("what\n", ""), source="p.ngc").moves
+    assert [move.end.x_mm for move in moves] == [25]
+    sub = "G21 G18 G7 G95\nG97 S900 M3\no<a> call\nM30\n???\no<a> sub\nG0 X62 Z2\nG1 X50 F.2\n"
+    sub += "o<a> endsub\n???"
+    assert [move.end.x_mm for move in turning_program(sub, source="p.ngc").moves] == [25]
