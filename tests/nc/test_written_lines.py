@@ -9,7 +9,7 @@ from autodb.errors import UnusableInput
 from autodb.files.job import JobProgram
 from autodb.forward.line_parts import Followed
 from autodb.forward.programs import follow
-from autodb.nc.reading import Point, turning_program
+from autodb.nc.reading import Point, program_text, turning_program
 from autodb.nc.reading.turning_program import carried_out
 
 HEAD = "O1\nG21 G40 G99\nG97 S1000 M3\nT0101\n"
@@ -99,17 +99,27 @@ def test_a_job_says_what_the_spindle_turns_at_where_the_program_does_not(tmp_pat
     assert line.fastest_rpm == 500
 
 
-def test_a_mills_program_is_read_in_small_letters_tabs_and_with_ends_of_dos() -> None:
-    plain = [(t.start, t.end) for t in carried_out(MILL, source="p", lathe=False).travels]
-    for text in (
-        MILL.lower(),
-        MILL.replace(" ", "\t"),
-        MILL.replace("\n", "\r\n"),
-        "\ufeff" + MILL + "\x1a",
-        MILL.replace("O1\n", "O1 (Fräser Ø6)\n".encode("latin-1").decode("utf-8", "replace")),
-    ):
-        done = carried_out(text.removeprefix("\ufeff"), source="p", lathe=False)
-        assert [(t.start, t.end) for t in done.travels] == plain
+FORMS = {
+    "small letters": MILL.lower().encode(),
+    "tabs": MILL.replace(" ", "\t").encode(),
+    "ends of DOS": MILL.replace("\n", "\r\n").encode() + b"\x1a\x00\x00",
+    "ends of old Macs": MILL.replace("\n", "\r").encode(),
+    "a mark of UTF-8": b"\xef\xbb\xbf" + MILL.encode(),
+    "UTF-16": MILL.encode("utf-16"),
+    "umlauts of Latin-1": MILL.replace("O1", "O1 (FRÄSER FÜR GEHÄUSE Ø60)").encode("latin-1"),
+    "Cyrillic": MILL.replace("O1", "O1 (КОРПУС НАСОСА)").encode("cp1251"),
+    "zeros around it": bytes(400) + MILL.encode() + bytes(4000),
+    "percent signs": b"%\n" + MILL.encode() + b"%\n",
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_program_is_the_same_in_every_form_of_its_file(tmp_path: Path, form: str) -> None:
+    path = tmp_path / "p.nc"
+    path.write_bytes(FORMS[form])
+    plain = carried_out(MILL, source="p", lathe=False).travels
+    done = carried_out(program_text(path), source="p", lathe=False).travels
+    assert [(t.start, t.end) for t in done] == [(t.start, t.end) for t in plain]
 
 
 def test_how_far_a_groove_draws_back_counts_ten_thousandths_of_an_inch() -> None:

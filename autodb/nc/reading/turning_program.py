@@ -1,7 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,14 +85,23 @@ def read_program(
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program's file, UTF-16 where it begins so; raises UnusableInput where
-    there is none."""
+    """Return the text of a program's file; raises UnusableInput where there is none.
+
+    It is UTF-16 where it begins so, else UTF-8, else a code of one byte a letter, of which only
+    remarks have more than ASCII: which one it is does not matter. Zeros around it are the leader
+    and the end of a paper tape.
+    """
     try:
         said = path.read_bytes()
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
-    wide = said.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-    return said.decode("utf-16" if wide else "utf-8-sig", errors="replace")
+    if said.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return said.decode("utf-16", errors="replace")
+    said = said.strip(b"\0").removeprefix(BOM_UTF8)
+    try:
+        return said.decode()
+    except UnicodeDecodeError:
+        return said.decode("latin-1")
 
 
 def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:
