@@ -80,6 +80,10 @@ def feed_spans_mm(
     return spans
 
 
+_SKIPS = re.compile(r"^[^(;\r\n]*/", re.MULTILINE)
+"""A line with something behind the / of block skip, as far as remarks let it be told."""
+
+
 def program_of_job(asked: JobProgram) -> tuple[str, str]:
     """Return the text of a job's program, up to its last line, and the file's checksum.
 
@@ -97,6 +101,10 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
                 found=found,
                 sha256=asked.sha256,
             )
+        )
+    if asked.block_skip and not _SKIPS.search(text):
+        raise UnusableInput(
+            phrase("{file}: no line of it has a /; leave out block_skip", file=path)
         )
     if asked.last_line is not None:
         text = _up_to(text, asked.last_line, path)

@@ -83,6 +83,8 @@ def test_a_job_leaves_out_what_is_behind_a_slash(tmp_path: Path) -> None:
         _follow(tmp_path, text, stock_diameter_mm=60)
     found = _follow(tmp_path, text, stock_diameter_mm=60, block_skip=True)
     assert_allclose(found.fed_s, 60 * (6 + 22) / 200)
+    with pytest.raises(UnusableInput, match="no line of it has a /; leave out block_skip"):
+        _follow(tmp_path, HEAD + "(4/5 OFF)\n" + TURN, stock_diameter_mm=60, block_skip=True)
 
 
 def test_a_job_says_what_the_spindle_turns_at_where_the_program_does_not(tmp_path: Path) -> None:
