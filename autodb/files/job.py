@@ -83,6 +83,7 @@ class JobProgram(Section):
     of a lathe's count until the program says it, left out: a revolution, of LinuxCNC a minute.
     ``speed_rpm``: what the spindle turns at until the program says a speed. ``block_skip``: what
     stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
+    ``left_out``: subprograms that are missing and cut nothing.
     ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
@@ -107,6 +108,9 @@ class JobProgram(Section):
     speed_rpm: Rpm | None = Field(default=None, exclude_if=is_none)
     block_skip: bool | None = Field(default=None, exclude_if=is_none)
     last_line: Annotated[int, Field(ge=1)] | None = Field(default=None, exclude_if=is_none)
+    left_out: tuple[Annotated[str, Field(min_length=1)], ...] = Field(
+        default=(), exclude_if=lambda names: not names
+    )
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)

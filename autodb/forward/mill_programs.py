@@ -25,6 +25,7 @@ from autodb.forward.line_parts import (
     program_of_job,
     step_conditions,
 )
+from autodb.forward.stated import left_out_of
 from autodb.nc.reading import line_texts
 from autodb.nc.reading.cycles.stated import StatedOfProgram
 from autodb.nc.reading.travels import PackedMoves, ProgramMove
@@ -65,7 +66,8 @@ def follow_mill(
     done = carried_out(
         text, source=source, lathe=False, inch=inches, control=asked.control,
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
-        block_skip=bool(asked.block_skip), stated=StatedOfProgram(speed_rpm=asked.speed_rpm),
+        block_skip=bool(asked.block_skip),
+        stated=StatedOfProgram(speed_rpm=asked.speed_rpm, left_out=left_out_of(asked)),
     )  # fmt: skip
     tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))
     block = _block(asked, tools)

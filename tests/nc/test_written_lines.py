@@ -156,3 +156,40 @@ def test_what_stands_behind_the_end_is_not_read_on_linuxcnc() -> None:
     sub = "G21 G18 G7 G95\nG97 S900 M3\no<a> call\nM30\n???\no<a> sub\nG0 X62 Z2\nG1 X50 F.2\n"
     sub += "o<a> endsub\n???"
     assert [move.end.x_mm for move in turning_program(sub, source="p.ngc").moves] == [25]
+
+
+CALLS = {
+    "fanuc": ("O1\nG21 G90 G94 G17\nT1 M6\nS900 M3\n", "M98 P8001\n", "8001"),
+    "macro": ("O1\nG21 G90 G94 G17\nT1 M6\nS900 M3\n", "G65 P9023 A1. B2.\n", "9023"),
+    "sinumerik": ("G710 G90 G94 G17\nT1 D1\nM6\nS900 M3\nR1=2\n", "L9023\n", "l9023"),
+    "sinumerik with arguments": (
+        "G710 G90 G94 G17\nT1 D1\nM6\nS900 M3\nR1=2\n", "CHECK_TOOL(1,2.5)\n", "CHECK_TOOL",
+    ),
+    "linuxcnc": ("G21 G90 G94 G17\nT1 M6\nS900 M3\nG64 P.1\n", "o<probe> call [1]\n", "probe"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("head", "call", "name"), CALLS.values(), ids=CALLS)
+def test_a_job_leaves_out_subprograms_that_cut_nothing(
+    tmp_path: Path, head: str, call: str, name: str
+) -> None:
+    body = "G0 X-10 Y10 Z5\nG1 Z-1 F300\nX60\n"
+    asked = {
+        "block_mm": [0, 50, 0, 20, -5, 0],
+        "tools": {"other": {"kind": "end_mill", "diameter_mm": 10.0, "teeth": 4}},
+    }
+    with pytest.raises(UnusableInput, match="or name it in the job's left_out"):
+        _follow(tmp_path, head + call + body + "M30\n", **asked)
+    plain = _follow(tmp_path, head + body + "M30\n", **asked)
+    found = _follow(tmp_path, head + call + body + "M30\n", **asked, left_out=[name])
+    assert (found.fed_s, found.removed_mm3) == (plain.fed_s, plain.removed_mm3)
+    with pytest.raises(UnusableInput, match=r"calls no subprogram '\w+' that is missing"):
+        _follow(tmp_path, head + body + "M30\n", **asked, left_out=[name])
+
+
+def test_where_the_tool_is_behind_a_subprogram_that_is_left_out_is_not_known(
+    tmp_path: Path,
+) -> None:
+    body = TURN + "M98 P8001\nG1 Z-30\n"
+    with pytest.raises(UnusableInput, match="line 10: 'G1': the start is not known in X"):
+        _follow(tmp_path, HEAD + body, stock_diameter_mm=60, left_out=["8001"])

@@ -28,7 +28,10 @@ MOST_AGAIN = 50_000
 """How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
-NO_SUBPROGRAM = "there is no subprogram of this name; put it into this file"
+NO_SUBPROGRAM = (
+    "there is no subprogram of this name; put it into this file, or name it in the job's left_out "
+    "if it cuts nothing"
+)
 _MACRO = dict(zip("ABCIJKDEFHMQRSTUVWXYZ", (
     1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ), strict=True))  # fmt: skip

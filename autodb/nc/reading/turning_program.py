@@ -19,7 +19,7 @@ from autodb.nc.reading.lines.foreign import refuse_other_language
 from autodb.nc.reading.lines.instructions import Instructions
 from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner
+from autodb.nc.reading.runner import NO_SUBPROGRAM, Library, Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -179,9 +179,9 @@ def carried_out(
     values = Values(of_control=_of_control(written, state))
     if written is SINUMERIK:
         values.of_all = _of_channel
-    runner = Runner(
-        instructions, values=values, block_skip=block_skip, library=_beside(source, written)
-    )
+    passed: set[str] = set()
+    library = _passing(_beside(source, written), stated.left_out, written, passed)
+    runner = Runner(instructions, values=values, block_skip=block_skip, library=library)
     interpreter = Interpreter(state, runner, stated, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
@@ -192,6 +192,10 @@ def carried_out(
     if any(NO_SUBPROGRAM in str(problem) for problem in problems):
         problems += missing_subprograms(runner)
     _refuse(source, [*instructions.problems, *problems])
+    for unit in sorted(stated.left_out - passed):
+        raise UnusableInput(
+            f"{source}: calls no subprogram '{unit}' that is missing; take it out of left_out"
+        )
     if not any(travel.feed is not None for travel in moves):
         raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
     if inch is None and not state.unit_said:
@@ -292,6 +296,31 @@ def _beside(source: str, control: Control) -> Callable[[str], Instructions | Non
         alike = (p for p in files if p.stem.lower().endswith(ends) and p != Path(source))
         path = next(iter(named), next(alike, None))
         return None if path is None else control.instructions(program_text(path), source=str(path))
+
+    return find
+
+
+_MOST_ARGUMENTS = 40
+"""Arguments that a call of a subprogram which is left out may have. Chosen."""
+
+
+def _passing(
+    library: Library, left_out: frozenset[str], control: Control, passed: set[str]
+) -> Library:
+    """Return a library that has some subprograms that are missing as a way to the reference.
+
+    So the tool's place is not known behind their calls. ``passed``: takes those that are called.
+    """
+
+    def find(unit: str) -> Instructions | None:
+        found = library(unit)
+        if found is not None or unit.upper() not in left_out:
+            return found
+        passed.add(unit.upper())
+        nothing = control.instructions("G28", source=unit)
+        names = (f"_{k}" for k in range(_MOST_ARGUMENTS))
+        nothing.parameters[""] = tuple((name, None) for name in names)
+        return nothing
 
     return find
 

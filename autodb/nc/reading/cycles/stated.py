@@ -53,7 +53,8 @@ class StatedOfProgram:
     ``kind_of`` a tool and ``blade_of`` it, None where nobody has stated it, as the program calls
     it; ``turning_of`` the call of CYCLE952 in a line; ``stock``, None where the program is read
     without one; ``per_minute``: what feeds count until the program says it, None as the control
-    does; ``speed_rpm``: what the spindle turns at until the program says a speed.
+    does; ``speed_rpm``: what the spindle turns at until the program says a speed;
+    ``left_out``: subprograms, in capitals, that are missing and cut nothing.
     """
 
     kind_of: Callable[[str | None], str] = _outside
@@ -62,6 +63,7 @@ class StatedOfProgram:
     stock: StatedStock | None = None
     per_minute: bool | None = None
     speed_rpm: float | None = None
+    left_out: frozenset[str] = frozenset()
 
 
 NOTHING_STATED = StatedOfProgram()
