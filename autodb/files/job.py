@@ -83,7 +83,8 @@ class JobProgram(Section):
     of a lathe's count until the program says it, left out: a revolution, of LinuxCNC a minute.
     ``speed_rpm``: what the spindle turns at until the program says a speed. ``block_skip``: what
     stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
-    ``left_out``: subprograms that are missing and cut nothing.
+    ``left_out``: subprograms that are missing and cut nothing. ``angles``: of a mill's rotary
+    axes, degrees: what is cut where they stand so is predicted, others stand at 0.
     ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
@@ -111,6 +112,9 @@ class JobProgram(Section):
     left_out: tuple[Annotated[str, Field(min_length=1)], ...] = Field(
         default=(), exclude_if=lambda names: not names
     )
+    angles: dict[Annotated[str, Field(pattern="^[ABC]$")], Finite] | None = Field(
+        default=None, exclude_if=is_none
+    )
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)
@@ -137,6 +141,8 @@ class JobProgram(Section):
             raise ValueError(
                 phrase("feeds goes with a lathe's stock; a mill's count a minute until G95")
             )
+        if self.block_mm is None and self.angles is not None:
+            raise ValueError(phrase("angles goes with block_mm, the block of a mill"))
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:

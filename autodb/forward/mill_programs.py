@@ -67,7 +67,9 @@ def follow_mill(
         text, source=source, lathe=False, inch=inches, control=asked.control,
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
         block_skip=bool(asked.block_skip),
-        stated=StatedOfProgram(speed_rpm=asked.speed_rpm, left_out=left_out_of(asked)),
+        stated=StatedOfProgram(
+            speed_rpm=asked.speed_rpm, left_out=left_out_of(asked), angles=asked.angles
+        ),
     )  # fmt: skip
     tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))
     block = _block(asked, tools)

@@ -51,6 +51,7 @@ from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.lines.names import NAMES
 from autodb.nc.reading.motions import carry_out_motion, word_not_read
 from autodb.nc.reading.rests import rest_s
+from autodb.nc.reading.rotary import stands_as_stated, turn_rotary
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.spindles import ANOTHER_SPINDLE, starts_another, take_spindle
 from autodb.nc.reading.state import (
@@ -60,7 +61,7 @@ from autodb.nc.reading.state import (
     word_value,
 )
 from autodb.nc.reading.targets import without
-from autodb.nc.reading.travels import PackedMoves
+from autodb.nc.reading.travels import PackedMoves, ProgramMove
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
@@ -94,10 +95,18 @@ class Interpreter:
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None
         self.in_contour = False
-        self.record = CornerRecord(self.moves.append, source=runner.instructions.source)
+        keep = self.moves.append if state.angles is None else self._keep_as_stated
+        self.record = CornerRecord(keep, source=runner.instructions.source)
         self.groups = groups_of(state.control, lathe=state.lathe)
         self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
         self._cycles = self._cycles_of()
+
+    def _keep_as_stated(self, move: ProgramMove) -> None:
+        """Keep a move where the rotary axes stand as the job states."""
+        if stands_as_stated(self.state):
+            self.moves.append(move)
+        else:
+            self.state.note("what is cut at other angles of the rotary axes is left out")
 
     def _cycles_of(self) -> dict[str, Callable[..., None]]:
         """Return what carries out each cycle of the control."""
@@ -126,17 +135,19 @@ class Interpreter:
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
         if self._is_place(block):
-            values = {word.name: word for word in block.words}
-            if len(values) == len(block.words):
-                carry_out_motion(self.state, values, block, self.record)
+            places = {word.name: word for word in block.words}
+            if len(places) == len(block.words):
+                carry_out_motion(self.state, places, block, self.record)
                 return
-        codes, values = self._sorted(block)
+        codes, said = self._sorted(block)
+        values: Values = said
         state = self.state
         if "G4" in codes:
             self.rests.append((block.line, rest_s(state, values, block)))
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
+        values = turn_rotary(state, codes, values, block)
         if state.side is not None:
             self._compensated(codes, values, block)
         if cycle is None and starts_another(state, codes, values):

@@ -38,8 +38,8 @@ from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
 ROTARY = ("A", "B", "C")
 TURNS_ROTARY = (
-    "this turns a rotary axis; only moves of X, Y and Z are read: give what is cut at each of its "
-    "angles as a program of its own"
+    "this turns a rotary axis; only moves of X, Y and Z are read: state the angle to look at as "
+    "angles in the job, or give what is cut at each as a program of its own"
 )
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")

@@ -1,5 +1,6 @@
 """What is in force while a program runs: how numbers count, motion, feed, spindle, tool, place."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, sin
 from typing import NamedTuple
@@ -68,7 +69,8 @@ class ProgramState:
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
-    cycle of LinuxCNC runs, where A and C are corners.
+    cycle of LinuxCNC runs, where A and C are corners; ``angles``: of rotary axes, degrees, at which
+    moves are kept, None where none may turn, and ``rotary``: at which they are.
     """
 
     lathe: bool
@@ -109,6 +111,8 @@ class ProgramState:
     taken: dict[str, float] = field(default_factory=dict)
     contours: tuple[CalledContour, ...] = ()
     in_profile: bool = False
+    angles: Mapping[str, float] | None = None
+    rotary: dict[str, float] = field(default_factory=dict)
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:

@@ -172,6 +172,7 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     if stated.per_minute is not None:
         state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
+    state.angles = stated.angles
     if stated.speed_rpm is not None:
         state.speed, state.turning = stated.speed_rpm, True
     state.highest_rpm = highest_rpm
@@ -197,7 +198,9 @@ def carried_out(
             f"{source}: calls no subprogram '{unit}' that is missing; take it out of left_out"
         )
     if not any(travel.feed is not None for travel in moves):
-        raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
+        why = "nothing is cut at these angles; state others"
+        why = "no cutting move; use a program with G1, G2 or G3" if stated.angles is None else why
+        raise UnusableInput(f"{source}: {why}")
     if inch is None and not state.unit_said:
         state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(

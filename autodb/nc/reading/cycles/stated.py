@@ -1,6 +1,6 @@
 """What a job states that its program does not: of the tools, the stock, and cycles of the mask."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -54,7 +54,8 @@ class StatedOfProgram:
     it; ``turning_of`` the call of CYCLE952 in a line; ``stock``, None where the program is read
     without one; ``per_minute``: what feeds count until the program says it, None as the control
     does; ``speed_rpm``: what the spindle turns at until the program says a speed;
-    ``left_out``: subprograms, in capitals, that are missing and cut nothing.
+    ``left_out``: subprograms, in capitals, that are missing and cut nothing; ``angles``: of a
+    mill's rotary axes, degrees by letter, at which its moves are kept, None where none may turn.
     """
 
     kind_of: Callable[[str | None], str] = _outside
@@ -64,6 +65,7 @@ class StatedOfProgram:
     per_minute: bool | None = None
     speed_rpm: float | None = None
     left_out: frozenset[str] = frozenset()
+    angles: Mapping[str, float] | None = None
 
 
 NOTHING_STATED = StatedOfProgram()
