@@ -35,7 +35,10 @@ def test_what_is_cut_at_an_angle_is_that_of_a_program_of_its_own(
     found = _follow(tmp_path, TURNS, angles={"A": angle})
     plain = _follow(tmp_path, HEAD + PASSES[which] + "M30\n")
     assert (found.fed_s, found.removed_mm3) == (plain.fed_s, plain.removed_mm3)
-    assert "what is cut at other angles of the rotary axes is left out" in found.notes
+    assert (
+        "what is cut at other angles of the rotary axes, or while they turn, is left out"
+        in found.notes
+    )
 
 
 def test_angles_that_are_not_stated_are_0(tmp_path: Path) -> None:
@@ -43,6 +46,15 @@ def test_angles_that_are_not_stated_are_0(tmp_path: Path) -> None:
     for angles, depth_mm in (({"A": 90, "C": 45}, 2.0), ({"A": 0}, 1.0)):
         found = _follow(tmp_path, text, angles=angles)
         assert_allclose(found.removed_mm3, 50 * 10 * depth_mm, rtol=0.02)
+
+
+def test_what_is_cut_while_an_axis_turns_is_left_out(tmp_path: Path) -> None:
+    """On the way from 0 to 30° and back, over an axis that names its angle in each block."""
+    turns = "G1 X20 A30\nX30 A30\nX40 A0\n"
+    text = HEAD + f"G0 X-10 Y10 Z5 A0\nG1 Z-1 F300 A0\nX10 A0\n{turns}X60 A0\nG0 Z9\nM30\n"
+    found = _follow(tmp_path, text, angles={"A": 0})
+    assert_allclose(found.fed_s, 60 * (6 + 20 + 20) / 300)
+    assert_allclose(_follow(tmp_path, text, angles={"A": 30}).fed_s, 60 * 10 / 300)
 
 
 def test_holes_at_an_angle_are_drilled_there(tmp_path: Path) -> None:
@@ -57,10 +69,6 @@ def test_holes_at_an_angle_are_drilled_there(tmp_path: Path) -> None:
 REFUSED = {
     "no angle stated": (TURNS, {}, "line 10: .A90..: this turns a rotary axis; .*angles in"),
     "nothing there": (TURNS, {"angles": {"A": 45}}, "nothing is cut at these angles"),
-    "at a feed": (
-        HEAD + "G0 X0 Y0 Z5\nG1 X9 A30 F90\nM30\n", {"angles": {"A": 0}},
-        "line 6: 'A30': this turns a rotary axis at a feed",
-    ),
     "another zero": (
         HEAD + "G92 A0\nG0 X0 Y0 Z5\nG1 X9 F90\nM30\n", {"angles": {"A": 0}},
         "line 5: 'A0': this turns a rotary axis",

@@ -106,7 +106,9 @@ class Interpreter:
         if stands_as_stated(self.state):
             self.moves.append(move)
         else:
-            self.state.note("what is cut at other angles of the rotary axes is left out")
+            self.state.note(
+                "what is cut at other angles of the rotary axes, or while they turn, is left out"
+            )
 
     def _cycles_of(self) -> dict[str, Callable[..., None]]:
         """Return what carries out each cycle of the control."""
@@ -134,6 +136,7 @@ class Interpreter:
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
+        self.state.turning_rotary = False
         if self._is_place(block):
             places = {word.name: word for word in block.words}
             if len(places) == len(block.words):
@@ -147,7 +150,7 @@ class Interpreter:
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
-        values = turn_rotary(state, codes, values, block)
+        values = turn_rotary(state, codes, values)
         if state.side is not None:
             self._compensated(codes, values, block)
         if cycle is None and starts_another(state, codes, values):

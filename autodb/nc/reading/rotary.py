@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 
 from autodb.nc.reading.codes import MACHINE
-from autodb.nc.reading.frames import names_axis
-from autodb.nc.reading.lines.blocks import ProgramBlock, Word
+from autodb.nc.reading.lines.blocks import Word
 from autodb.nc.reading.motions import ROTARY
 from autodb.nc.reading.state import ProgramState, word_value
 
@@ -13,15 +12,11 @@ _SETS = frozenset({"G10", "G50", "G52", "G92"})
 
 
 def turn_rotary(
-    state: ProgramState,
-    codes: Mapping[str, Word],
-    values: Mapping[str, Word],
-    block: ProgramBlock,
+    state: ProgramState, codes: Mapping[str, Word], values: Mapping[str, Word]
 ) -> Mapping[str, Word]:
     """Turn rotary axes to what a block says, and return its other words.
 
-    Nothing is done where the job states no angles. Raises UnusableInput for an axis that turns
-    while the tool moves at a feed.
+    Nothing is done where the job states no angles.
     """
     words = {letter: values[letter] for letter in ROTARY if letter in values}
     if state.angles is None or not words or codes.keys() & _SETS:
@@ -31,11 +26,7 @@ def turn_rotary(
         before = state.rotary.get(letter, 0.0)
         steps = not state.absolute if word.step is None else word.step
         to = 0.0 if home else word_value(word) + before * steps
-        feeds = state.motion not in (None, "G0") and not home and names_axis(values)
-        if feeds and _apart(to, before):
-            raise block.refusal(
-                word.text, "this turns a rotary axis at a feed; only axes that stand are read"
-            )
+        state.turning_rotary |= _apart(to, before)
         state.rotary[letter] = to
     return {name: word for name, word in values.items() if name not in words}
 
@@ -43,7 +34,7 @@ def turn_rotary(
 def stands_as_stated(state: ProgramState) -> bool:
     """Return whether the rotary axes stand at the angles that the job states, others at 0."""
     angles = state.angles or {}
-    return not any(
+    return not state.turning_rotary and not any(
         _apart(state.rotary.get(letter, 0.0), angles.get(letter, 0.0)) for letter in ROTARY
     )
 

@@ -70,7 +70,8 @@ class ProgramState:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
     cycle of LinuxCNC runs, where A and C are corners; ``angles``: of rotary axes, degrees, at which
-    moves are kept, None where none may turn, and ``rotary``: at which they are.
+    moves are kept, None where none may turn, ``rotary``: at which they are; ``turning_rotary``: one
+    turns in the block.
     """
 
     lathe: bool
@@ -113,6 +114,7 @@ class ProgramState:
     in_profile: bool = False
     angles: Mapping[str, float] | None = None
     rotary: dict[str, float] = field(default_factory=dict)
+    turning_rotary: bool = False
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:
