@@ -118,6 +118,11 @@ class Stock:
         last = min(int(np.searchsorted(self.edges_mm, end_mm)), self.low_mm.size)
         return self.turned(np.array([z_mm, self.edges_mm[last]]), np.array([x_mm, x_mm]))
 
+    def put(self, cells: NDArray[np.bool_], other: "Stock") -> "Stock":
+        """Return the stock with some cells (n,) as they are in another one of the same cells."""
+        low, high = np.where(cells, other.low_mm, self.low_mm), other.high_mm
+        return replace(self, low_mm=low, high_mm=np.where(cells, high, self.high_mm))
+
     def volume_mm3(self, *, from_mm: float) -> float:
         """Return the volume in front of z: V = Σ π h (a² + a b + b²)/3 of the cells, mm³.
 
@@ -128,6 +133,15 @@ class Stock:
         first = int(np.searchsorted(whole.edges_mm, from_mm))
         a, b = whole.low_mm[first:], whole.high_mm[first:]
         return float(np.pi / 3 * np.sum(np.diff(whole.edges_mm)[first:] * (a * a + a * b + b * b)))
+
+
+def nothing_around(bored: Stock, outer: Stock, *, mirror_mm: float) -> NDArray[np.bool_]:
+    """Return in which cells, (n,), a bore, mirrored about a radius, has no work around it.
+
+    So in front of a face that was cut back. Both are of the same cells.
+    """
+    hole_mm = mirror_mm - np.maximum(bored.low_mm, bored.high_mm)
+    return np.asarray(np.maximum(outer.low_mm, outer.high_mm) <= hole_mm + TINY_MM)
 
 
 def hollow_mm3(outer: Stock, inner: Stock, *, from_mm: float) -> float:

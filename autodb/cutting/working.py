@@ -29,7 +29,7 @@ from autodb.cutting.contour import (
 )
 from autodb.cutting.engaged_steps import ContourEngagement, EngagedSteps
 from autodb.cutting.pieces import Piece, pieces
-from autodb.cutting.stock import Stock, hollow_mm3
+from autodb.cutting.stock import Stock, hollow_mm3, nothing_around
 from autodb.errors import UnusableInput
 from autodb.nc.reading import Arc, Linear, Move, Point, Rapid
 from autodb.wording import phrase
@@ -216,11 +216,13 @@ def _outside(moves: Iterator[Move], work: Work, run: _Run) -> Work:
 
 
 def _boring(moves: Iterator[Move], work: Work, run: _Run) -> Work:
+    gone = nothing_around(work.bored, work.outer, mirror_mm=MIRROR_MM)
+    nothing = work.bored.turned(work.bored.edges_mm[[0, -1]], np.zeros(2))
     bored = engaged_moves(
-        map(_mirrored, moves), work.bored, run.into, source=run.source,
+        map(_mirrored, moves), work.bored.put(gone, nothing), run.into, source=run.source,
         step_mm=run.step_mm, edge_mm=run.tool.edge_mm, mirror_mm=MIRROR_MM, alike_joined=True,
     )  # fmt: skip
-    return replace(work, bored=bored)
+    return replace(work, bored=bored.put(gone, work.bored))
 
 
 def _mirrored(move: Move) -> Move:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field, PositiveInt, model_validator
 from pydantic.config import JsonDict
 
-from autodb.files.job_cut import Across, Coordinate, Diameter, EndDiameter, JobCut
+from autodb.files.job_cut import Across, Coordinate, Diameter, EndDiameter, JobCut, Rpm
 from autodb.files.part import BarSection
 from autodb.files.toml import Finite, NotNegative, Section, read_toml
 from autodb.wording import phrase
@@ -81,6 +81,10 @@ class JobProgram(Section):
     highest x, y and z of a block, and the program is a mill's. ``units`` and ``diameter``: how the
     program is read where it does not say; left out: as the machine file says. ``feeds``: what those
     of a lathe's count until the program says it, left out: a revolution, of LinuxCNC a minute.
+    ``speed_rpm``: what the spindle turns at until the program says a speed. ``block_skip``: what
+    stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
+    ``left_out``: subprograms that are missing and cut nothing. ``angles``: of a mill's rotary
+    axes, degrees: what is cut where they stand so is predicted, others stand at 0.
     ``sha256``: of the
     program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
@@ -102,6 +106,15 @@ class JobProgram(Section):
     units: Literal["mm", "inch"] | None = None
     diameter: bool | None = None
     feeds: Literal["minute", "revolution"] | None = Field(default=None, exclude_if=is_none)
+    speed_rpm: Rpm | None = Field(default=None, exclude_if=is_none)
+    block_skip: bool | None = Field(default=None, exclude_if=is_none)
+    last_line: Annotated[int, Field(ge=1)] | None = Field(default=None, exclude_if=is_none)
+    left_out: tuple[Annotated[str, Field(min_length=1)], ...] = Field(
+        default=(), exclude_if=lambda names: not names
+    )
+    angles: dict[Annotated[str, Field(pattern="^[ABC]$")], Finite] | None = Field(
+        default=None, exclude_if=is_none
+    )
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)
@@ -128,6 +141,8 @@ class JobProgram(Section):
             raise ValueError(
                 phrase("feeds goes with a lathe's stock; a mill's count a minute until G95")
             )
+        if self.block_mm is None and self.angles is not None:
+            raise ValueError(phrase("angles goes with block_mm, the block of a mill"))
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:

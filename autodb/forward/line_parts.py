@@ -3,6 +3,7 @@
 Steps that are alike are one; where more than MOST are left of a line, they are joined evenly.
 """
 
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -79,8 +80,15 @@ def feed_spans_mm(
     return spans
 
 
+_SKIPS = re.compile(r"^[^(;\r\n]*/", re.MULTILINE)
+"""A line with something behind the / of block skip, as far as remarks let it be told."""
+
+
 def program_of_job(asked: JobProgram) -> tuple[str, str]:
-    """Return the text of a job's program and its checksum; raises UnusableInput for another one."""
+    """Return the text of a job's program, up to its last line, and the file's checksum.
+
+    Raises UnusableInput for another program.
+    """
     path = Path(asked.file)
     text = program_text(path)
     found = checksum(path)
@@ -94,7 +102,29 @@ def program_of_job(asked: JobProgram) -> tuple[str, str]:
                 sha256=asked.sha256,
             )
         )
+    if asked.block_skip and not _SKIPS.search(text):
+        raise UnusableInput(
+            phrase("{file}: no line of it has a /; leave out block_skip", file=path)
+        )
+    if asked.last_line is not None:
+        text = _up_to(text, asked.last_line, path)
     return text, found
+
+
+def _up_to(text: str, last_line: int, path: Path) -> str:
+    """Return the lines of a program up to one; raises UnusableInput where there is none behind."""
+    lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+", text)
+    if last_line >= len(lines):
+        raise UnusableInput(
+            phrase(
+                "{file}: has {lines} lines, and last_line is {last_line}; state one before its "
+                "last, or leave it out",
+                file=path,
+                lines=len(lines),
+                last_line=last_line,
+            )
+        )
+    return "".join(lines[:last_line])
 
 
 @dataclass(frozen=True)

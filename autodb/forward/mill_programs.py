@@ -25,7 +25,9 @@ from autodb.forward.line_parts import (
     program_of_job,
     step_conditions,
 )
+from autodb.forward.stated import left_out_of
 from autodb.nc.reading import line_texts
+from autodb.nc.reading.cycles.stated import StatedOfProgram
 from autodb.nc.reading.travels import PackedMoves, ProgramMove
 from autodb.nc.reading.turning_program import ReadProgram, carried_out
 from autodb.pairs.engaged import (
@@ -64,6 +66,10 @@ def follow_mill(
     done = carried_out(
         text, source=source, lathe=False, inch=inches, control=asked.control,
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
+        block_skip=bool(asked.block_skip),
+        stated=StatedOfProgram(
+            speed_rpm=asked.speed_rpm, left_out=left_out_of(asked), angles=asked.angles
+        ),
     )  # fmt: skip
     tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))
     block = _block(asked, tools)

@@ -91,7 +91,7 @@ def follow(
     states = JobStates(asked, stock_of(asked))
     program = turning_program(
         text, source=str(path), diameter=by_diameter, inch=inches, control=asked.control,
-        highest_rpm=highest_rpm, stated=states.stated(),
+        highest_rpm=highest_rpm, stated=states.stated(), block_skip=bool(asked.block_skip),
     )  # fmt: skip
     states.refuse_unused()
     for move in program.moves:

@@ -13,6 +13,11 @@ from autodb.nc.reading.cycles.stated import Blade, StatedOfProgram, StatedStock,
 from autodb.wording import phrase
 
 
+def left_out_of(asked: JobProgram) -> frozenset[str]:
+    """Return the subprograms that a job leaves out, in capitals."""
+    return frozenset(name.upper() for name in asked.left_out)
+
+
 class JobStates:
     """What a job states of a lathe's program, and which of its calls the program makes."""
 
@@ -32,7 +37,8 @@ class JobStates:
         feeds = self.asked.feeds
         return StatedOfProgram(
             lambda name: self._tool(name).kind, self._blade, self._turning, reach,
-            None if feeds is None else feeds == "minute",
+            None if feeds is None else feeds == "minute", self.asked.speed_rpm,
+            left_out_of(self.asked),
         )  # fmt: skip
 
     def refuse_unused(self) -> None:

@@ -99,3 +99,21 @@ NARROW = {
 def test_a_contour_that_the_mill_does_not_fit_into_is_refused(body: str, says: str) -> None:
     with pytest.raises(UnusableInput, match=says):
         _centre(body)
+
+
+def test_beside_by_nothing_is_the_path_as_it_stands() -> None:
+    """So CAM systems write it, with small arcs whose ends are rounded off their circles."""
+    body = "G1 {} D1 X0 Y0 F200\nX9\nG3 X9.104 Y.1 I0 J.1\nG1 X9 Y9\n{} X20\n"
+    plain = _ends(_centre(body.format("", "")))
+    assert _ends(_centre(body.format("G41", "G40"), radius=0.0)) == plain
+    assert _ends(_centre(body.format("G42", "G40"), radius=0.0)) == plain
+
+
+def test_in_an_inner_arc_of_its_own_radius_a_mill_turns_in_a_point() -> None:
+    """A pocket's corner as round as the mill: the centre stands in it."""
+    body = "G1 G41 D1 X20 Y0 F200\nX40\nG3 X45 Y5 I0 J5\nG1 Y30\nG40 X0\nM30\n"
+    moves = _centre(body)
+    assert _ends(moves)[1:4] == [(40, 5), (40, 5), (40, 30)]
+    assert all(move.circle is None for move in moves)
+    with pytest.raises(UnusableInput, match="a mill 6 mm beside this contour does not fit"):
+        _centre(body, radius=6.0)

@@ -67,3 +67,27 @@ def test_a_hole_removes_nothing_where_a_face_has_gone(tmp_path: Path) -> None:
     tools = {"2": {"kind": "drill", "diameter_mm": 10.0}}
     found = _follow(tmp_path, LATHE + body, stock_diameter_mm=40, tools=tools)
     assert_allclose(found.removed_mm3, pi * (20**2 * 1.0 + 5**2 * 19.0), rtol=1e-3)
+
+
+def test_a_bore_begins_at_the_face_as_it_was_cut(tmp_path: Path) -> None:
+    """A bar 3 mm too long is faced and drilled; the bar that bores then moves in what is air."""
+    body = (
+        "G0 X62 Z0\nG1 X-1 F.2\nG0 Z2\nT0202\nG0 X0 Z2\nG1 Z-20 F.1\nG0 Z2\nT0303\n"
+        "G0 X20 Z1\nX30\nG1 Z-20 F.1\nX19\nG0 Z2\n"
+    )
+    tools = {"2": {"kind": "drill", "diameter_mm": 20.0}, "3": {"kind": "boring"}}
+    found = _follow(tmp_path, LATHE + body, stock_diameter_mm=60, stock_face_mm=3, tools=tools)
+    assert_allclose(found.removed_mm3, pi * (3 * 30**2 + 20 * 15**2), rtol=1e-3)
+    (bored,) = [line for line in found.lines if line.operation == "bore"]
+    assert_allclose(sum(bored.time_s), 60 * 20 / (0.1 * 1000), rtol=1e-3)  # none in front of it
+
+
+def test_roughing_goes_down_into_a_pocket_along_the_contour(tmp_path: Path) -> None:
+    """The land in front of the pocket stays: a cylinder, a cone into the pocket, a shoulder."""
+    contour = "N10 G0 X40 Z1\nG1 Z-20 F.1\nX30 Z-25\nZ-40\nN20 X62\n"
+    rough = f"G0 X62 Z1\nG71 U2. R.5\nG71 P10 Q20 U0 W0 F.2\n{contour}"
+    left = 20 * 20**2 + 5 * (20**2 + 20 * 15 + 15**2) / 3 + 15 * 15**2
+    found = _follow(tmp_path, LATHE + rough, stock_diameter_mm=60)
+    assert_allclose(found.removed_mm3, pi * (40 * 30**2 - left), rtol=1e-3)
+    deepest = max(step["cutting.depth"] for line in found.lines for step in line.extremes)
+    assert deepest < 2.5  # no pass takes the land

@@ -112,3 +112,16 @@ def test_a_lathes_y_may_be_told_to_stand(word: str) -> None:
     ]
     with pytest.raises(UnusableInput, match=r"'Y1': only moves of X and Z are read"):
         turning_program(f"{HEAD}G0 X56 Y1\nG1 Z-20\n", source="p.mpf")
+
+
+@pytest.mark.parametrize("end", ["M17", "RET", "M2", ""])
+def test_the_end_of_a_contours_subprogram_is_not_that_of_the_program(end: str) -> None:
+    rough, finish = (
+        f'CYCLE95("SHAFT",2,{left},{left},0,0.2,0.1,0.1,{kind},0,0,0)\n'
+        for left, kind in ((0.5, 1), (0, 5))
+    )
+    contour = f"%_N_SHAFT_SPF\nG1 X40 Z0\nZ-20\nX62\n{end}\n"
+    text = f"{HEAD}{rough}T2 D1\n{finish}M30\n{contour}"
+    lines = {move.line for move in turning_program(text, source="p.mpf").moves}
+    assert lines == {6, 8}
+    assert_allclose(_removed(text), pi * (30**2 - 20**2) * 20, rtol=1e-3)

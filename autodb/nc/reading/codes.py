@@ -97,12 +97,18 @@ HARMLESS = frozenset(
 """Words that move no axis and change nothing that is read here: exact stops and path modes,
 coolant, gear, chuck, tailstock, chip conveyor, parts catcher, overrides, ends and calls (which are
 run elsewhere)."""
+CALLS_OUTSIDE = frozenset({198.0})
+"""M that call a program from outside of the control."""
+NOT_OF_BUILDERS = frozenset({91.0, 92.0, 96.0})
+"""M of two digits that are not taken for the builder's: some mirror axes (Mazak) or jump (Haas)."""
 MODE_LETTERS: Mapping[str, str] = {
     "G64": "PQ", "G61.1": "PQR", "G187": "PE", "G5": "PR", "G5.1": "QRP", "G8": "P", "G62": "PQ",
     "G103": "P", "M66": "PQLE", "M67": "EQ", "M68": "EQ", "M62": "P", "M63": "P",
     "M64": "P", "M65": "P", "G64.1": "PQ", "G41.1": "D", "G42.1": "D",
+    "M3": "P", "M4": "P", "M5": "P",
 }  # fmt: skip
-"""Letters that words of path modes take beside them: tolerances, smoothness, look-ahead."""
+"""Letters that words of path modes take beside them: tolerances, smoothness, look-ahead; P of M3
+chooses a spindle."""
 OFFSETS = frozenset(
     {f"G{number}" for number in range(54, 60)}
     | {f"G59.{number}" for number in range(1, 4)}
@@ -149,6 +155,16 @@ GROOVING = frozenset({"G74", "G75"})
 BOXES = frozenset({"G90", "G92", "G94"})
 """Cycles of one pass of system A: along the axis, a thread, a face."""
 DRILLED = frozenset({f"G{number}" for number in range(81, 90)} | {"G73", "G74", "G76", "G83.1"})
+
+
+def is_builders(number: float, control: Control) -> bool:
+    """Return whether an M that is in no table is one of the machine's builder.
+
+    Fanuc's and Siemens' controls hand all but M0 to M2, M30, M98, M99 and M198 over to the machine
+    (Series 0i-D, operator's manual B-64304EN, auxiliary function); LinuxCNC knows M below 100.
+    """
+    first = 100 if control is LINUXCNC else 18
+    return first <= number <= 999 and number not in CALLS_OUTSIDE | NOT_OF_BUILDERS
 
 
 @cache

@@ -59,13 +59,18 @@ class _Way:
         outwards = (self.begin - self.centre) / abs(self.begin - self.centre)
         return abs(self.begin - self.centre) + (self.off * along * outwards.conjugate()).real
 
+    @property
+    def in_a_point(self) -> bool:
+        """Whether this is an arc whose radius is that of the mill: its centre stays in a point."""
+        return self.centre is not None and abs(self.offset_radius()) <= _SAME_MM
+
     def runs_on(self, begin: complex, end: complex) -> bool:
         """Return whether the offset way from place to place goes the way of the contour."""
         centre, circle = self.centre, self.move.circle
         if centre is None or circle is None:
             return ((end - begin) * self.tangent(begin).conjugate()).real > -_BACK_MM
         if self.offset_radius() <= _SAME_MM:
-            return False
+            return self.in_a_point
         sign = 1.0 if circle.left else -1.0
         contour, offset = (
             phase((last - centre) / (first - centre)) * sign % tau
@@ -103,6 +108,10 @@ def beside_contours(
             last += 1
         try:
             radius = radius_of(move) if move.beside[1] is None else move.beside[1]
+            if radius <= _SAME_MM:  # the program is the centre's path
+                out.extend(replace(one, beside=None) for one in moves[k:last])
+                away, k = None, last
+                continue
             run = _Run(moves[k:last], radius, round_corners=round_corners, source=source)
             found, away = run.moved(away)
             out.extend(found)
@@ -176,7 +185,7 @@ class _Run:
             way, to = self.ways[count], ends[count]
             if count and not way.runs_on(at, to):
                 raise self._refusal(move)
-            found.append(_placed(move, at, to))
+            found.append(_placed(replace(move, circle=None) if way.in_a_point else move, at, to))
             at = to
             for piece in joins[count]:
                 z_mm = move.end.z_mm

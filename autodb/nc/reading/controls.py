@@ -51,8 +51,9 @@ _SINUMERIK = re.compile(
     re.MULTILINE | re.IGNORECASE,
 )
 _LINUXCNC = re.compile(
-    r"^\s*(N\d+)?\s*O\s*(<|\d+\s*(SUB|CALL|IF|WHILE|REPEAT|DO)\b)|#<|\bG0*[78]\b(?!\.\d)|\bG9[01]\.1"
-    r"|\bG96[^\n;(]*D|\bG64\s*P|\(\s*(DEBUG|AXIS|PRINT)\s*,|\bG7[0-2](\.\d)?\s*Q|\bM6[1-8]\b"
+    r"^\s*(N\d+)?\s*O\s*(<|\d+\s*(SUB|CALL|IF|WHILE|REPEAT|DO)\b)|#<|\bG0*[78]\b(?!\.\d|\s*P)|\bG9[01]\.1"
+    r"|\bG96[^\n;(]*D|\bG64\s*P|\(\s*(DEBUG|AXIS|PRINT)\s*,|\bG7[0-2](\.\d)?\s*Q|\bM6[2-5]\s*P\d"
+    r"|\bM61\s*Q|\bM66\s*[PEL]\d|\bM6[78]\s*E\d"
     r"|\bG76\s*P[^\n]*\bZ[^\n]*\bI[^\n]*\bJ",
     re.MULTILINE | re.IGNORECASE,
 )
@@ -64,8 +65,9 @@ _FANUC = re.compile(
 _PLACES = re.compile(r"\s*(?:N\d+)?(?:\s*[XYZIJKF][-+]?[\d.]+)+\s*", re.IGNORECASE)
 """Lines with places alone, most of a long program: they tell no control."""
 _SYSTEM_A = re.compile(r"\bG9[89]\b|(?<![A-Z])[UW][-+]?[\d.#\[]", re.IGNORECASE)
-_HOME = re.compile(r"\bG(?:28|30|53)\b[^\n]*", re.IGNORECASE)
-"""The way to the machine's reference, where posts for system B write U and W too."""
+_NOT_OF_A = re.compile(r"\bG(?:28|30|53|7[0-6])\b[^\n]*", re.IGNORECASE)
+"""The way to the machine's reference, where posts for system B write U and W too, and cycles, whose
+allowances they are in every system."""
 _SYSTEM_B = re.compile(r"\bG91\b|\bG95\b|\bG7[789]\s*X", re.IGNORECASE)
 
 
@@ -87,7 +89,7 @@ def control_of(text: str, *, source: str = "") -> Control:
 
 def _of_fanuc(plain: str) -> Control:
     """Return the control of Fanuc that the words of a program without comments tell."""
-    if _SYSTEM_A.search(_HOME.sub(" ", plain)):
+    if _SYSTEM_A.search(_NOT_OF_A.sub(" ", plain)):
         return FANUC_A
     if not _FANUC.search(plain):
         return PLAIN

@@ -21,6 +21,7 @@ from autodb.nc.reading.codes import (
     SYSTEM_B,
     SYSTEM_C,
     groups_of,
+    is_builders,
 )
 from autodb.nc.reading.compensation import RadiusOf
 from autodb.nc.reading.controls import (
@@ -50,16 +51,17 @@ from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.lines.names import NAMES
 from autodb.nc.reading.motions import carry_out_motion, word_not_read
 from autodb.nc.reading.rests import rest_s
+from autodb.nc.reading.rotary import stands_as_stated, turn_rotary
 from autodb.nc.reading.runner import Runner
+from autodb.nc.reading.spindles import ANOTHER_SPINDLE, starts_another, take_spindle
 from autodb.nc.reading.state import (
     AXES,
     ProgramState,
     feed_value,
-    positive_value,
     word_value,
 )
 from autodb.nc.reading.targets import without
-from autodb.nc.reading.travels import PackedMoves
+from autodb.nc.reading.travels import PackedMoves, ProgramMove
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
@@ -67,11 +69,8 @@ _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
     "S1", "M1", "S2", "T1", "DL",
 })  # fmt: skip
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
-_CALLS_OUTSIDE = frozenset({198.0})
-"""M that call a program from outside of the control."""
 _ENDS = frozenset({"M2", "M30"})
 _PLACE = frozenset("XYZIJKN")
-_STARTS = frozenset({"M3", "M4", "M13", "M14", "M33", "M34"})
 
 
 class Interpreter:
@@ -96,10 +95,20 @@ class Interpreter:
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None
         self.in_contour = False
-        self.record = CornerRecord(self.moves.append, source=runner.instructions.source)
+        keep = self.moves.append if state.angles is None else self._keep_as_stated
+        self.record = CornerRecord(keep, source=runner.instructions.source)
         self.groups = groups_of(state.control, lathe=state.lathe)
         self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
         self._cycles = self._cycles_of()
+
+    def _keep_as_stated(self, move: ProgramMove) -> None:
+        """Keep a move where the rotary axes stand as the job states."""
+        if stands_as_stated(self.state):
+            self.moves.append(move)
+        else:
+            self.state.note(
+                "what is cut at other angles of the rotary axes, or while they turn, is left out"
+            )
 
     def _cycles_of(self) -> dict[str, Callable[..., None]]:
         """Return what carries out each cycle of the control."""
@@ -127,21 +136,27 @@ class Interpreter:
 
     def step(self, block: ProgramBlock) -> None:
         """Carry out a block: its modes, values and motion, in the order of a control."""
+        self.state.turning_rotary = False
         if self._is_place(block):
-            values = {word.name: word for word in block.words}
-            if len(values) == len(block.words):
-                carry_out_motion(self.state, values, block, self.record)
+            places = {word.name: word for word in block.words}
+            if len(places) == len(block.words):
+                carry_out_motion(self.state, places, block, self.record)
                 return
-        codes, values = self._sorted(block)
+        codes, said = self._sorted(block)
+        values: Values = said
         state = self.state
         if "G4" in codes:
             self.rests.append((block.line, rest_s(state, values, block)))
             return
         cycle = next((code for code in codes if code in self._cycles), None)
         self._change(codes, block, cycle)
+        values = turn_rotary(state, codes, values)
         if state.side is not None:
             self._compensated(codes, values, block)
-        self._spindle(codes, values, block)
+        if cycle is None and starts_another(state, codes, values):
+            self.runner.ended = True
+            raise block.refusal(values["P"].text, ANOTHER_SPINDLE)
+        take_spindle(state, codes, values, block)
         self._tool(codes, values, block)
         later = state.lathe and cycle in ROUGHING and state.control is not LINUXCNC
         if "F" in values and "G10" not in codes and not later:
@@ -225,8 +240,7 @@ class Interpreter:
 
     def _of_builder(self, word: Word) -> bool:
         """Return whether an M is one of the machine's builder, and note it."""
-        number = word.number or 0.0
-        if word.name != "M" or not 100 <= number <= 999 or number in _CALLS_OUTSIDE:
+        if word.name != "M" or not is_builders(word.number or 0.0, self.state.control):
             return False
         self.state.note(f"{word.code} is the machine builder's word: taken to move no axis")
         return True
@@ -289,34 +303,11 @@ class Interpreter:
             raise word_not_read(codes["G5"], block, self.state)
         return "".join(MODE_LETTERS.get(code, "") for code in codes)
 
-    def _spindle(self, codes: Mapping[str, Word], values: Values, block: ProgramBlock) -> None:
-        """Take speed, limits and whether the spindle turns."""
-        state = self.state
-        if "LIMS" in values:
-            state.highest_rpm = positive_value(values["LIMS"], block)
-        if codes.keys() & _STARTS or ("M1" in values and values["M1"].number in (3.0, 4.0)):
-            state.turning, state.stopped = True, None
-        if state.control is LINUXCNC and "G96" in codes and "D" in values:
-            state.limit_rpm = positive_value(values["D"], block)
-        if "G97" in codes and state.control is LINUXCNC:
-            state.limit_rpm = None
-        speed = values.get("S", values.get("S1"))
-        if speed is None:
-            return
-        if word_value(speed) < 0:
-            raise block.refusal(speed.text, "use a speed of at least 0")
-        limits = codes.keys() & {"G50", "G92"}
-        if limits and not names_axis(values):
-            state.limit_rpm = positive_value(speed, block)
-        elif state.control is SINUMERIK and codes.keys() & {"G25", "G26"}:
-            state.highest_rpm = word_value(speed) if "G26" in codes else state.highest_rpm
-        elif "G10" not in codes and "SPOS" not in values:
-            state.set_surface_speed(word_value(speed))
-
     def _marks(self, codes: Mapping[str, Word], block: ProgramBlock) -> None:
         if "M0" in codes:
             self.stops.append(block.line)
-        if codes.keys() & _ENDS or ("M17" in codes and self.runner.depth == 0):
+        ends = codes.keys() & _ENDS or ("M17" in codes and self.runner.depth == 0)
+        if ends and not self.in_contour:  # the end of a contour's subprogram is none of the program
             self.runner.ended = True
         if "M5" in codes:
             self.state.turning, self.state.stopped = False, block.line

@@ -16,6 +16,8 @@ def missing_subprograms(runner: Runner) -> Iterator[UnusableInput]:
     steps = runner.instructions.steps
     for at in range(len(steps)):
         step = steps[at]
+        if step.line.optional and runner.block_skip:
+            continue
         if isinstance(step, Call) and not runner.has(step.unit):
             yield step.line.refusal(step.unit, NO_SUBPROGRAM)
         if isinstance(step, RunLine):

@@ -38,8 +38,8 @@ from autodb.nc.reading.travels import Circle, ProgramMove, Record, ToolPlace
 
 ROTARY = ("A", "B", "C")
 TURNS_ROTARY = (
-    "this turns a rotary axis; only moves of X, Y and Z are read: give what is cut at each of its "
-    "angles as a program of its own"
+    "this turns a rotary axis; only moves of X, Y and Z are read: state the angle to look at as "
+    "angles in the job, or give what is cut at each as a program of its own"
 )
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")
@@ -47,7 +47,7 @@ _BY_ITSELF = {
     "R": "a radius belongs to G2 or G3; write out a rounded corner as an arc",
     "C": "this is a chamfer or a rotary axis; write out a chamfer as a G1 move",
     "A": "this states a direction by its angle; state the end by X and Z",
-    "B": "this turns a rotary axis; only moves of X, Y and Z are read",
+    "B": "this turns a rotary axis or moves a second spindle; only moves of X, Y and Z are read",
     "Y": ONLY_X_AND_Z,
     "V": ONLY_X_AND_Z,
 }
@@ -102,7 +102,7 @@ def carry_out_motion(
             go_rapid(state, to, block, record)
         case "G1":
             to, rest = _by_angle(state, to, rest, values)
-            corner, rest = _corner(state, rest)
+            corner, rest = _corner(state, _chamfer_named(state, rest, values))
             nothing_left(rest, block, state)
             feed_straight(state, to, block, record, corner=corner)
         case "G33":
@@ -122,6 +122,23 @@ def _corner(
         return None, rest
     size = abs(word_value(rest[name])) * state.unit_mm
     return (kinds[name], size, state.plane), without(rest, name)
+
+
+def _chamfer_named(
+    state: ProgramState, rest: dict[str, Word], values: Mapping[str, Word]
+) -> dict[str, Word]:
+    """Return the words with a chamfer of Fanuc's lathes as C: X with K, Z with I.
+
+    The other axis follows; the sign only says to which side (Series 0i-TD, operator's manual
+    B-64304EN-1, chamfering and corner R; Haas' lathes the same).
+    """
+    if not (state.lathe and state.control.system):
+        return rest
+    for letter, own, other in (("K", "x", "z"), ("I", "z", "x")):
+        alone = values.keys() & set(LETTERS[own]) and not values.keys() & set(LETTERS[other])
+        if letter in rest and alone:
+            return {**without(rest, letter), "C": rest[letter]}
+    return rest
 
 
 def _by_angle(

@@ -5,7 +5,7 @@ other lines (a contour between two N numbers, or a subprogram) is run apart.
 """
 
 from collections.abc import Callable, Generator, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word, WrittenLine
 from autodb.nc.reading.lines.expressions import Expression, Key, Number, Values
@@ -28,7 +28,10 @@ MOST_AGAIN = 50_000
 """How often one loop may go back. Chosen: a turn in steps of a hundredth of a degree is 36 000."""
 DEEPEST = 60
 """How deep calls may be nested. Chosen: controls allow 4 to 16, a recursion of examples 20."""
-NO_SUBPROGRAM = "there is no subprogram of this name; put it into this file"
+NO_SUBPROGRAM = (
+    "there is no subprogram of this name; put it into this file, or name it in the job's left_out "
+    "if it cuts nothing"
+)
 _MACRO = dict(zip("ABCIJKDEFHMQRSTUVWXYZ", (
     1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26,
 ), strict=True))  # fmt: skip
@@ -238,6 +241,8 @@ class Runner:
         """
         if line.optional and self.block_skip:
             return False, None
+        if line.kept is not None and self.block_skip:
+            line = replace(line, words=line.words[: line.kept])
         block = line.block(self.values)
         codes = {word.code: word for word in block.words}
         words = {word.name: word for word in block.words}

@@ -1,5 +1,6 @@
 """What is in force while a program runs: how numbers count, motion, feed, spindle, tool, place."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import cos, sin
 from typing import NamedTuple
@@ -61,13 +62,16 @@ class ProgramState:
     says, ``feed_said``: the program does, and ``diameter_said``,
     ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
-    the spindle does, and since which line it stands; ``step_diameter``: how increments of X count,
+    the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
+    ``step_diameter``: how increments of X count,
     None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
     with what it has ``taken``;
     ``side``: that of compensation, ``side_mm``: how far, where the program says it; ``turned``:
     coordinates that are; ``polar``: X and Y are radius and angle, ``polar_place`` what was said;
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
-    cycle of LinuxCNC runs, where A and C are corners.
+    cycle of LinuxCNC runs, where A and C are corners; ``angles``: of rotary axes, degrees, at which
+    moves are kept, None where none may turn, ``rotary``: at which they are; ``turning_rotary``: one
+    turns in the block.
     """
 
     lathe: bool
@@ -92,6 +96,7 @@ class ProgramState:
     limit_rpm: float | None = None
     highest_rpm: float | None = None
     turning: bool = False
+    spindle: str | None = None
     stopped: int | None = None
     tool: str | None = None
     called: str | None = None
@@ -107,6 +112,9 @@ class ProgramState:
     taken: dict[str, float] = field(default_factory=dict)
     contours: tuple[CalledContour, ...] = ()
     in_profile: bool = False
+    angles: Mapping[str, float] | None = None
+    rotary: dict[str, float] = field(default_factory=dict)
+    turning_rotary: bool = False
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:
@@ -161,7 +169,9 @@ def speed_in_force(state: ProgramState, block: ProgramBlock) -> Speed:
         )
     if not state.speed:
         raise block.refusal(
-            word, "no spindle speed before this cutting move; state S with G97 or G96"
+            word,
+            "no spindle speed before this cutting move; state S with G97 or G96, or speed_rpm in "
+            "the job",
         )
     if not state.turning:
         raise block.refusal(word, "nothing has started the spindle; use M3 or M4 before this move")

@@ -1,7 +1,7 @@
 """A turning program read: every move of the tool tip, or all words that are not read."""
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from autodb.nc.reading.lines.foreign import refuse_other_language
 from autodb.nc.reading.lines.instructions import Instructions
 from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
-from autodb.nc.reading.runner import NO_SUBPROGRAM, Runner
+from autodb.nc.reading.runner import NO_SUBPROGRAM, Library, Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
 
@@ -85,14 +85,23 @@ def read_program(
 
 
 def program_text(path: Path) -> str:
-    """Return the text of a program's file, UTF-16 where it begins so; raises UnusableInput where
-    there is none."""
+    """Return the text of a program's file; raises UnusableInput where there is none.
+
+    It is UTF-16 where it begins so, else UTF-8, else a code of one byte a letter, of which only
+    remarks have more than ASCII: which one it is does not matter. Zeros around it are the leader
+    and the end of a paper tape.
+    """
     try:
         said = path.read_bytes()
     except OSError as error:
         raise UnusableInput(f"{path}: {error.strerror}; give an NC program") from error
-    wide = said.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
-    return said.decode("utf-16" if wide else "utf-8-sig", errors="replace")
+    if said.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return said.decode("utf-16", errors="replace")
+    said = said.strip(b"\0").removeprefix(BOM_UTF8)
+    try:
+        return said.decode()
+    except UnicodeDecodeError:
+        return said.decode("latin-1")
 
 
 def line_texts(text: str, which: Collection[int], *, source: str) -> dict[int, str]:
@@ -163,14 +172,17 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     if stated.per_minute is not None:
         state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
+    state.angles = stated.angles
+    if stated.speed_rpm is not None:
+        state.speed, state.turning = stated.speed_rpm, True
     state.highest_rpm = highest_rpm
     state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))
     if written is SINUMERIK:
         values.of_all = _of_channel
-    runner = Runner(
-        instructions, values=values, block_skip=block_skip, library=_beside(source, written)
-    )
+    passed: set[str] = set()
+    library = _passing(_beside(source, written), stated.left_out, written, passed)
+    runner = Runner(instructions, values=values, block_skip=block_skip, library=library)
     interpreter = Interpreter(state, runner, stated, radius_of)
     problems = interpreter.run()
     moves = interpreter.moves
@@ -181,8 +193,14 @@ def carried_out(
     if any(NO_SUBPROGRAM in str(problem) for problem in problems):
         problems += missing_subprograms(runner)
     _refuse(source, [*instructions.problems, *problems])
+    for unit in sorted(stated.left_out - passed):
+        raise UnusableInput(
+            f"{source}: calls no subprogram '{unit}' that is missing; take it out of left_out"
+        )
     if not any(travel.feed is not None for travel in moves):
-        raise UnusableInput(f"{source}: no cutting move; use a program with G1, G2 or G3")
+        why = "nothing is cut at these angles; state others"
+        why = "no cutting move; use a program with G1, G2 or G3" if stated.angles is None else why
+        raise UnusableInput(f"{source}: {why}")
     if inch is None and not state.unit_said:
         state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(
@@ -281,6 +299,31 @@ def _beside(source: str, control: Control) -> Callable[[str], Instructions | Non
         alike = (p for p in files if p.stem.lower().endswith(ends) and p != Path(source))
         path = next(iter(named), next(alike, None))
         return None if path is None else control.instructions(program_text(path), source=str(path))
+
+    return find
+
+
+_MOST_ARGUMENTS = 40
+"""Arguments that a call of a subprogram which is left out may have. Chosen."""
+
+
+def _passing(
+    library: Library, left_out: frozenset[str], control: Control, passed: set[str]
+) -> Library:
+    """Return a library that has some subprograms that are missing as a way to the reference.
+
+    So the tool's place is not known behind their calls. ``passed``: takes those that are called.
+    """
+
+    def find(unit: str) -> Instructions | None:
+        found = library(unit)
+        if found is not None or unit.upper() not in left_out:
+            return found
+        passed.add(unit.upper())
+        nothing = control.instructions("G28", source=unit)
+        names = (f"_{k}" for k in range(_MOST_ARGUMENTS))
+        nothing.parameters[""] = tuple((name, None) for name in names)
+        return nothing
 
     return find
 

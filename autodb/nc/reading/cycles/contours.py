@@ -69,11 +69,14 @@ def without_pockets(places: Array, side: float) -> Array:
     return np.array(kept)
 
 
-def runs_beyond(places: Array, level: float, side: float) -> Iterator[tuple[float, float, bool]]:
-    """Yield where along the cut the contour lies beyond a level: begin, end, and whether it does
-    so from its very start.
+def runs_beyond(
+    places: Array, level: float, side: float, *, above: float
+) -> Iterator[tuple[list[tuple[float, float]], float]]:
+    """Yield where along the cut the contour lies beyond a level: the way into it, and its end.
 
-    ``side``: 1 where the material lies above the contour (turning outside), -1 below it.
+    The way in is along the contour, from a level ``above`` down to this one; it is empty where the
+    contour lies beyond from its very start. ``side``: 1 where the material lies above the contour
+    (turning outside), -1 below it.
     """
     beyond = side * (level - places[:, 1]) > _SAME_MM
     k, count = 0, len(places)
@@ -84,11 +87,30 @@ def runs_beyond(places: Array, level: float, side: float) -> Iterator[tuple[floa
         first = k
         while k + 1 < count and beyond[k + 1]:
             k += 1
-        begin = float(places[0, 0]) if first == 0 else _crossing(places, first - 1, level)
+        way = [] if first == 0 else _way_in(places, first - 1, (above, level), side)
+        begin = way[-1][0] if way else float(places[0, 0])
         end = float(places[k, 0]) if k == count - 1 else _crossing(places, k, level)
         if abs(end - begin) > _SAME_MM:
-            yield begin, end, first == 0
+            yield way, end
         k += 1
+
+
+def _way_in(
+    places: Array, k: int, levels: tuple[float, float], side: float
+) -> list[tuple[float, float]]:
+    """Return the places of a contour between two levels, the lower one met by the line from k on.
+
+    Where it falls from below the upper one, its first line goes on up to that.
+    """
+    above, level = levels
+    way = [(_crossing(places, k, level), level)]
+    while side * (places[k, 1] - above) < 0:
+        way.append((float(places[k, 0]), float(places[k, 1])))
+        if k == 0 or side * (places[k - 1, 1] - places[k, 1]) <= _SAME_MM:
+            break
+        k -= 1
+    way.append((_crossing(places, k, above), above))
+    return way[::-1]
 
 
 def _crossing(places: Array, k: int, level: float) -> float:

@@ -34,9 +34,9 @@ class Carrying(Protocol):
 CLEAR_MM = 0.5
 """How far a cycle draws back between two pecks or passes, where it does not say. Chosen: controls
 keep it in a parameter, of some tenths of a millimetre."""
-_COUNTED = 50.0
-"""A depth D without a decimal point counts thousandths from this number on. Chosen: no cut is so
-many millimetres deep, and none so few thousandths."""
+_COUNTED_MM = 50.0
+"""A length without a decimal point counts thousandths where it would be as long otherwise. Chosen:
+no cut is so many millimetres deep, and none so few thousandths."""
 
 
 def rapid_to(m: Carrying, block: ProgramBlock, **to: float) -> None:
@@ -98,10 +98,19 @@ def thousandths(state: ProgramState, word: Word) -> float:
     return word_value(word) * least_mm
 
 
+def _is_large(state: ProgramState, word: Word) -> bool:
+    return abs(word_value(word)) * state.unit_mm >= _COUNTED_MM
+
+
 def depth_of_cut(state: ProgramState, word: Word) -> float:
     """Return a depth D in mm: thousandths where it is a large number without a decimal point."""
-    counted = "." not in word.written and word_value(word) >= _COUNTED
-    return abs(thousandths(state, word) if counted else word_value(word) * state.unit_mm)
+    return abs(signed_depth(state, word))
+
+
+def signed_depth(state: ProgramState, word: Word) -> float:
+    """Return such a length with its sign."""
+    counted = "." not in word.written and _is_large(state, word)
+    return thousandths(state, word) if counted else word_value(word) * state.unit_mm
 
 
 def cycle_lengths(
@@ -115,7 +124,7 @@ def cycle_lengths(
     words = {n: values[n] for n in letters if n in values}
     plain = {n: w for n, w in words.items() if "." not in w.written and word_value(w)}
     if len(plain) == sum(bool(word_value(w)) for w in words.values()) and any(
-        abs(word_value(w)) >= _COUNTED for w in plain.values()
+        _is_large(state, word) for word in plain.values()
     ):
         state.taken["counted"] = 1.0
     counted = plain if state.taken.get("counted") else {}

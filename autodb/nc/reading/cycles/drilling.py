@@ -14,6 +14,7 @@ from autodb.nc.reading.cycles.cycle_moves import (
     feed_to,
     known_start,
     rapid_to,
+    signed_depth,
     thousandths,
 )
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
@@ -89,10 +90,7 @@ def _take_levels(
     here = _height(m, block, deep)
     unit, shift = state.unit_mm, state.shift[deep]
     if "R" in values:
-        said = unit * word_value(values["R"])
-        taken["R"] = said + shift if state.absolute else said + taken["before"]
-        if state.lathe and state.control.name.startswith("fanuc"):
-            taken["R"] = taken["before"] + said  # counts from the start on Fanuc's lathes
+        taken["R"] = _level(m, values["R"], shift)
     if depth is not None:
         said = unit * word_value(depth)
         steps = depth.step if depth.step is not None else not state.absolute
@@ -108,6 +106,21 @@ def _take_levels(
         raise block.refusal(
             state.cycle or "", "LinuxCNC takes no pecks without their depth; state Q, or use G81"
         )
+
+
+def _level(m: Carrying, word: Word, shift: float) -> float:
+    """Return where R of a cycle lies, mm.
+
+    On Fanuc's lathes R counts from the start towards the hole, thousandths where it is a large
+    number without a point (Series 0i-TD, operator's manual B-64304EN-1, canned cycle for drilling);
+    one that would go back from it is a place, as on Haas' lathes.
+    """
+    state, before = m.state, m.state.taken["before"]
+    if state.lathe and state.control.name.startswith("fanuc"):
+        said = signed_depth(state, word)
+        return before + said if said <= 0 else min(said + shift, before)
+    said = state.unit_mm * word_value(word)
+    return said + shift if state.absolute else said + before
 
 
 def _hole(m: Carrying, block: ProgramBlock, code: str, deep: str) -> None:

@@ -166,16 +166,15 @@ def rough(m: Carrying, block: ProgramBlock, places: Array, how: Passes) -> None:
     deepest = left[:, 1].min() if side > 0 else left[:, 1].max()
     level, count = how.start[1], 0
     while side * (level - deepest) > how.depth_mm * (1 + 1e-9):
-        level -= side * how.depth_mm
+        above, level = level, level - side * how.depth_mm
         count += 1
         if count > MOST_PASSES:
             raise block.refusal(
                 block.words[0].text, f"more than {MOST_PASSES} passes; make them deeper"
             )
-        for begin, end, from_start in runs_beyond(left, level, side):
-            if how.pockets and from_start:
-                continue
-            _pass(m, block, how, (begin, end, level), side, from_start=from_start)
+        for way, end in runs_beyond(left, level, side, above=above):
+            if way or not how.pockets:
+                _pass(m, block, how, (end, level), side=side, way=way)
     rapid_to(m, block, **{how.along: how.start[0]})
     rapid_to(m, block, **{how.across: float(left[0, 1])})
     for a, d in left.tolist():
@@ -186,27 +185,35 @@ def _pass(
     m: Carrying,
     block: ProgramBlock,
     how: Passes,
-    span: tuple[float, float, float],
-    side: float,
+    span: tuple[float, float],
     *,
-    from_start: bool,
+    side: float,
+    way: Sequence[tuple[float, float]],
 ) -> None:
-    """Cut at one level: from the cycle's start, or down into a pocket, and draw back at 45°."""
-    begin, end, level = span
-    begin = how.start[0] if from_start else begin
-    if from_start:
-        rapid_to(m, block, **{how.along: begin})
-        rapid_to(m, block, **{how.across: level})
+    """Cut at one level up to where it ends, and draw back at 45°.
+
+    It begins where the cycle does, or goes down into a pocket along the contour by ``way``, from
+    and back to where the cycle began across: a land may be beside it.
+    """
+    end, level = span
+    if way:
+        over = min(way[0][1] + side * how.back_mm, how.start[1], key=lambda d: side * d)
+        rapid_to(m, block, **{how.across: how.start[1]})
+        rapid_to(m, block, **{how.along: way[0][0]})
+        rapid_to(m, block, **{how.across: over})
     else:
-        rapid_to(m, block, **{how.along: begin})
-        feed_to(m, block, {how.across: level})
+        rapid_to(m, block, **{how.along: how.start[0]})
+        rapid_to(m, block, **{how.across: level})
+    for along, across in way:
+        feed_to(m, block, {how.along: along, how.across: across})
+    begin = way[-1][0] if way else how.start[0]
     feed_to(m, block, {how.along: end})
     back = how.back_mm if end < begin else -how.back_mm
     above = min(level + side * how.depth_mm, how.start[1], key=lambda d: side * d)
-    above = max(level + side * how.back_mm, level, key=lambda d: side * d) if from_start else above
+    above = above if way else max(level + side * how.back_mm, level, key=lambda d: side * d)
     rapid_to(m, block, **{how.along: end + back, how.across: above})
-    if not from_start:
-        rapid_to(m, block, **{how.across: level + side * (how.depth_mm + how.back_mm)})
+    if way:
+        rapid_to(m, block, **{how.across: how.start[1]})
 
 
 def _pattern(

@@ -1,6 +1,6 @@
 """What a job states that its program does not: of the tools, the stock, and cycles of the mask."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -53,7 +53,9 @@ class StatedOfProgram:
     ``kind_of`` a tool and ``blade_of`` it, None where nobody has stated it, as the program calls
     it; ``turning_of`` the call of CYCLE952 in a line; ``stock``, None where the program is read
     without one; ``per_minute``: what feeds count until the program says it, None as the control
-    does.
+    does; ``speed_rpm``: what the spindle turns at until the program says a speed;
+    ``left_out``: subprograms, in capitals, that are missing and cut nothing; ``angles``: of a
+    mill's rotary axes, degrees by letter, at which its moves are kept, None where none may turn.
     """
 
     kind_of: Callable[[str | None], str] = _outside
@@ -61,6 +63,9 @@ class StatedOfProgram:
     turning_of: Callable[[int], StatedTurning | None] = _no_turning
     stock: StatedStock | None = None
     per_minute: bool | None = None
+    speed_rpm: float | None = None
+    left_out: frozenset[str] = frozenset()
+    angles: Mapping[str, float] | None = None
 
 
 NOTHING_STATED = StatedOfProgram()

@@ -22,9 +22,16 @@ _LETTER = re.compile(
 )
 _SETTING = re.compile(r"#(?:\d+|<[^<>]*>|\[[^=]*?\]|#\d+)=(?!=)")
 _COMMENT = re.compile(r"\([^()]*\)")
+_TO_FIRST_CLOSE = re.compile(r"\([^)]*\)")
+"""A comment that opens twice: the first bracket that closes ends it, as on the controls."""
+_OPEN_COMMENT = re.compile(r"(?m)^[ \t]*\([^()\n]*\n(?=[ \t]*\()")
+"""A line that is a comment which does not close, before another comment: whether a control goes on
+to the end of the line or to the next bracket that closes, it skips the same."""
 _NO_TEXT = "\0\1\2\3\4\5\6\b\ufffd"
 """What stands in files that are no text; some programs end in a 0."""
 _SKIP = re.compile(r"\s*/[1-9]?(?!\d)")
+_SKIP_WITHIN = re.compile(r"(?:^|(?<=[\d.]))/[1-9]?(?=[A-Z](?!\w*[\[(]))")
+"""Block skip within a line, of what stands behind it (Fanuc, Haas): X20. / M8."""
 _END_OF_FILE = "\x1a"
 """What editors of DOS end a file with."""
 _SIMULATOR = re.compile(r"\s*\[\s*[A-Z]", re.IGNORECASE)
@@ -98,7 +105,10 @@ class ProgramBlock:
 
 @dataclass(frozen=True, slots=True)
 class WrittenLine:
-    """One line as it is written: its words, and the variables that it sets."""
+    """One line as it is written: its words, and the variables that it sets.
+
+    ``kept``: how many of its words block skip leaves, where a / stands within the line.
+    """
 
     source: str
     line: int
@@ -106,6 +116,7 @@ class WrittenLine:
     optional: bool = False
     words: tuple[Word | WrittenWord, ...] = ()
     settings: tuple[Setting, ...] = ()
+    kept: int | None = None
 
     def refusal(self, word: str, why: str) -> UnusableInput:
         """Return the error that names file, line and word."""
@@ -134,6 +145,7 @@ def numbered_lines(text: str, *, source: str, brackets: bool) -> Iterator[Writte
     if sum(text.count(one) for one in _NO_TEXT) > 2:
         raise UnusableInput(f"{source}: is no text; give an NC program as plain text")
     text = text.split(_END_OF_FILE, 1)[0].replace("\r\n", "\n").replace("\r", "\n")
+    text = _OPEN_COMMENT.sub("\n", text) if brackets else text
     for number, raw in enumerate(_split(text), 1):
         if brackets and _SIMULATOR.match(raw):
             continue
@@ -156,10 +168,12 @@ def _split(text: str) -> Iterator[str]:
 def _without_comments(raw: str, *, brackets: bool) -> str:
     if not brackets:
         return re.sub(r'("[^"]*")|;.*', lambda found: found[1] or " ", raw)
-    before = None
-    while raw != before:
-        before, raw = raw, _COMMENT.sub(" ", raw)
-    return raw.split(";", 1)[0]
+    before, plain = None, raw
+    while plain != before:
+        before, plain = plain, _COMMENT.sub(" ", plain)
+    if "(" in plain:
+        plain = _TO_FIRST_CLOSE.sub(" ", raw)
+    return plain.split(";", 1)[0]
 
 
 def worded(line: WrittenLine, text: str | None = None) -> WrittenLine:
@@ -170,8 +184,14 @@ def worded(line: WrittenLine, text: str | None = None) -> WrittenLine:
     plain = re.sub(r"\s", "", line.text if text is None else text)
     starts = [found.start() for found in _SETTING.finditer(plain)]
     settings = [_setting(line, plain[start:end]) for start, end in pairwise([*starts, len(plain)])]
-    words = tuple(_words(line, plain[: starts[0]] if starts else plain))
-    return WrittenLine(line.source, line.line, line.text, line.optional, words, tuple(settings))
+    said = plain[: starts[0]] if starts else plain
+    cut = _SKIP_WITHIN.search(said)
+    words = tuple(_words(line, said[: cut.start()] if cut else said))
+    kept = len(words) if cut else None
+    words += tuple(_words(line, said[cut.end() :])) if cut else ()
+    return WrittenLine(
+        line.source, line.line, line.text, line.optional, words, tuple(settings), kept
+    )
 
 
 def _setting(line: WrittenLine, text: str) -> Setting:
@@ -259,7 +279,7 @@ class PackedLines:
 
     def put(self, line: WrittenLine) -> int | None:
         """Keep a line of plain words and return its place; None: it is of another kind."""
-        if line.settings or not all(map(_is_plain, line.words)):
+        if line.settings or line.kept is not None or not all(map(_is_plain, line.words)):
             return None
         if not _SEPARATORS.isdisjoint(line.text):
             return None

@@ -23,17 +23,24 @@ _O_WORD = re.compile(
     r"|ENDREPEAT|BREAK|CONTINUE)(.*)$"
 )
 _PROGRAM = re.compile(r"[O:](\d+)(?!\d)(.*)$")
+_NAMED = re.compile(r"O[A-Z]\w*|<[\w.+-]+>")
+"""A program's name in place of its number (Fanuc's 30i; posts of Okuma)."""
 _GOTO = re.compile(r"GOTO(.+)$")
 _WHILE = re.compile(r"(?:WH(?:ILE)?(\[.*\]))?DO(\d)$")
 _END = re.compile(r"END(\d)$")
 _ENDED = re.compile(r"M0*(?:2|30|99)(?!\d)")
 """What ends a program or a subprogram: an O number behind it begins the next."""
+_OVER = re.compile(r"M0*(?:2|30)(?!\d)")
+"""What ends a program of LinuxCNC: lines behind it that no subprogram has are never run."""
 _PRINTS = re.compile(r"[BD]PRNT\[|POPEN|PCLOS")
 """Macro words that print to a port."""
 
 
 class _Reader:
-    """Instructions that are being written, and the structures that are still open."""
+    """Instructions that are being written, and the structures that are still open.
+
+    ``ended``: the line before ends a program or a subprogram; ``over``: the main program has ended.
+    """
 
     def __init__(self, source: str) -> None:
         self.out = Instructions(source)
@@ -42,6 +49,11 @@ class _Reader:
         self.unit: tuple[str, int] = ("", 0)
         self.programs: list[str] = []
         self.ended = False
+        self.over = False
+
+    def within(self) -> bool:
+        """Return whether a subprogram, a branch or a loop is open."""
+        return any(self.open.values())
 
     def place(self) -> int:
         """Return where the next instruction will stand."""
@@ -123,7 +135,8 @@ def _fanuc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
         reader.close_unit(f"{int(program[1])}")
         reader.programs.append(reader.unit[0])
         plain = program[2]
-    if plain in ("", ":") or _PRINTS.match(plain):
+    named = not steps and _NAMED.fullmatch(plain) is not None
+    if named or plain in ("", ":") or _PRINTS.match(plain):
         return
     if plain.startswith("IF"):
         _fanuc_if(reader, line, plain)
@@ -175,10 +188,12 @@ def _linuxcnc_line(reader: _Reader, line: WrittenLine, plain: str) -> None:
     ended, reader.ended = reader.ended, _ENDED.search(plain) is not None
     if found is None:
         program = re.fullmatch(r"O(\d+)", plain)
-        if program is not None and ended:
+        if program is not None and (ended or reader.over):
             reader.begin_program(f"{int(program[1])}")
-            return
-        reader.out.steps.append(RunLine(worded(line, plain)))
+            reader.over = False
+        elif not reader.over or reader.within():
+            reader.out.steps.append(RunLine(worded(line, plain)))
+            reader.over |= _OVER.search(plain) is not None and not reader.within()
         return
     name = found[1].strip("<>").lower()
     name = f"{int(name)}" if name.isdigit() else name
