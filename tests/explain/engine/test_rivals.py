@@ -12,8 +12,14 @@ from autodb.explain import explain
 from autodb.explain.answer import ChannelAnswer
 from autodb.explain.axis.signals import axis_signals
 from autodb.explain.engine.bench import WhiteRows
-from autodb.explain.engine.candidates import UNKNOWN, Candidate, CandidateForm, Choice
-from autodb.explain.engine.plain.growing import merged_laws
+from autodb.explain.engine.candidates import (
+    UNKNOWN,
+    Candidate,
+    CandidateForm,
+    Choice,
+    has_positive_first,
+)
+from autodb.explain.engine.plain.growing import grown, merged_laws
 from autodb.explain.engine.plain.odds import UNSURE, of_plain
 from autodb.explain.engine.plain.rows import PlainRows
 from autodb.explain.engine.standing import Standing
@@ -100,6 +106,20 @@ def test_what_acts_on_an_effect_and_was_built_on_it_is_none_of_its_rivals() -> N
     assert _standing(rows, law).confidence <= 0.5
     rows.acts_on = {"gain": frozenset({"external_load"})}
     assert _standing(rows, law).confidence > 0.9
+
+
+def test_a_law_that_is_none_of_its_kind_beside_another_gives_way_to_it() -> None:
+    """A dip, positive alone as it has to be, follows a ripple; beside that it is negative."""
+    rng = np.random.default_rng(8)
+    ripple = np.sin(2 * np.pi * 1.3 * T_S)
+    column = 0.4 * ripple + np.sin(2 * np.pi * 0.31 * T_S)
+    form = CandidateForm(lambda: column, names=("level",), allowed=has_positive_first)
+    dip = Candidate("stribeck", "stribeck", (form,), static=True)
+    law = _candidate("cogging", ripple)
+    rows = _rows(0.2 * ripple - 0.02 * column + rng.normal(0.0, NOISE_A, len(T_S)), [dip, law])
+    assert [value[0] > 0.0 for value in rows.coefficients([Choice(dip, 0)])] == [True]
+    assert rows.coefficients([Choice(dip, 0), Choice(law, 0)])[0][0] < 0.0
+    assert [choice.candidate for choice in grown(rows, [Choice(dip, 0)], [law])] == [law]
 
 
 def test_useless_rivals_do_not_add_up() -> None:

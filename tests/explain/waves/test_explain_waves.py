@@ -176,7 +176,6 @@ def test_a_recording_that_is_mostly_gap_is_refused() -> None:
         explain(recording, on_even_rows(simulation, like=recording))
 
 
-@pytest.mark.campaign
 def test_an_edge_left_out_and_a_sensor_that_wanders_angle_unrecorded() -> None:
     """The simulation has no edge force; the sensor of x drifts by 9 N/s, in air too."""
     forces = PLAIN + np.array([9.0, 0.0, 0.0])[:, None] * T
