@@ -143,7 +143,7 @@ def _off_by(posterior: PairPosterior, law: LawDiscrepancy) -> PairPosterior:
 
 
 TRUTHS = 12_000
-WITHIN = 0.02
+WITHIN = 0.027
 
 
 @pytest.mark.parametrize(
@@ -152,9 +152,9 @@ WITHIN = 0.02
 def test_chances_are_those_of_pairs_drawn_from_what_is_known(share: float, quantity: int) -> None:
     """Pairs drawn from a posterior, law errors and scatter with it, and cut by the whole law.
 
-    Of 12 000, shares beyond five limits are within 2 points of the chance. What is linear in the
-    prediction and not in the law makes 1 point of it; the draws' 0.46 are beyond the other once
-    in 33.
+    Of 12 000, shares beyond five limits are within 2.7 points of the chance. What is linear in the
+    prediction and not in the law makes 1.9 of it, in a tenth of the forces along x, as a mean over
+    eight draws; those scatter by 0.2, and are beyond the rest once in thousands.
     """
     expected = forecast(*_known(share))
     one, means = intervals(expected)[0][quantity], _means(share)[:, quantity]
