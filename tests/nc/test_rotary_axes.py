@@ -48,6 +48,14 @@ def test_angles_that_are_not_stated_are_0(tmp_path: Path) -> None:
         assert_allclose(found.removed_mm3, 50 * 10 * depth_mm, rtol=0.02)
 
 
+def test_a_machines_angle_is_that_which_is_said(tmp_path: Path) -> None:
+    """G53 says a place, also among increments; G28 beside it goes home."""
+    text = HEAD + f"G0 A45\nG91 G53 G0 A90\nG90\n{PASSES['90']}G28 A0\n{PASSES['0']}M30\n"
+    for angle, depth_mm in ((90, 2.0), (0, 1.0)):
+        found = _follow(tmp_path, text, angles={"A": angle})
+        assert_allclose(found.removed_mm3, 50 * 10 * depth_mm, rtol=0.02)
+
+
 def test_what_is_cut_while_an_axis_turns_is_left_out(tmp_path: Path) -> None:
     """On the way from 0 to 30° and back, over an axis that names its angle in each block."""
     turns = "G1 X20 A30\nX30 A30\nX40 A0\n"

@@ -9,6 +9,10 @@ from autodb.nc.reading.state import ProgramState, word_value
 
 _SETS = frozenset({"G10", "G50", "G52", "G92"})
 """Words with which a rotary axis is given another place and does not turn."""
+_HOME = frozenset({"G28", "G30", "G28.1", "G30.1"})
+"""Words with which it turns to its reference point, taken to be 0."""
+_SAME_DEG = 1e-3
+"""Angles that differ by less are the same: the last decimal of a program. Chosen."""
 
 
 def turn_rotary(
@@ -21,10 +25,10 @@ def turn_rotary(
     words = {letter: values[letter] for letter in ROTARY if letter in values}
     if state.angles is None or not words or codes.keys() & _SETS:
         return values
-    home = bool(codes.keys() & MACHINE)
+    home, machine = (bool(codes.keys() & some) for some in (_HOME, MACHINE))
     for letter, word in words.items():
         before = state.rotary.get(letter, 0.0)
-        steps = not state.absolute if word.step is None else word.step
+        steps = not (state.absolute or machine) if word.step is None else word.step
         to = 0.0 if home else word_value(word) + before * steps
         state.turning_rotary |= _apart(to, before)
         state.rotary[letter] = to
@@ -41,7 +45,3 @@ def stands_as_stated(state: ProgramState) -> bool:
 
 def _apart(a_deg: float, b_deg: float) -> bool:
     return abs((a_deg - b_deg + 180.0) % 360.0 - 180.0) > _SAME_DEG
-
-
-_SAME_DEG = 1e-3
-"""Angles that differ by less are the same: the last decimal of a program. Chosen."""
