@@ -50,6 +50,9 @@ SHOPS = {
     "edge_force": Shop(
         blunt, drawn(1, 30, feed=(0.25, 0.4)), drawn(2, 20, feed=THIN), drawn(3, 6, feed=THIN)
     ),
+    "size_effect": Shop(
+        thin, drawn(1, 30, feed=(0.2, 0.4)), drawn(2, 20, feed=THIN), drawn(3, 6, feed=THIN)
+    ),
     "speed_softening": Shop(
         soft, drawn(1, 30), drawn(2, 20, speed=(300.0, 400.0)), drawn(3, 6, speed=(300.0, 400.0))
     ),
@@ -58,9 +61,6 @@ SHOPS = {
         joined(drawn(1, 20, speed=SLOW), drawn(2, 20, speed=FAST)),
         drawn(3, 20, speed=(70.0, 115.0)),
         joined(drawn(4, 4, speed=(80.0, 100.0)), drawn(5, 3, speed=(170.0, 200.0))),
-    ),
-    "size_effect": Shop(
-        thin, drawn(1, 30, feed=(0.2, 0.4)), drawn(2, 20, feed=THIN), drawn(3, 6, feed=THIN)
     ),
 }
 
