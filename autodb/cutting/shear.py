@@ -53,9 +53,9 @@ THINNEST_MM = 0.01
 """Thinner chips have this one's r, τ and β: an edge is round, and nothing was measured below.
 Chosen."""
 LEAST_D = 0.25
-"""D_0: φ + β_n - α of 75°. Chosen: continuous chips are measured at 45 to 60° (Lee and Shaffer 1951,
-Merchant 1945); nearer the pole forces grow so steeply with any number that a law which is wrong
-elsewhere, a band of speeds or thin chips, would be followed there."""
+"""D_0: φ + β_n - α of 75°. Chosen: continuous chips are measured at 45 to 60° (Lee and Shaffer
+1951, Merchant 1945); nearer the pole forces grow so steeply with any number that a law which is
+wrong elsewhere, a band of speeds or thin chips, would be followed there."""
 NOUGHT = 1e-16
 """Added to D², so that nothing is divided by nought."""
 STEP = 1e-30

@@ -1,6 +1,7 @@
 """An accepted effect of an axis as an entry of the answer: sizes, certainty, alternatives."""
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -11,16 +12,17 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL
-from autodb.explain.axis.reading import AxisReading, size_of, value_of
+from autodb.explain.axis.reading import AxisReading, acting_name, size_of, value_of
 from autodb.explain.axis.sensors_of_axis import DELAYS_S
 from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
 from autodb.explain.engine.candidates import UNKNOWN, Choice
-from autodb.explain.engine.confidence import Mistuned, of_missing, of_mistuned
+from autodb.explain.engine.confidence import LIKELIER_THAN_NOT, Mistuned, of_missing, of_mistuned
 from autodb.explain.engine.entries import (
     own_term_entries,
     retuned_words,
     size_words,
     told_entries,
+    undecided_entry,
 )
 from autodb.explain.engine.plain.odds import beside_plain, of_plain
 from autodb.explain.engine.standing import Standing
@@ -46,6 +48,7 @@ OFFSET, LOAD, SMALL_LOAD = 0.05, 0.8, 0.6
 below: zero points of current sensors are within a few per cent of what they measure. Chosen."""
 
 SIZE_LEFT_OUT = stored_msgid("The simulation leaves it out: {size} ({size_low} to {size_high}).")
+THESE_MOVES = stored_msgid("These moves")
 HAS_OTHERWISE = stored_msgid("The simulation has it otherwise: {size} ({size_low} to {size_high}).")
 
 
@@ -71,7 +74,7 @@ def _merged(entries: list[Cause]) -> list[Cause]:
 
 def _merges(entry: Cause) -> tuple[str, str, bool]:
     """Return what entries have in common that are one: a weight that turns is no constant load."""
-    return entry.term, entry.kind, bool(entry.variables)
+    return acting_name(entry), entry.kind, bool(entry.variables)
 
 
 def _effect(reading: AxisReading, number: int) -> Cause:
@@ -86,6 +89,11 @@ def _effect(reading: AxisReading, number: int) -> Cause:
     term = term_called(choice.candidate.term, "tilt" if turns else "")
     alternatives = tuple(dict.fromkeys([*always, *others]))
     kind: Literal["missing", "mistuned"] = "mistuned" if term.name in reading.had else "missing"
+    apart = move_that_tells(reading, number, others, always)
+    if kind == "missing" and others and sure <= LIKELIER_THAN_NOT:
+        any_of = replace(stands, near=alternatives)
+        entry = undecided_entry(choice, any_of, size, where=THESE_MOVES, apart=apart)
+        return entry.model_copy(update={"variables": ()})
     return Cause(
         term=term.name,
         kind=kind,
@@ -94,7 +102,7 @@ def _effect(reading: AxisReading, number: int) -> Cause:
         parameters={"size": size, **best_law_values(reading, choice, term)},
         alternatives=alternatives,
         variables=choice.candidate.variables,
-        to_tell_apart=move_that_tells(reading, number, others, always),
+        to_tell_apart=apart,
     )
 
 

@@ -235,10 +235,19 @@ def parts_of_causes(causes: Sequence[Cause], reading: AxisReading) -> list[Array
     for number, choice in enumerate(reading.everything):
         key = key_of_effect(choice)
         effects[key] = effects.get(key, 0.0) + _effect(reading, number)
-    return [
-        effects[key] if (key := (c.term, bool(c.variables))) in effects else _change(reading, c)
-        for c in causes
-    ]
+
+    def part(cause: Cause) -> Array:
+        name, varies = acting_name(cause), bool(cause.variables)
+        found = (effects[key] for key in ((name, varies), (name, not varies)) if key in effects)
+        return next(found, _change(reading, cause))
+
+    return [part(cause) for cause in causes]
+
+
+def acting_name(cause: Cause) -> str:
+    """Return the name of the effects that a cause is, of several that it may be the likeliest."""
+    undecided = cause.term == UNKNOWN and not cause.variables
+    return cause.alternatives[0] if undecided and cause.alternatives else cause.term
 
 
 def key_of_effect(choice: Choice) -> tuple[str, bool]:

@@ -6,7 +6,7 @@ from typing import Literal
 from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import LIKELIER_THAN_NOT, Mistuned
-from autodb.explain.engine.search import alike_terms
+from autodb.explain.engine.search import MARGIN, alike_terms
 from autodb.explain.engine.standing import Standing
 from autodb.terms.vocabulary import effect_called
 from autodb.wording import significant, stored_msgid
@@ -30,8 +30,7 @@ OTHER_SIZE = stored_msgid(
 )
 LEFT_OUT = stored_msgid("The simulation leaves it out: up to {size} ({size_low} to {size_high}).")
 ANY_OF = stored_msgid(
-    "The simulation leaves out a force of up to {size}. It may be any of: {causes}. {where} do not "
-    "tell which."
+    "The simulation leaves out up to {size}. It may be any of: {causes}. {where} do not tell which."
 )
 
 
@@ -119,8 +118,9 @@ def own_term_entries(
     """Return what is said of own terms: the entries of those that are mistuned, ``causes``.
 
     Where nothing is told, of these or ``beside`` them, one entry without a name for all that
-    something else may stand in for: what is off then is not passed over. ``jointly``: how several
-    are judged as one, which may be clear where it is not which of them is off.
+    something else may stand in for: what is off then is not passed over. Where that is likelier it
+    is asked for the evidence of an effect beside that of the own term's change. ``jointly``: how
+    several are judged as one, which may be clear where it is not which of them is off.
     """
     entries = [cause for name, cause in causes.items() if off[name].told]
     sizes = {n: cause.parameters["size"] for n, cause in causes.items() if off[n].either}
@@ -131,7 +131,9 @@ def own_term_entries(
         joint = jointly(names)
         if joint.told:
             return [_one_of(joint, names, sizes[names[0]])]
-    return [_either(off[names[0]], names, sizes[names[0]])]
+    first = off[names[0]]
+    clear = first.standing.is_likeliest or first.worth > MARGIN
+    return [_either(first, names, sizes[names[0]])] if clear else []
 
 
 def _one_of(joint: Mistuned, names: Sequence[str], size: IntervalValue) -> Cause:
@@ -189,7 +191,9 @@ def undecided_entry(
         term=UNKNOWN,
         kind="missing",
         confidence=1.0 - sure.confidence,
-        statement=ANY_OF.format(size=f"{significant(size.value)} N", causes=words, where=where),
+        statement=ANY_OF.format(
+            size=f"{significant(size.value)} {size.unit}", causes=words, where=where
+        ),
         parameters={"size": size},
         alternatives=names,
         variables=choice.candidate.variables,
