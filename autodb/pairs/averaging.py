@@ -23,9 +23,6 @@ from autodb.pairs.updating import AtKnownMaximum, met, posterior_of_readings
 
 Array = NDArray[np.float64]
 
-FAR_ODDS = 1.0 / 20.0
-"""Odds, before any cut, that a law is far off. Chosen: strong evidence, 20 to 1, makes them even.
-"""
 STEPS = 200
 """Steps in which a hill is climbed. Chosen: 20 to 80 do where one is clear; on a ridge, or far from
 one, they may be thousands, for a hill that does not count."""
@@ -45,8 +42,9 @@ SHUT = 1e-13
 def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosterior:
     """Return the posterior after a pair's first readings, over laws near, FAR and FARTHER off.
 
-    FAR_ODDS are the odds beforehand of either. A climb that is far below a hill is left. Where none
-    is found in STEPS, nor in MANY_STEPS, the near law is learnt in as many as it takes.
+    Beforehand each is as likely. Chosen: cuts of some published tables speak for one, of others for
+    another. A climb that is far below a hill is left. Where none is found in STEPS, nor in
+    MANY_STEPS, the near law is learnt in as many as it takes.
 
     Raises UnusableInput where learning does not come to rest.
     """
@@ -54,7 +52,7 @@ def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosteri
     for most in (STEPS, MANY_STEPS):
         hills = _hills(laws, observed, most)
         if hills:
-            logs = np.array([hill.log_odds for hill in hills])
+            logs = np.array([hill.evidence for hill in hills])
             shares = np.exp(logs - logs.max())
             found = [hill.there for hill in hills]
             return _averaged(found, shares / shares.sum(), prior=laws[2], observed=observed)
@@ -63,10 +61,10 @@ def learn_averaging(posterior: PairPosterior, observed: Observed) -> PairPosteri
 
 @dataclass(frozen=True)
 class _Hill:
-    """A hill that was climbed: the posterior there, and its log odds."""
+    """A hill that was climbed: the posterior there, and the logarithm of its evidence."""
 
     there: PairPosterior
-    log_odds: float
+    evidence: float
 
 
 def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list[_Hill]:
@@ -76,17 +74,15 @@ def _hills(laws: Sequence[PairPosterior], observed: Observed, most: int) -> list
     the next law was found: that may be another hill of its own.
     """
     found: list[list[_Hill]] = [[] for _ in laws]
-    logs = np.log([1.0, FAR_ODDS, FAR_ODDS])
 
     def climb(k: int, near: PairPosterior | None = None) -> None:
-        best = max((hill.log_odds for some in found for hill in some), default=-np.inf)
+        best = max((hill.evidence for some in found for hill in some), default=-np.inf)
         there = _climbed(
             laws[k], observed, most,
-            near=near, known=[hill.there for hill in found[k]], beaten=best - logs[k],
+            near=near, known=[hill.there for hill in found[k]], beaten=best,
         )  # fmt: skip
         if there is not None:
-            log_odds = log_evidence(laws[k], there, observed) + logs[k]
-            found[k].append(_Hill(there, float(log_odds)))
+            found[k].append(_Hill(there, log_evidence(laws[k], there, observed)))
 
     for k in range(len(laws)):
         climb(k)
