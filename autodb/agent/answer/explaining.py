@@ -204,7 +204,10 @@ def _expected(
 def keep_mismatches(
     session: Session, recording_id: int, explained: Explained
 ) -> dict[Key, KeptCause]:
-    """Keep every cause that is not there yet as an open mismatch; return where all of them are."""
+    """Keep every cause that is not there yet as an open mismatch; return where all of them are.
+
+    Of several of one term and kind in a channel, as without a name, the first is kept: the largest.
+    """
     old = session.scalars(
         select(models.Mismatch).where(models.Mismatch.found_in_any([recording_id]))
     )
@@ -214,10 +217,10 @@ def keep_mismatches(
         for channel, answer in explained.explanation.channels.items()
         for cause in answer.missing
     ]
-    rows = {
-        key: known.get(key) or models.Mismatch(recording_id=recording_id, **columns)
-        for key, columns in found
-    }
+    rows: dict[Key, models.Mismatch] = {}
+    for key, columns in found:
+        if key not in rows:
+            rows[key] = known.get(key) or models.Mismatch(recording_id=recording_id, **columns)
     session.add_all(rows.values())
     session.flush()
     return {key: KeptCause(row.id, row.status) for key, row in rows.items()}

@@ -84,6 +84,20 @@ def test_an_own_term_that_is_likelier_than_each_other_account_is_called(
     assert (entry.term, entry.kind) == (UNKNOWN, "missing")
 
 
+@pytest.mark.parametrize(("worth", "said"), [(1.8, False), (7.9, False), (8.1, True)])
+def test_what_is_rather_something_left_out_needs_the_evidence_of_an_effect(
+    worth: float, said: bool
+) -> None:
+    """Noise alone makes a change worth so little, and something else as good an account."""
+    rather = Mistuned(worth, standing({"gain": 0.0}, nothing=worth), ())
+    likelier = Mistuned(worth, standing({"gain": 1.0}, nothing=worth), ())
+    for one, expected in ((rather, said), (likelier, True)):
+        entries = own_term_entries(
+            {"viscous": one, "coulomb": NONE}, CAUSES, beside=[], jointly=lambda _: CLEAR
+        )
+        assert bool(entries) is expected
+
+
 def test_beside_a_name_what_may_be_is_not_said() -> None:
     off = {"viscous": OPEN, "coulomb": OPEN}
     assert (
