@@ -52,11 +52,8 @@ THICKNESS_MM = 0.1
 THINNEST_MM = 0.01
 """Thinner chips have this one's r, τ and β: an edge is round, and nothing was measured below.
 Chosen."""
-LEAST_D = 0.14
-"""D_0: φ + β_n - α of 82°. Chosen: at the web of a drill, whose rake is the most negative, laws
-have 70 to 81°, else 45 to 60° (Lee and Shaffer 1951, Merchant 1945). Nearer the pole forces grow so
-steeply with any number that a law which is wrong elsewhere, in a band of speeds or under thin
-chips, would be followed there."""
+LEAST_D = 0.1
+"""D_0: φ + β_n - α of 84°. Chosen: far beyond what is measured of continuous chips."""
 NOUGHT = 1e-16
 """Added to D², so that nothing is divided by nought."""
 STEP = 1e-30
