@@ -331,7 +331,7 @@ def _bends(
 ) -> tuple[Array, Array]:
     """Return how forces, torque and power (k, n, 5) bend between steps (k, n, OWN) to either side.
 
-    With it the same of their logarithms; 0 of those that change their sign.
+    With it the same of their logarithms; 0 of those that change their sign, or are none here.
     """
     each = towards if over is None else np.array([over.of_steps(one) for one in towards])
     moved = np.concatenate([-each, each, np.zeros_like(each[:1])])
@@ -345,5 +345,6 @@ def _bends(
         forces += [*found] if over is None else [over.means(one) for one in found]
     low, high, here = forces[: len(each)], forces[len(each) : -1], forces[-1]
     product = np.array(low) * np.array(high)
-    ratio = np.divide(product, here**2, out=np.ones_like(product), where=product > 0.0)
+    signed = (product > 0.0) & (here != 0.0)
+    ratio = np.divide(product, here**2, out=np.ones_like(product), where=signed)
     return np.array(low) + np.array(high) - 2.0 * here, np.log(ratio)

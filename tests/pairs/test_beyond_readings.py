@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from autodb.cutting.elements import cut_forces
+from autodb.cutting.elements import Elements, cut_forces
 from autodb.forward.prediction import Interval, intervals, passive_known
+from autodb.pairs import forecast as foreseeing
 from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME
 from autodb.pairs.forecast import Forecast, forecast
 from autodb.pairs.observed import PairCuts, X, Y, Z, chip_bends
-from autodb.pairs.posterior import BENDS_MM, LAW_BENDS, PairPosterior
+from autodb.pairs.posterior import BENDS_MM, LAW_BENDS, OWN, PairPosterior
 from autodb.pairs.updating import posterior_of_readings
 from tests.helpers.law_off import PRIOR, Array, sensed
 
@@ -136,3 +137,21 @@ def test_a_chip_thins_by_its_logarithm_below_each_bend() -> None:
     straight = {**SHARP, "nose_radius_mm": 0.0, "kappa_deg": 90.0}
     found = chip_bends(_cuts(straight, feeds=(0.4, 0.1)).elements)[[0, -1]]
     assert_allclose(found, np.maximum(np.log(BENDS_MM / np.array([[0.4], [0.1]])), 0.0), atol=1e-12)
+
+
+def test_a_force_that_is_none_here_and_not_beside_bends_without_a_warning(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As across an edge that cuts straight in, where the chip may flow to either side."""
+    cuts, middle = _cuts({**SHARP, "kappa_deg": 90.0}), PRIOR.state.mean[0]
+
+    def to_either_side(theta: Array, elements: Elements) -> Array:
+        del elements
+        return np.repeat((theta[0] - middle)[:, None] ** 2, 5, axis=1)
+
+    monkeypatch.setattr(foreseeing, "forces_by_laws", to_either_side)
+    towards = np.zeros((1, cuts.elements.count, OWN))
+    towards[..., 0] = 0.5
+    bent, in_log = foreseeing._bends(PRIOR, cuts, towards, None)
+    assert_allclose(bent, 2.0 * 0.5**2)
+    assert_allclose(in_log, 0.0)
