@@ -1,8 +1,8 @@
 """`python -m benchmarks.chances [DRAWS [FILE]]`: chances to exceed a limit, beside how often it is.
 
 Truths are drawn from what is believed of a pair: numbers from what any metal may have, errors of
-the law in the operation, and what its cuts scatter by. A law is near before a cut is made, and may
-be far or farther off where cuts tell. They are cut by the whole law, and known as a shop knows
+the law in the operation, and what its cuts scatter by. A law is near before a cut is made, and as
+likely far or farther off where cuts tell. They are cut by the whole law, and known as a shop knows
 them: not at all, from a card that is off, from cuts sensed with gains that are off, or from both.
 Of the next cut the chance that its force is above a limit is compared with how often it is. A
 column is a limit that is said to be exceeded with that chance, a number how much more often it is,
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from autodb.cutting import shear
 from autodb.fitting.gaussian import Gaussian
 from autodb.forward.prediction import chance_above, intervals
-from autodb.pairs.averaging import FAR_ODDS, learn_averaging
+from autodb.pairs.averaging import learn_averaging
 from autodb.pairs.engaged import BY_NAME, Conditions
 from autodb.pairs.forecast import expected_means, forecast
 from autodb.pairs.observed import Observed, PairCuts
@@ -124,7 +124,7 @@ def _chances(drawn: Drawn) -> list[float]:
 def _drawn(rng: np.random.Generator, operation: str, name: str, *, card: bool, count: int) -> Drawn:
     turns = operation in SENSED
     rows = [(_turned if turns else _milled)(rng) for _ in range(count + 1)]
-    truth, forces = _truth(rng, _cuts(operation, rows), far=FAR_ODDS if count else 0.0)
+    truth, forces = _truth(rng, _cuts(operation, rows), near=not count)
     posterior = any_metal()
     if card:
         posterior = of_card(_card(rng, truth))
@@ -155,13 +155,12 @@ def _milled(rng: np.random.Generator) -> Conditions:
     }  # fmt: skip
 
 
-def _truth(rng: np.random.Generator, cuts: PairCuts, *, far: float) -> tuple[Array, Array]:
+def _truth(rng: np.random.Generator, cuts: PairCuts, *, near: bool) -> tuple[Array, Array]:
     """Return the numbers of a drawn pair, and what its cuts take (n, 5).
 
-    ``far``: the odds that its law is far off, and that it is farther off.
+    ``near``: its law is; else it is as likely far off, or farther off.
     """
-    odds = np.array([1.0, far, far])
-    law = (NEAR, FAR, FARTHER)[rng.choice(3, p=odds / odds.sum())]
+    law = NEAR if near else (NEAR, FAR, FARTHER)[rng.choice(3)]
     known: PairPosterior = replace(any_metal(), off_law=law)
     known = known.also((*known.law_errors(cuts.operation), *cuts.assumed))
     drawn = rng.multivariate_normal(known.state.mean, known.state.covariance)
