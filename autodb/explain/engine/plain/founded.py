@@ -146,9 +146,13 @@ def _better_account(
 ) -> list[Choice]:
     """Return the account that predicts better, each column counted as it is when a law joins.
 
-    A part of the account that was found is none of its rivals.
+    A part of the account that was found is none of its rivals, nor is one that holds a shift in
+    place of a static law that gives most of the same.
     """
-    if {c.candidate.key for c in rival} <= {c.candidate.key for c in found}:
+    keys, instead = {c.candidate.key for c in rival}, [c for c in found if c.candidate.static]
+    instead = [c for c in instead if c.candidate.key not in keys]
+    part = keys <= {c.candidate.key for c in found}
+    if part or any(_is_shift(c.candidate) and _twins(bench, c, instead) for c in rival):
         return list(found)
     whole = (PlainRows(bench, [c.candidate for c in a], a) for a in (found, rival))
     both = zip(whole, (found, rival), strict=True)
@@ -196,11 +200,16 @@ def _beside_twins(bench: WhiteRows, candidate: Candidate, found: Sequence[Choice
     In motion of one frequency friction that comes early is a mass, and what else is not simulated
     makes it so: a shift that is one shifts everything by its whole size.
     """
-    if candidate.first or all(form.through is None for form in candidate.forms):
+    if not _is_shift(candidate):
         return candidate
     static = [c for c in found if c.candidate.static]
     forms = (_less_twins(bench, Choice(candidate, n), static) for n in range(len(candidate.forms)))
     return replace(candidate, forms=tuple(forms))
+
+
+def _is_shift(candidate: Candidate) -> bool:
+    """Whether a candidate shifts all that is recorded, and does so beside other laws."""
+    return not candidate.first and any(form.through is not None for form in candidate.forms)
 
 
 @dataclass(frozen=True)
@@ -224,13 +233,18 @@ def _less_twins(bench: WhiteRows, shift: Choice, static: Sequence[Choice]) -> Ca
     form = shift.shape
     law = form.law.law if isinstance(form.law, _LessTwins) else form.law
     whole = replace(form, law=law)
-    own, built = bench.chosen(()), bench.columns(shift.key, whole)
+    twins = _twins(bench, Choice(replace(shift.candidate, forms=(whole,)), 0), static)
+    return replace(form, law=_LessTwins(law, twins, bench)) if twins else whole
+
+
+def _twins(bench: WhiteRows, shift: Choice, static: Sequence[Choice]) -> tuple[Choice, ...]:
+    """Return the static laws that a shift gives most of; none of one that is whole beside them."""
+    own, built = bench.chosen(()), bench.columns(shift.key, shift.shape)
     both = np.hstack([own, built])
     twins = tuple(c for c in static if _left_of(bench, c, both) < TWIN * _left_of(bench, c, own))
     share = solved(np.hstack([bench.chosen(twins), built]), bench.reduced_difference)[-1]
-    if not twins or (form.through is not None and abs(share - 1.0) < WHOLE):
-        return whole
-    return replace(form, law=_LessTwins(law, twins, bench))
+    whole = shift.shape.through is not None and abs(share - 1.0) < WHOLE
+    return () if whole else twins
 
 
 def _left_of(bench: WhiteRows, choice: Choice, columns: Array) -> float:
@@ -280,7 +294,8 @@ def _surer_than_curves(
     """Return the laws, less what is not static and of which a curve in its place does more; none
     where one curve alone does more than all that are left: what has no name several make up.
 
-    A curve that does something else leaves a law its own.
+    A curve that does something else leaves a law its own. Loads of a stretch of time do not count
+    among several: no curve gives these.
     """
     kept = list(found)
     if all(choice.candidate.static for choice in kept):
@@ -293,13 +308,15 @@ def _surer_than_curves(
         better = [o[1] for o in offers if o and float(o[0].sum()) < whole]
         if not all(rows.has_its_own(others, choice, curve) for curve in better):
             kept = others
-    return [] if len(kept) > FEW and _does_more(rows, curves, kept) else kept
+    lasting = [c for c in kept if c.candidate.interval is None]
+    return [] if len(lasting) > FEW and _does_more(rows, curves, kept) else kept
 
 
 def _does_more(rows: PlainRows, curves: Sequence[Candidate], account: Sequence[Choice]) -> bool:
     """Return whether one of some curves alone predicts better than an account."""
-    whole = float(rows.squares(account).sum())
-    alone = (rows.with_one_more([], curve) for curve in curves)
+    like = confined_one(rows, account)
+    whole = float(rows.squares(account, like=like).sum())
+    alone = (rows.with_one_more([], curve, like=like) for curve in curves)
     return any(offer is not None and float(offer[0].sum()) < whole for offer in alone)
 
 
