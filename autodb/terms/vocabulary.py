@@ -135,8 +135,7 @@ NO_NAME = NamedEffect(
     name="unknown",
     title="an effect without a known name",
     check="Check what else changed with the signals named here, such as tool, work, coolant, "
-    "temperature or programme; no law that is known here fits, and a repeat that changes one of "
-    "them at a time may tell.",
+    "temperature or programme; a repeat that changes one of them at a time may tell.",
     check_source="P1 section 2",
     sits=("machine", "tool", "material", "sensor", "calibration", "pair"),
 )

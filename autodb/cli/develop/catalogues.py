@@ -61,6 +61,8 @@ def said_messages() -> Catalog:
         every = SENTENCE_ENDS.split(term.distinguished_by or "")
         for said in filter(None, (term.check, *every)):
             found.add(said, locations=[(VOCABULARY, 1)], auto_comments=[STORED])  # kept as it is
+    for effect in WITHOUT_TERM:
+        found.add(effect.check, locations=[(VOCABULARY, 1)], auto_comments=[STORED])
     for said in APART.values():
         found.add(said, locations=[(WAVES, 1)], auto_comments=[STORED])
     return found
