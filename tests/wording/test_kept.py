@@ -5,7 +5,7 @@ from string import Formatter
 import pytest
 
 from autodb.files.units import shop_units
-from autodb.terms.vocabulary import all_terms
+from autodb.terms.vocabulary import WITHOUT_TERM, all_terms
 from autodb.wording import Presentation, language_of, presented
 from autodb.wording.catalogues import catalogue
 from autodb.wording.kept import (
@@ -129,7 +129,8 @@ def test_what_is_not_known_stays_in_english_as_a_whole(text: str) -> None:
 
 def test_every_advice_is_said_in_german() -> None:
     with presented(GERMAN):
-        assert {language_of(said_again(one.check)) for one in all_terms() if one.check} == {"de"}
+        every = (one.check for one in (*all_terms(), *WITHOUT_TERM) if one.check)
+        assert {language_of(said_again(check)) for check in every} == {"de"}
 
 
 def test_a_number_beside_an_amount_is_in_its_unit() -> None:
