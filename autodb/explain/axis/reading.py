@@ -195,27 +195,30 @@ def size_of(reading: AxisReading, number: int) -> IntervalValue:
     alone = choices[number].shape.alone
     effect = np.sum([one for one, *_ in fits], axis=0) if alone is None else alone()
     if alone is None and choices[number].candidate.named:
-        effect = effect + _own_along(reading, effect)
+        effect = effect + own_along(reading, effect)
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
     return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
 
 
-def _own_along(reading: AxisReading, effect: Array) -> Array:
+def own_along(reading: AxisReading, effect: Array) -> Array:
     """Return the changes of own terms along an effect that would more than double them, (n,).
 
     Where both are one curve the rows do not tell which of them changes: a simulation is rather off
-    by some per cent than by its own size.
+    by some per cent than by its own size. What other own terms take back of a change is none of it:
+    over a small angle a weight that turns is nearly a constant load, and both change by much.
     """
     along = np.zeros_like(effect)
+    whole = sum((_retuned(reading, name) for name in reading.fitted.own), start=along)
     for name, had in reading.signals.had.items():
         change = _retuned(reading, name)
         both = float(np.linalg.norm(change) * np.linalg.norm(effect))
         if both == 0.0 or float(change @ effect) < ALIKE * both:
             continue
-        if abs(reading.fitted.of_own(name)[0]) > DOUBLES * abs(had):
-            along += change
+        kept = min(float(whole @ change) / float(change @ change), 1.0)
+        if kept * abs(reading.fitted.of_own(name)[0]) > DOUBLES * abs(had):
+            along = along + kept * change
     return along
 
 

@@ -1,6 +1,8 @@
 """Rotary axes are explained as linear ones, in degrees; their weight turns with the angle."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pyarrow as pa
@@ -11,6 +13,7 @@ from pyarrow import csv
 from autodb.explain import explain
 from autodb.explain.answer import Cause
 from autodb.explain.axis.moves import LIBRARY, Reach
+from autodb.explain.axis.reading import AxisReading, own_along
 from autodb.explain.axis.signals import axis_signals
 from autodb.records.tables import Recording
 from autodb.reports.explanation import headline
@@ -81,6 +84,23 @@ def test_a_constant_load_beside_a_simulated_weight_is_found() -> None:
     (cause,) = done.explanation.channels["a.current"].missing
     assert (cause.term, cause.kind, cause.variables) == ("gravity", "mistuned", ())
     assert cause.parameters["size"].value == pytest.approx(1.2, rel=0.02)
+
+
+def test_a_law_is_not_as_large_as_what_own_terms_do_to_each_other() -> None:
+    """A joint that turns by 20°: its weight is nearly the constant load, and both changed by ten
+    times what friction by direction adds, whose size was said to be that."""
+    angle = 10.0 * np.sin(T_S)
+    columns = np.column_stack([np.cos(np.radians(angle)), np.ones_like(T_S), np.sign(angle)])
+    fitted = SimpleNamespace(
+        own=("gravity", "constant load", "coulomb"), retuned=(0, 1, 2),
+        design=columns, values=np.array([33.0, -32.6, 0.1]), correction=np.zeros_like(T_S),
+        of_own=lambda name: (33.0 if name == "gravity" else 0.1, 1.0),
+    )  # fmt: skip
+    signals = SimpleNamespace(had={"gravity": 31.0, "coulomb": 1.0})
+    reading = cast("AxisReading", SimpleNamespace(fitted=fitted, signals=signals))
+    assert not np.any(own_along(reading, np.full_like(T_S, 2.0)))
+    fitted.values = np.array([33.0, 0.0, 0.1])
+    assert own_along(reading, np.full_like(T_S, 2.0)) == pytest.approx(33.0 * columns[:, 0])
 
 
 @pytest.mark.parametrize("fitted", [False, True], ids=["kept", "fitted again"])
