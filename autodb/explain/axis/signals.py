@@ -34,7 +34,8 @@ OWN_PART = 0.005
 BRAKING = "braking, with effort against the motion"
 """Key of what is recorded otherwise while power flows back: it acts on all, and has no name."""
 READINGS = 3
-"""Of a simulation's ripples: beside its terms in the recording's motion, then in its own."""
+"""Of a simulation's ripples: beside its terms in the motion that it seems to have without ripples,
+then in the one that it has with these."""
 PARTS, IN_PARTS, FEWEST_ROWS = 8, 6, 200
 """Contiguous parts of a recording that are left out of a fit in turn, of how many each has to be
 predicted better with less of a motion, and rows that show it. Chosen."""
@@ -292,18 +293,21 @@ def _read_terms(
     """
     axis = axis_of(channel)
     lacking = frozenset(includes or ()).difference(parts)
-    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
-    further = {
-        name: part
-        for name, part in {**parts, **included}.items()
-        if name not in READ_OFF and np.std(part) > level
-    }
+    further = _beyond_read_off(parts, level)
     known = sum(further.values(), start=np.zeros_like(simulation))
     reading = partial(own_terms_of, simulation, inputs, recording, axis, includes=includes)
     read = reading(known)
+    moved = {**inputs, **read.motion}
+    included: dict[str, Array] = {}
+    for motion in (inputs, moved) if lacking else ():
+        included = included or included_parts(simulation, motion, axis_kind(axis), lacking)
+    if included:
+        further |= _beyond_read_off(included, level)
+        known = sum(further.values(), start=np.zeros_like(simulation))
+        read = reading(known)
     rippled = READINGS if "cogging" in lacking.difference(included) else 0
-    others = own_terms(inputs["direction"], inputs, rotary=axis in ROTARY_AXES)
+    others = own_terms(moved["direction"], moved, rotary=axis in ROTARY_AXES)
     for _ in range(rippled):
         ripples = ripples_over_position(simulation - known, recording[place_channel(axis)], others)
         if ripples is None:
@@ -311,6 +315,11 @@ def _read_terms(
         further["cogging"], read = ripples, reading(known + ripples)
         others = read.columns
     return further, frozenset(included), read
+
+
+def _beyond_read_off(parts: Mapping[str, Array], level: float) -> dict[str, Array]:
+    """Return the parts (n,) of terms that a simulation is not always read off with, by name."""
+    return {n: part for n, part in parts.items() if n not in READ_OFF and np.std(part) > level}
 
 
 def simulated_friction(sense: Array, own: Mapping[str, Array], had: Mapping[str, float]) -> Array:
