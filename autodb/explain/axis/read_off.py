@@ -69,7 +69,8 @@ class OwnTerms:
     coefficients; ``share`` of the simulation's sum of squares that they give, about its mean where
     they have a constant; ``phase_deg``: the angle at which a rotary axis' weight is largest;
     ``cutoff_hz``: of the filter that its motion was derived with, where it is another than the
-    recording's own; ``velocity`` and ``acceleration`` (n,) of that motion.
+    recording's own; ``velocity`` and ``acceleration`` (n,) of that motion;
+    ``constant``: the constant load beside the weight of a rotary axis.
     """
 
     sense: Array
@@ -80,6 +81,7 @@ class OwnTerms:
     cutoff_hz: float = float("inf")
     velocity: Array | None = None
     acceleration: Array | None = None
+    constant: float = 0.0
 
     @property
     def motion(self) -> dict[str, Array]:
@@ -273,6 +275,7 @@ def _told(known: _Simulation, fit: _Fit) -> OwnTerms:
         cutoff_hz=fit.motion.cutoff_hz,
         velocity=fit.motion.velocity,
         acceleration=fit.motion.acceleration,
+        constant=values.get(CONSTANT, 0.0),
     )
 
 

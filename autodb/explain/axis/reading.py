@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause, ChannelTrace, FitQuality, IntervalValue
 from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.tilt import ACROSS, CONSTANT, term_of
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.fit import AS_RECORDED, FittedRows, quality
@@ -29,6 +30,8 @@ WORSE = 1.02
 DOUBLES, ALIKE = 1.0, 0.9
 """Share of itself by which an own term changes at least, and cosine between that change and an
 effect, from which on the change is counted to the effect. Chosen."""
+RETUNED = 0.01
+"""Relative change of an own term below which it is not called mistuned."""
 MOTION = ("position", "velocity", "acceleration", "direction")
 
 
@@ -270,9 +273,38 @@ def _effect(reading: AxisReading, number: int) -> Array:
 
 def _change(reading: AxisReading, cause: Cause) -> Array:
     """Return the change of the own term that a cause names, or of all that it may be."""
-    names = cause.alternatives if cause.term == UNKNOWN else (cause.term,)
     none = np.zeros_like(reading.fitted.correction)
-    return sum((_retuned(reading, name) for name in dict.fromkeys(names)), start=none)
+    return sum((_retuned(reading, name) for name in _own_of(cause, reading)), start=none)
+
+
+def _own_of(cause: Cause, reading: AxisReading) -> list[str]:
+    """Return the own columns of a cause: of a weight that turns both, and not the constant load."""
+    if cause.term == UNKNOWN:
+        return [n for n in reading.fitted.own if term_of(n) in cause.alternatives]
+    if reading.signals.rotary and cause.term == "gravity":
+        return ["gravity", ACROSS] if cause.variables else [CONSTANT]
+    return [cause.term]
+
+
+def changed_own(reading: AxisReading) -> list[str]:
+    """Return the own terms whose coefficient changes by more than its interval and RETUNED, and the
+    constant load beside a weight that turns where it does.
+    """
+    fitted, signals = reading.fitted, reading.signals
+    told = {*signals.had, *([CONSTANT] if signals.constant else [])}
+    found = []
+    for name in (name for name in fitted.own if name in told):
+        change, sd = fitted.of_own(name)
+        if abs(change) > max(NORMAL_95 * sd, RETUNED * abs(signals.own_size(name))):
+            found.append(name)
+    return found
+
+
+def change_size(reading: AxisReading, name: str) -> IntervalValue:
+    """Return the peak of an own term's change."""
+    change, sd = reading.fitted.of_own(name)
+    peak = float(np.max(np.abs(reading.signals.own[name])))
+    return value_of(abs(change) * peak, sd * peak, reading.unit)
 
 
 def _retuned(reading: AxisReading, name: str) -> Array:

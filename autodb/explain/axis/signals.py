@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autodb.explain.axis.included import included_parts, ripples_over_position
 from autodb.explain.axis.read_off import READ_OFF, OwnTerms, own_terms, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
+from autodb.explain.axis.tilt import ACROSS, CONSTANT
 from autodb.explain.engine.fit import Folds
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records.tables import Recording
@@ -81,7 +82,8 @@ class AxisSignals:
     · ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
     ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with, and
     ``lowered`` why it is lower than the recording alone asks for ·
-    ``blur_s``: time over which a derived velocity is a mean.
+    ``blur_s``: time over which a derived velocity is a mean ·
+    ``constant``: the constant load that the simulation of a rotary axis has.
     """
 
     axis: str
@@ -110,6 +112,14 @@ class AxisSignals:
     cutoff_hz: float = float("inf")
     lowered: str = ""
     blur_s: float = 0.0
+    constant: float = 0.0
+
+    def own_size(self, name: str) -> float:
+        """Return the coefficient of an own column in the simulation, in the effort's unit: that of
+        a weight across its phase is as large as the weight.
+        """
+        parts = {CONSTANT: self.constant, ACROSS: self.had.get("gravity", 1.0)}
+        return parts.get(name, self.had.get(name, 1.0))
 
     @property
     def rotary(self) -> bool:
@@ -233,6 +243,7 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
+        constant=read.constant,
         stated={name: stated[name] for name in READ_OFF & set(includes or ())},
         shaped=shaped,
         cutoff_hz=cutoff_hz,
