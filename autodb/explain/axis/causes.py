@@ -12,9 +12,16 @@ from autodb.explain.answer import Cause, IntervalValue
 from autodb.explain.axis.apart import move_that_tells
 from autodb.explain.axis.form import Short, short_form
 from autodb.explain.axis.read_off import READ_OFF, READ_WELL
-from autodb.explain.axis.reading import AxisReading, acting_name, size_of, value_of
+from autodb.explain.axis.reading import (
+    AxisReading,
+    acting_name,
+    change_size,
+    changed_own,
+    size_of,
+    value_of,
+)
 from autodb.explain.axis.sensors_of_axis import DELAYS_S
-from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase
+from autodb.explain.axis.tilt import TILT_NAMES, level_and_phase, term_of
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import LIKELIER_THAN_NOT, Mistuned, of_missing, of_mistuned
 from autodb.explain.engine.entries import (
@@ -38,8 +45,6 @@ Read = Mapping[str, IntervalValue]
 
 AS_MUCH = 0.985
 """Share of what a smooth curve does from which on a short form does as much."""
-RETUNED = 0.01
-"""Relative change of an own term below which it is not called mistuned."""
 INDISTINCT: Mapping[str, tuple[str, ...]] = {"gravity": ("sensor_drift",)}
 """Effects that no recording of forces can tell apart: a constant load and a sensor's constant."""
 
@@ -59,9 +64,14 @@ def causes(reading: AxisReading) -> list[Cause]:
     """
     made = [_effect(reading, number) for number in range(len(reading.everything))]
     entries = [entry for entry in made if entry.parameters["size"].value > 0.0]
-    named = {entry.term for entry in entries}
+    named = {_of_weights(entry) for entry in entries}
     again = _mistuned(reading, beside=entries)
-    return [*told_entries(_merged(entries)), *(c for c in again if c.term not in named)]
+    return [*told_entries(_merged(entries)), *(c for c in again if _of_weights(c) not in named)]
+
+
+def _of_weights(entry: Cause) -> tuple[str, bool]:
+    """Return the term of an entry, and whether it is a weight that turns, which is no constant."""
+    return entry.term, entry.term == "gravity" and bool(entry.variables)
 
 
 def _merged(entries: list[Cause]) -> list[Cause]:
@@ -345,51 +355,42 @@ def _signed(value: IntervalValue) -> str:
 
 def _mistuned(reading: AxisReading, *, beside: list[Cause]) -> list[Cause]:
     """Return the simulation's own terms whose coefficient the recording contradicts."""
-    off = {name: _judged(reading, [name]) for name in _changed(reading)}
+    off = {name: _judged(reading, [name]) for name in changed_own(reading)}
     causes = {name: _retuned(reading, name, one) for name, one in off.items()}
-    return own_term_entries(off, causes, beside=beside, jointly=partial(_judged, reading))
+    told = own_term_entries(off, causes, beside=beside, jointly=partial(_judged, reading))
+    return [_of_terms(entry) for entry in told]
 
 
-def _changed(reading: AxisReading) -> list[str]:
-    """Return the own terms whose coefficient changes by more than its interval and RETUNED."""
-    found = []
-    for name in reading.fitted.own:
-        if name in reading.signals.had:
-            change, sd = reading.fitted.of_own(name)
-            if abs(change) > max(NORMAL_95 * sd, RETUNED * abs(reading.signals.had[name])):
-                found.append(name)
-    return found
+def _of_terms(entry: Cause) -> Cause:
+    """Return an entry with the terms of the columns that it names."""
+    terms = dict.fromkeys(map(term_of, entry.alternatives))
+    return entry.model_copy(update={"term": term_of(entry.term), "alternatives": tuple(terms)})
 
 
 def _judged(reading: AxisReading, names: Collection[str]) -> Mistuned:
     inquiry, own = reading.inquiry, list(reading.bench.own)
-    return of_mistuned(
-        inquiry.search, inquiry.found, [own.index(name) for name in names], but=names
-    )
-
-
-def _change_size(reading: AxisReading, name: str) -> IntervalValue:
-    change, sd = reading.fitted.of_own(name)
-    peak = float(np.max(np.abs(reading.signals.own[name])))
-    return value_of(abs(change) * peak, sd * peak, reading.unit)
+    numbers, terms = [own.index(name) for name in names], [term_of(name) for name in names]
+    return of_mistuned(inquiry.search, inquiry.found, numbers, but=terms)
 
 
 def _retuned(reading: AxisReading, name: str, off: Mistuned) -> Cause:
     """Return the entry of an own term that is off."""
     change, sd = reading.fitted.of_own(name)
-    had, main = reading.signals.had[name], term_called(name).parameters[0]
-    read = name in READ_OFF
-    said = read and reading.signals.read_share >= READ_WELL
+    term, signals = term_of(name), reading.signals
+    had, main = signals.own_size(name), term_called(term).parameters[0]
+    read = term in READ_OFF
+    said = read and signals.read_share >= READ_WELL
     what, unit = (main.name, main.unit) if said else ("factor", "1")
     by = abs(had) if read and not said else 1.0
     now = value_of((had + change) / by, sd / by, _unit(unit, reading))
     return Cause(
-        term=name,
+        term=term,
         kind="mistuned",
         confidence=off.standing.confidence,
         statement=retuned_words(name, now, of=(what, had) if said or not read else None),
-        parameters={"size": _change_size(reading, name), what: now},
+        parameters={"size": change_size(reading, name), what: now},
         alternatives=off.standing.near,
+        variables=(signals.channel("position"),) if signals.rotary and name == "gravity" else (),
     )
 
 

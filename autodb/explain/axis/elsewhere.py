@@ -69,7 +69,7 @@ def signals_on(
     )
     own = {name: column for name, column in columns.items() if name in recorded.own}
     terms = [recorded.had[name] * column for name, column in own.items() if name in recorded.had]
-    simulation = sum(terms, start=np.zeros_like(path.t_s))
+    simulation = sum(terms, start=np.full_like(path.t_s, recorded.constant))
     return AxisSignals(
         axis=recorded.axis,
         t_s=begin_s + path.t_s,
@@ -87,6 +87,7 @@ def signals_on(
         own=own,
         had=recorded.had,
         phase_deg=recorded.phase_deg,
+        constant=recorded.constant,
         like=recorded,
         shaped=recorded.shaped,
     )

@@ -114,7 +114,7 @@ def explain_axis(
         own,
         factor,
         recording.timing,
-        own_sizes=[signals.had.get(name, 1.0) for name in own],
+        own_sizes=[signals.own_size(name) for name in own],
         gap=round(GAP_S / (factor * recording.timing.step_s)),
         progress=_progress(signals),
     )

@@ -69,7 +69,8 @@ class OwnTerms:
     coefficients; ``share`` of the simulation's sum of squares that they give, about its mean where
     they have a constant; ``phase_deg``: the angle at which a rotary axis' weight is largest;
     ``cutoff_hz``: of the filter that its motion was derived with, where it is another than the
-    recording's own.
+    recording's own; ``velocity`` and ``acceleration`` (n,) of that motion;
+    ``constant``: the constant load beside the weight of a rotary axis.
     """
 
     sense: Array
@@ -78,6 +79,16 @@ class OwnTerms:
     share: float
     phase_deg: float = 0.0
     cutoff_hz: float = float("inf")
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    constant: float = 0.0
+
+    @property
+    def motion(self) -> dict[str, Array]:
+        """The motion that the simulation was computed with, (n,) each, as its laws take it."""
+        moves = {"velocity": self.velocity, "acceleration": self.acceleration}
+        known = {name: values for name, values in moves.items() if values is not None}
+        return {"direction": self.sense, **known}
 
 
 Turning = Callable[[SimulatedMotion], Array]
@@ -255,7 +266,17 @@ def _told(known: _Simulation, fit: _Fit) -> OwnTerms:
     left = max(fit.left - WRITTEN * known.squares, 0.0)
     told = whole > WRITTEN * float(np.sum(known.whole**2))
     given = 1.0 - left / whole if told else 1.0
-    return OwnTerms(sense, kept, had, given, phase_deg, fit.motion.cutoff_hz)
+    return OwnTerms(
+        sense=sense,
+        columns=kept,
+        had=had,
+        share=given,
+        phase_deg=phase_deg,
+        cutoff_hz=fit.motion.cutoff_hz,
+        velocity=fit.motion.velocity,
+        acceleration=fit.motion.acceleration,
+        constant=values.get(CONSTANT, 0.0),
+    )
 
 
 def _moves(motion: SimulatedMotion) -> dict[str, Array]:

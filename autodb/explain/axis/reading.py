@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from autodb.explain.answer import Cause, ChannelTrace, FitQuality, IntervalValue
 from autodb.explain.axis.signals import AxisSignals
+from autodb.explain.axis.tilt import ACROSS, CONSTANT, term_of
 from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.fit import AS_RECORDED, FittedRows, quality
@@ -29,6 +30,8 @@ WORSE = 1.02
 DOUBLES, ALIKE = 1.0, 0.9
 """Share of itself by which an own term changes at least, and cosine between that change and an
 effect, from which on the change is counted to the effect. Chosen."""
+RETUNED = 0.01
+"""Relative change of an own term below which it is not called mistuned."""
 MOTION = ("position", "velocity", "acceleration", "direction")
 
 
@@ -195,27 +198,30 @@ def size_of(reading: AxisReading, number: int) -> IntervalValue:
     alone = choices[number].shape.alone
     effect = np.sum([one for one, *_ in fits], axis=0) if alone is None else alone()
     if alone is None and choices[number].candidate.named:
-        effect = effect + _own_along(reading, effect)
+        effect = effect + own_along(reading, effect)
     peak = float(np.quantile(np.abs(effect), 0.9995))
     row = int(np.argmin(np.abs(np.abs(effect) - peak)))
     variance = sum(float(columns[row] @ known @ columns[row]) for _, columns, known in fits)
     return value_of(peak, float(np.sqrt(max(variance, 0.0))), reading.unit)
 
 
-def _own_along(reading: AxisReading, effect: Array) -> Array:
+def own_along(reading: AxisReading, effect: Array) -> Array:
     """Return the changes of own terms along an effect that would more than double them, (n,).
 
     Where both are one curve the rows do not tell which of them changes: a simulation is rather off
-    by some per cent than by its own size.
+    by some per cent than by its own size. What other own terms take back of a change is none of it:
+    over a small angle a weight that turns is nearly a constant load, and both change by much.
     """
     along = np.zeros_like(effect)
+    whole = sum((_retuned(reading, name) for name in reading.fitted.own), start=along)
     for name, had in reading.signals.had.items():
         change = _retuned(reading, name)
         both = float(np.linalg.norm(change) * np.linalg.norm(effect))
         if both == 0.0 or float(change @ effect) < ALIKE * both:
             continue
-        if abs(reading.fitted.of_own(name)[0]) > DOUBLES * abs(had):
-            along += change
+        kept = min(float(whole @ change) / float(change @ change), 1.0)
+        if kept * abs(reading.fitted.of_own(name)[0]) > DOUBLES * abs(had):
+            along = along + kept * change
     return along
 
 
@@ -267,9 +273,38 @@ def _effect(reading: AxisReading, number: int) -> Array:
 
 def _change(reading: AxisReading, cause: Cause) -> Array:
     """Return the change of the own term that a cause names, or of all that it may be."""
-    names = cause.alternatives if cause.term == UNKNOWN else (cause.term,)
     none = np.zeros_like(reading.fitted.correction)
-    return sum((_retuned(reading, name) for name in dict.fromkeys(names)), start=none)
+    return sum((_retuned(reading, name) for name in _own_of(cause, reading)), start=none)
+
+
+def _own_of(cause: Cause, reading: AxisReading) -> list[str]:
+    """Return the own columns of a cause: of a weight that turns both, and not the constant load."""
+    if cause.term == UNKNOWN:
+        return [n for n in reading.fitted.own if term_of(n) in cause.alternatives]
+    if reading.signals.rotary and cause.term == "gravity":
+        return ["gravity", ACROSS] if cause.variables else [CONSTANT]
+    return [cause.term]
+
+
+def changed_own(reading: AxisReading) -> list[str]:
+    """Return the own terms whose coefficient changes by more than its interval and RETUNED, and the
+    constant load beside a weight that turns where it does.
+    """
+    fitted, signals = reading.fitted, reading.signals
+    told = {*signals.had, *([CONSTANT] if signals.constant else [])}
+    found = []
+    for name in (name for name in fitted.own if name in told):
+        change, sd = fitted.of_own(name)
+        if abs(change) > max(NORMAL_95 * sd, RETUNED * abs(signals.own_size(name))):
+            found.append(name)
+    return found
+
+
+def change_size(reading: AxisReading, name: str) -> IntervalValue:
+    """Return the peak of an own term's change."""
+    change, sd = reading.fitted.of_own(name)
+    peak = float(np.max(np.abs(reading.signals.own[name])))
+    return value_of(abs(change) * peak, sd * peak, reading.unit)
 
 
 def _retuned(reading: AxisReading, name: str) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from autodb.explain.axis.included import included_parts, ripples_over_position
 from autodb.explain.axis.read_off import READ_OFF, OwnTerms, own_terms, own_terms_of
 from autodb.explain.axis.scales import AxisScales, axis_scales
+from autodb.explain.axis.tilt import ACROSS, CONSTANT
 from autodb.explain.engine.fit import Folds
 from autodb.files.channels import LINEAR_AXES, ROTARY_AXES, axis_of, place_channel, way_unit
 from autodb.records.tables import Recording
@@ -34,7 +35,8 @@ OWN_PART = 0.005
 BRAKING = "braking, with effort against the motion"
 """Key of what is recorded otherwise while power flows back: it acts on all, and has no name."""
 READINGS = 3
-"""Of a simulation's ripples: beside its terms in the recording's motion, then in its own."""
+"""Of a simulation's ripples: beside its terms in the motion that it seems to have without ripples,
+then in the one that it has with these."""
 PARTS, IN_PARTS, FEWEST_ROWS = 8, 6, 200
 """Contiguous parts of a recording that are left out of a fit in turn, of how many each has to be
 predicted better with less of a motion, and rows that show it. Chosen."""
@@ -80,7 +82,8 @@ class AxisSignals:
     · ``shaped``: terms of the simulation whose shape was read off it, and may be another ·
     ``cutoff_hz``: of the filter that what is not recorded of the motion was derived with, and
     ``lowered`` why it is lower than the recording alone asks for ·
-    ``blur_s``: time over which a derived velocity is a mean.
+    ``blur_s``: time over which a derived velocity is a mean ·
+    ``constant``: the constant load that the simulation of a rotary axis has.
     """
 
     axis: str
@@ -109,6 +112,14 @@ class AxisSignals:
     cutoff_hz: float = float("inf")
     lowered: str = ""
     blur_s: float = 0.0
+    constant: float = 0.0
+
+    def own_size(self, name: str) -> float:
+        """Return the coefficient of an own column in the simulation, in the effort's unit: that of
+        a weight across its phase is as large as the weight.
+        """
+        parts = {CONSTANT: self.constant, ACROSS: self.had.get("gravity", 1.0)}
+        return parts.get(name, self.had.get(name, 1.0))
 
     @property
     def rotary(self) -> bool:
@@ -232,6 +243,7 @@ def axis_signals(
         pieces=recording.pieces,
         read_share=read.share,
         phase_deg=read.phase_deg,
+        constant=read.constant,
         stated={name: stated[name] for name in READ_OFF & set(includes or ())},
         shaped=shaped,
         cutoff_hz=cutoff_hz,
@@ -292,18 +304,21 @@ def _read_terms(
     """
     axis = axis_of(channel)
     lacking = frozenset(includes or ()).difference(parts)
-    included = included_parts(simulation, inputs, axis_kind(axis), lacking)
     level = OWN_PART * float(np.sqrt(np.mean(simulation**2)))
-    further = {
-        name: part
-        for name, part in {**parts, **included}.items()
-        if name not in READ_OFF and np.std(part) > level
-    }
+    further = _beyond_read_off(parts, level)
     known = sum(further.values(), start=np.zeros_like(simulation))
     reading = partial(own_terms_of, simulation, inputs, recording, axis, includes=includes)
     read = reading(known)
+    moved = {**inputs, **read.motion}
+    included: dict[str, Array] = {}
+    for motion in (inputs, moved) if lacking else ():
+        included = included or included_parts(simulation, motion, axis_kind(axis), lacking)
+    if included:
+        further |= _beyond_read_off(included, level)
+        known = sum(further.values(), start=np.zeros_like(simulation))
+        read = reading(known)
     rippled = READINGS if "cogging" in lacking.difference(included) else 0
-    others = own_terms(inputs["direction"], inputs, rotary=axis in ROTARY_AXES)
+    others = own_terms(moved["direction"], moved, rotary=axis in ROTARY_AXES)
     for _ in range(rippled):
         ripples = ripples_over_position(simulation - known, recording[place_channel(axis)], others)
         if ripples is None:
@@ -311,6 +326,11 @@ def _read_terms(
         further["cogging"], read = ripples, reading(known + ripples)
         others = read.columns
     return further, frozenset(included), read
+
+
+def _beyond_read_off(parts: Mapping[str, Array], level: float) -> dict[str, Array]:
+    """Return the parts (n,) of terms that a simulation is not always read off with, by name."""
+    return {n: part for n, part in parts.items() if n not in READ_OFF and np.std(part) > level}
 
 
 def simulated_friction(sense: Array, own: Mapping[str, Array], had: Mapping[str, float]) -> Array:

@@ -14,12 +14,19 @@ TILT_NAMES = ("weight_cosine", "weight_sine")
 """What the two coefficients of a weight that turns are called before they are level and phase."""
 CONSTANT = "constant load"
 """Column of a constant beside a weight that turns."""
+ACROSS = "gravity across"
+"""Column of a weight that turns a quarter of a turn behind its phase."""
+
+
+def term_of(column: str) -> str:
+    """Return the term that a column of a rotary axis' simulation is of, or its own name."""
+    return "gravity" if column in (CONSTANT, ACROSS) else column
 
 
 def own_tilt(angle_deg: Array, phase_deg: float) -> Mapping[str, Array]:
     """Return a weight's column (n, 1) from its phase on, and the one across it."""
     angle = np.radians(angle_deg - phase_deg)[:, None]
-    return {"gravity": np.cos(angle), "gravity across": np.sin(angle)}
+    return {"gravity": np.cos(angle), ACROSS: np.sin(angle)}
 
 
 def level_and_phase(weight: Array, covariance: Array) -> dict[str, tuple[float, float]]:

@@ -146,3 +146,38 @@ def test_a_simulation_that_is_not_well_read_is_not_quoted(bent: float) -> None:
     else:
         assert cause.statement.startswith("The simulation has coulomb with level 0.9")
         assert_allclose(cause.parameters["level"].value, 1.05, rtol=0.01)
+
+
+def test_ripples_of_a_simulation_are_read_beside_the_motion_that_it_has() -> None:
+    """A joint turns forth and back by 60°, at a speed that trembles, and its simulation has less of
+    that: what the recorded motion left of the mass was read as waves over the angle, a hundred
+    times as large as the ripple, beside a weight that took them back."""
+    rng, t = np.random.default_rng(3), np.arange(700) / 250.0
+    rises = np.clip(np.minimum(t - 0.1, 2.7 - t) / 0.3, 0.0, 1.0)
+    clean = 45.0 * rises * np.where(t < 1.4, 1.0, -1.0) * np.clip(np.abs(t - 1.4) / 0.2, 0.0, 1.0)
+    angle, velocity = np.cumsum(clean) / 250.0 - 30.0, clean + rng.normal(0.0, 0.5, len(t))
+    smooth = filtfilt(*butter(2, 10.0, fs=250.0), velocity)
+    ripple = 0.2 * np.sin(2.0 * np.pi * angle / 3.9)
+    weight = 3.1 * np.cos(np.radians(angle - 70.0))
+    simulation = 0.0055 * np.gradient(smooth, t) + weight + ripple
+    channels = {"t": t, "a.angle": angle, "a.velocity": velocity, "a.current": simulation}
+    terms = ["inertia", "gravity", "cogging"]
+    recording = Recording(path=Path("r.csv"), channels=channels)
+    read = axis_signals(recording, simulation, "a.current", includes=terms)
+    assert_allclose(read.had["inertia"], 0.0055, rtol=0.05)
+    assert_allclose(read.had["gravity"], 3.1, rtol=0.05)
+    assert_allclose(np.abs(read.own["cogging"]).max(), 0.2, rtol=0.2)
+
+
+def test_an_included_term_turns_as_the_friction_that_it_is_read_beside() -> None:
+    """Friction by direction of a simulation that turns over 3 mm/s was left in the rest, and then
+    found missing beside it."""
+    velocity = np.gradient(_position(), T_S)
+    sense = np.tanh(velocity / 3.0)
+    harder = 0.5 * np.abs(sense)
+    simulation = TRUTH["coulomb"] * sense + harder
+    recorded: dict[str, Array] = {"x.velocity": velocity}
+    read = _read(simulation, recorded, ["coulomb", "asymmetry"])
+    assert read.read_share > 0.999
+    assert_allclose(read.had["coulomb"], TRUTH["coulomb"], rtol=0.01)
+    assert_allclose(read.own["asymmetry"], harder, atol=0.02)

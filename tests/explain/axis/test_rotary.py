@@ -1,6 +1,8 @@
 """Rotary axes are explained as linear ones, in degrees; their weight turns with the angle."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pyarrow as pa
@@ -11,6 +13,7 @@ from pyarrow import csv
 from autodb.explain import explain
 from autodb.explain.answer import Cause
 from autodb.explain.axis.moves import LIBRARY, Reach
+from autodb.explain.axis.reading import AxisReading, own_along
 from autodb.explain.axis.signals import axis_signals
 from autodb.records.tables import Recording
 from autodb.reports.explanation import headline
@@ -81,6 +84,61 @@ def test_a_constant_load_beside_a_simulated_weight_is_found() -> None:
     (cause,) = done.explanation.channels["a.current"].missing
     assert (cause.term, cause.kind, cause.variables) == ("gravity", "mistuned", ())
     assert cause.parameters["size"].value == pytest.approx(1.2, rel=0.02)
+
+
+@pytest.mark.parametrize("a_unit", [1.0, 1000.0], ids=["A", "mA"])
+@pytest.mark.parametrize(("had", "now"), [(1.0, 3.0), (0.3, 1.3), (1.0, -0.5)])
+def test_a_constant_load_that_is_simulated_wrong_is_said(
+    had: float, now: float, a_unit: float
+) -> None:
+    """It was taken into the correction, or thrown away with it, without a word."""
+    recording, parts = _table("a.current", load=np.full(len(T_S), now))
+    simulated = _simulated("a.current", parts, {"load"})
+    effort = {"a.current": a_unit * recording["a.current"]}
+    done = explain(
+        Recording(path=Path("r.csv"), channels=recording | effort),
+        Recording(
+            path=Path("s.csv"),
+            channels=simulated | {"a.current": a_unit * (simulated["a.current"] + had)},
+        ),
+        includes=["coulomb", "viscous", "inertia", "gravity"],
+    )
+    (cause,) = done.explanation.channels["a.current"].missing
+    assert (cause.term, cause.kind, cause.variables) == ("gravity", "mistuned", ())
+    assert cause.confidence >= 0.9
+    assert cause.parameters["level"].value == pytest.approx(a_unit * now, rel=0.02)
+    assert cause.parameters["size"].value == pytest.approx(a_unit * abs(now - had), rel=0.02)
+
+
+def test_a_weight_and_a_constant_load_that_are_both_simulated_wrong_are_two_entries() -> None:
+    recording, parts = _table("a.current", load=np.full(len(T_S), 2.0))
+    simulated = sum(parts.values()) - 1.0 - 0.3 * parts["gravity"]
+    done = explain(
+        Recording(path=Path("r.csv"), channels=recording),
+        Recording(path=Path("s.csv"), channels={"t": T_S, "a.current": simulated}),
+        includes=["coulomb", "viscous", "inertia", "gravity"],
+    )
+    answer = done.explanation.channels["a.current"]
+    found = {c.variables: c.parameters["level"].value for c in answer.missing}
+    assert [(c.term, c.kind) for c in answer.missing] == 2 * [("gravity", "mistuned")]
+    assert found == pytest.approx({("a.angle",): LEVEL, (): 2.0}, rel=0.02)
+
+
+def test_a_law_is_not_as_large_as_what_own_terms_do_to_each_other() -> None:
+    """A joint that turns by 20°: its weight is nearly the constant load, and both changed by ten
+    times what friction by direction adds, whose size was said to be that."""
+    angle = 10.0 * np.sin(T_S)
+    columns = np.column_stack([np.cos(np.radians(angle)), np.ones_like(T_S), np.sign(angle)])
+    fitted = SimpleNamespace(
+        own=("gravity", "constant load", "coulomb"), retuned=(0, 1, 2),
+        design=columns, values=np.array([33.0, -32.6, 0.1]), correction=np.zeros_like(T_S),
+        of_own=lambda name: (33.0 if name == "gravity" else 0.1, 1.0),
+    )  # fmt: skip
+    signals = SimpleNamespace(had={"gravity": 31.0, "coulomb": 1.0})
+    reading = cast("AxisReading", SimpleNamespace(fitted=fitted, signals=signals))
+    assert not np.any(own_along(reading, np.full_like(T_S, 2.0)))
+    fitted.values = np.array([33.0, 0.0, 0.1])
+    assert own_along(reading, np.full_like(T_S, 2.0)) == pytest.approx(33.0 * columns[:, 0])
 
 
 @pytest.mark.parametrize("fitted", [False, True], ids=["kept", "fitted again"])

@@ -15,6 +15,7 @@ from autodb.explain.engine.bench import WhiteRows
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice
 from autodb.explain.engine.fit import Folds
 from autodb.explain.engine.inquiry import inquire
+from autodb.explain.engine.plain import founded as laws
 from autodb.explain.engine.plain.founded import fitted_laws, founded
 from autodb.explain.engine.plain.growing import in_most_blocks
 from autodb.explain.engine.plain.odds import SIGNED_RANKS
@@ -147,6 +148,30 @@ def test_a_load_in_one_block_is_found_where_it_acts() -> None:
     (choice,) = _founded(signals, bench)
     assert choice.candidate.term == "external_load"
     assert_allclose([choice.shape.shape[end] for end in ("start", "end")], [8.0, 9.0], atol=0.1)
+
+
+def test_an_account_is_none_for_a_load_that_a_curve_takes_the_place_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A swinging joint: a late log and a push did more than viscous friction and a late log; the
+    push went then, as a curve did more, and of both accounts the late log was left."""
+    signals, bench = _bench(0.004 * _motion()["x.acceleration"])
+    friction, late, push = (
+        Choice(Candidate(key, key, (CandidateForm(lambda: T_S),)), 0)
+        for key in ("viscous", "lag", "external_load")
+    )
+    for name, choices in {"_first": [friction, late], "_alone": [late, push]}.items():
+        monkeypatch.setattr(laws, name, lambda *_, found=choices: list(found))
+    monkeypatch.setattr(laws, "_continued", lambda _bench, _named, found, _field: found)
+    monkeypatch.setattr(laws, "_likelier", lambda _bench, _named, found, _field: found)
+    monkeypatch.setattr(
+        laws, "_surer_than_curves", lambda _bench, found, _: [c for c in found if c is not push]
+    )
+    monkeypatch.setattr(
+        laws, "_better_account", lambda _, found, rival: rival if push in rival else found
+    )
+    monkeypatch.setattr(laws, "only_of_their_kind", lambda _, found: found)
+    assert _founded(signals, bench) == (friction, late)
 
 
 def test_a_lost_sign_comes_before_what_soaks_it_up() -> None:

@@ -92,17 +92,18 @@ def founded(
     """Return the named laws that plain rows clearly need: static ones, then any.
 
     What clips, shifts or signs all that is recorded is among them, too: the bench's columns are
-    then seen through it. Further laws stand beside what those found may get wrong in passing.
+    then seen through it. Further laws stand beside what those found may get wrong in passing. An
+    account that begins with what is best alone is compared less what curves do more than.
     """
     named = [c for c in standing if c.named]
     static = [c for c in named if c.static]
     found = _continued(bench, named, _first(bench, named, static), field)
+    curves = [c for c in standing if not c.named]
     if len(found) > 1 and not bench.through:
-        found = _better_account(
-            bench, found, _continued(bench, named, _alone(bench, named, field), field)
-        )
+        rival = _continued(bench, named, _alone(bench, named, field), field)
+        found = _better_account(bench, found, _surer_than_curves(bench, rival, curves) or rival)
     found = _likelier(bench, named, found, field)
-    found = _surer_than_curves(bench, found, [c for c in standing if not c.named])
+    found = _surer_than_curves(bench, found, curves)
     found = only_of_their_kind(PlainRows(bench, [c.candidate for c in found], found), found)
     kept = [c for c in found if c.candidate.first]
     if bench.through and not kept:
