@@ -125,3 +125,11 @@ def test_the_end_of_a_contours_subprogram_is_not_that_of_the_program(end: str) -
     lines = {move.line for move in turning_program(text, source="p.mpf").moves}
     assert lines == {6, 8}
     assert_allclose(_removed(text), pi * (30**2 - 20**2) * 20, rtol=1e-3)
+
+
+def test_what_moves_nothing_may_name_what_nothing_sets() -> None:
+    """CYCLE832 says its way of machining by a name of the control; G75 the number of its place."""
+    said = (
+        'CYCLE832(0.05,_ROUGH,1)\nWORKPIECE(,,,"CYLINDER",0,0,-80,-60,60)\nG75 Z0 FP=1\nG0 X62 Z2\n'
+    )
+    assert_allclose(_removed(f"{HEAD}{said}R1=56\n{PASS}M30\n"), pi * (30**2 - 28**2) * 20)
