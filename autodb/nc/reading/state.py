@@ -14,6 +14,8 @@ from autodb.nc.reading.travels import Beside
 _FOOT_M = 12 * INCH_MM / 1000
 AXES = ("x", "y", "z")
 Places = dict[str, float | None]
+Tilt = tuple[tuple[float, ...], ...]
+"""What a program says of a tilted plane, call by call; nothing: it is upright."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class ProgramState:
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
     cycle of LinuxCNC runs, where A and C are corners; ``angles``: of rotary axes, degrees, at which
     moves are kept, None where none may turn, ``rotary``: at which they are; ``turning_rotary``: one
-    turns in the block.
+    turns in the block; ``tilt``: of the plane, ``tilted_in``: which lines have, ``looks_at``: the
+    line of the plane in which moves are kept, 0 upright, None where none may be tilted.
     """
 
     lathe: bool
@@ -115,6 +118,9 @@ class ProgramState:
     angles: Mapping[str, float] | None = None
     rotary: dict[str, float] = field(default_factory=dict)
     turning_rotary: bool = False
+    tilt: Tilt = ()
+    tilted_in: dict[int, Tilt] = field(default_factory=dict)
+    looks_at: int | None = None
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:
