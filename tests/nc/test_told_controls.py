@@ -4,8 +4,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from autodb.errors import UnusableInput
-from autodb.nc.reading import turning_program
+from autodb.nc.reading import Revolutions, turning_program
 from autodb.nc.reading.controls import FANUC_A, FANUC_B, LINUXCNC, control_of
+from autodb.nc.reading.cycles.stated import StatedOfProgram
 from autodb.nc.reading.turning_program import carried_out
 
 CYCLE = "G71 U2. R1.\nG71 P10 Q20 U.4 W.1 F.3\nN10 G0 X30.\nG1 Z-20. F.1\nN20 X60.\n"
@@ -29,6 +30,20 @@ def test_the_allowances_of_cycles_tell_no_system() -> None:
     assert control_of(head.replace("G90 ", "").replace("G95", "G99") + CYCLE) is FANUC_A
     moves = turning_program(head + CYCLE, source="p.nc").moves
     assert_allclose(min(move.end.x_mm for move in moves), 15.2)  # 30 mm and 0.4 left of them
+
+
+def test_a_speed_of_none_is_what_the_dial_sets() -> None:
+    """Posts of routers write M3 S0 where the spindle has a knob; another S counts from there on."""
+    text = "G21 G90\nM4 S0\nG0 X0 Y0 Z0\nG1 X9 F90\nS500\nX0\nS0\nX9\n"
+    done = carried_out(text, source="p", lathe=False, stated=StatedOfProgram(speed_rpm=8000.0))
+    assert [move.speed for move in done.travels] == [
+        Revolutions(8000.0),
+        Revolutions(500.0),
+        Revolutions(8000.0),
+    ]
+    assert "the program says S0: the spindle turns at speed_rpm of the job" in done.notes
+    with pytest.raises(UnusableInput, match="line 4: 'G1': no spindle speed"):
+        carried_out(text, source="p", lathe=False)
 
 
 def test_some_words_with_two_digits_are_the_builders_but_on_linuxcnc() -> None:

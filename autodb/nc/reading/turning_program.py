@@ -175,7 +175,8 @@ def carried_out(
         state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
     state.angles, state.looks_at = stated.angles, stated.plane
     if stated.speed_rpm is not None:
-        state.speed, state.turning = stated.speed_rpm, True
+        state.speed = state.dial_rpm = stated.speed_rpm
+        state.turning = True
     state.highest_rpm = highest_rpm
     state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))
