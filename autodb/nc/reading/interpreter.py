@@ -66,7 +66,7 @@ from autodb.nc.reading.targets import without
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
     "CR", "LIMS", "TURN", "SF", ",R", ",C", ",A", "RND", "CHF", "CHR", "ANG", "FRC", "SPOS", "RPL",
-    "S1", "M1", "S2", "T1", "DL", "FP",
+    "S1", "M1", "S2", "T1", "DL", "FP", "AR",
 })  # fmt: skip
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
 _ENDS = frozenset({"M2", "M30"})

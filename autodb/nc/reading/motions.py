@@ -31,6 +31,7 @@ from autodb.nc.reading.targets import (
     ONLY_X_AND_Z,
     RADIUS,
     arc_centre,
+    by_opening,
     targets,
     without,
 )
@@ -308,13 +309,14 @@ def _arc(
         nothing_left(without(rest, "F"), block, state)
         feed_straight(state, to, block, record)
         return
+    left, plane = state.motion == "G3", state.plane
     start, end = ends(state, to, block)
-    state.place.update(to)
-    left = state.motion == "G3"
-    plane = state.plane
+    words = _turned_centre(state, rest, block)
+    end, rest = by_opening(state, (start, end), words, block, left=left)
+    state.place.update(zip(AXES, end, strict=True))
     if state.lathe and plane != "G18":
         raise block.refusal(plane, "this selects another plane than that of X and Z; use G18")
-    centre = arc_centre(state, (start, end), _turned_centre(state, rest, block), block, left=left)
+    centre = arc_centre(state, (start, end), rest, block, left=left)
     turns = int(word_value(rest["TURN"])) if "TURN" in rest else 0
     if "P" in rest and not state.lathe:
         turns = max(int(word_value(rest["P"])) - 1, 0)

@@ -63,8 +63,8 @@ class ProgramState:
     ``shift``: what is added to programmed places; ``feed`` in mm/rev or mm/min as ``feed_word``
     says, ``feed_said``: the program does, and ``diameter_said``,
     ``unit_said``; ``speed`` in rpm or, with
-    ``surface``, m/min; ``dial_rpm``: where S is 0, as a job states it; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
-    the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
+    ``surface``, m/min; ``dial_rpm``: where S is 0, as a job states it; ``limit_rpm`` holds in G96,
+    ``highest_rpm`` always; ``turning``: whether the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
     ``step_diameter``: how increments of X count,
     None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
     with what it has ``taken``;

@@ -172,6 +172,43 @@ def _polar(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock)
     }
 
 
+def by_opening(
+    state: ProgramState,
+    places: tuple[ToolPlace, ToolPlace],
+    rest: Mapping[str, Word],
+    block: ProgramBlock,
+    *,
+    left: bool,
+) -> tuple[ToolPlace, Mapping[str, Word]]:
+    """Return an arc's end and words without its opening angle AR, degrees.
+
+    With an end AR says the radius: of a chord l it is l/(2 sin(AR/2)). With a centre it says the
+    end: the start, turned about it.
+    """
+    start, end = places
+    word = rest.get("AR")
+    if word is None:
+        return end, rest
+    said, words = word_value(word), without(rest, "AR")
+    if not 0.0 < said < 360.0:
+        raise block.refusal(word.text, "use an angle between 0 and 360°")
+    u, v, _ = PLANES[state.plane]
+    if words.keys() & {CENTRES[u], CENTRES[v]}:
+        if (start[u], start[v]) != (end[u], end[v]):
+            raise block.refusal(word.text, "state AR with the arc's end or with its centre")
+        cu, cv = (_offset(state, words.get(CENTRES[k]), AXES[k], start[k]) for k in (u, v))
+        turn = radians(said if left else -said)
+        du, dv = start[u] - cu, start[v] - cv
+        made = list(end)
+        made[u] = round(cu + du * cos(turn) - dv * sin(turn), DECIMALS)
+        made[v] = round(cv + du * sin(turn) + dv * cos(turn), DECIMALS)
+        return ToolPlace(*made), words
+    chord = hypot(end[u] - start[u], end[v] - start[v])
+    radius = chord / (2.0 * sin(radians(said) / 2.0)) / state.unit_mm
+    radius *= -1.0 if said > 180.0 else 1.0
+    return end, {**words, "CR": Word("CR", f"{radius:.9g}", radius)}
+
+
 def arc_centre(
     state: ProgramState,
     places: tuple[ToolPlace, ToolPlace],
