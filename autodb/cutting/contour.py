@@ -12,9 +12,9 @@ d_z), the radius R(z) of the stock and z_f(x) its face:
 
 so X − x on a cylinder turned to x, (X − x) cos θ on a cone, z_f − z in facing, and ∫ depth 2π r ds
 is the volume removed, r in the middle of that thickness. Faces are moves inwards, square to the
-axis, and those steeper than 45°, away from the chuck, that begin outside the stock and reach to the
-face by the end of the edge, which rises by 5° from the tip: others lead into a surface. Where a tool
-that cuts goes on inwards, that end lies above what is thinner before it. A move inwards
+axis, and those steeper than 45°, away from the chuck, that begin outside the stock and reach to
+the face by the end of the edge, which rises by 5° from the tip: others lead into a surface. Where
+a tool that cuts goes on inwards, that end lies above what is thinner before it. A move inwards
 into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
 ``edge_mm`` refuses both.
 

@@ -27,6 +27,7 @@ from autodb.nc.reading.state import (
 from autodb.nc.reading.targets import (
     CENTRES,
     DECIMALS,
+    DRIVEN,
     LETTERS,
     ONLY_X_AND_Z,
     RADIUS,
@@ -44,6 +45,7 @@ TURNS_ROTARY = (
 )
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")
+_OF_DRIVEN = frozenset("BCYV")
 _BY_ITSELF = {
     "R": "a radius belongs to G2 or G3; write out a rounded corner as an arc",
     "C": "this is a chamfer or a rotary axis; write out a chamfer as a G1 move",
@@ -60,7 +62,8 @@ def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: Program
         if letter in ROTARY and (not state.lathe or state.control is LINUXCNC):
             raise block.refusal(word.text, TURNS_ROTARY)
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
-        raise block.refusal(word.text, f"{why}; leave it out")
+        ends = DRIVEN if state.lathe and letter in _OF_DRIVEN else ""
+        raise block.refusal(word.text, f"{why}; leave it out{ends}")
 
 
 def word_not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:

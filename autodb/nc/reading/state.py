@@ -64,7 +64,8 @@ class ProgramState:
     says, ``feed_said``: the program does, and ``diameter_said``,
     ``unit_said``; ``speed`` in rpm or, with
     ``surface``, m/min; ``dial_rpm``: where S is 0, as a job states it; ``limit_rpm`` holds in G96,
-    ``highest_rpm`` always; ``turning``: whether the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
+    ``highest_rpm`` always; ``turning``: whether the spindle does, and since which line it stands;
+    ``spindle``: the P that has chosen it;
     ``step_diameter``: how increments of X count,
     None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
     with what it has ``taken``;

@@ -15,6 +15,8 @@ LETTERS = {"x": ("X", "U"), "y": ("Y", "V"), "z": ("Z", "W")}
 DECIMALS = 9
 """Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
 ONLY_X_AND_Z = "only moves of X and Z are read"
+DRIVEN = ", or end the program before what driven tools cut by last_line in the job"
+"""What is told of a lathe's words that turn its work to a place, or go beside its axis."""
 OFF_CIRCLE_MM = 0.01
 """How far rounding may put the end of an arc off its circle. Chosen: ten steps of a thousandth."""
 OFF_CIRCLE_SHARE = 1e-3
@@ -124,7 +126,7 @@ def _target(
         said = place or step
         if said is not None and word_value(said) == 0.0:  # there it stands
             return before
-        raise block.refusal(said.text if said else "Y", ONLY_X_AND_Z)
+        raise block.refusal(said.text if said else "Y", f"{ONLY_X_AND_Z}{DRIVEN}")
     of_a = state.lathe and state.control is FANUC_A
     if step is not None and not (of_a or state.in_profile):
         if state.control is not FANUC_A and not state.lathe:
