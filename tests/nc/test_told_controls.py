@@ -1,5 +1,7 @@
 """Which control a program is told to be for, where words of several stand in it."""
 
+from math import pi
+
 import pytest
 from numpy.testing import assert_allclose
 
@@ -54,3 +56,12 @@ def test_some_words_with_two_digits_are_the_builders_but_on_linuxcnc() -> None:
     for text in ("O7\nM91\n", "O7\nM96 P3\n", "G64 P.1\nM90\n"):
         with pytest.raises(UnusableInput, match="this M is not read"):
             carried_out(f"{text}S900 M3\nG1 X9 Y0 Z0 F90\nX0\n", source="p", lathe=False)
+
+
+def test_okumas_arcs_have_l_for_their_radius() -> None:
+    """A quarter from Ø40 to Ø50 by 5 mm, behind words of the first spindle and of a C axis."""
+    text = "G140\nG136\nG50 S2000\nT010101\nG97 S900 M3\nG95\nG0 X40 Z0\nG3 X50 Z-5 L5 F.2\nM2\n"
+    arc = turning_program(text, source="p.min").moves[-1]
+    assert_allclose(arc.length_mm, 2.5 * pi)
+    with pytest.raises(UnusableInput, match="line 1: 'G136': this G is not read"):
+        turning_program(text.replace("G140\n", ""), source="p.nc", control="fanuc-a")

@@ -16,6 +16,7 @@ from autodb.nc.reading.codes import (
     LENGTHS,
     MACHINE,
     MODE_LETTERS,
+    OF_OKUMA,
     OFFSETS,
     ROUGHING,
     SYSTEM_B,
@@ -224,6 +225,7 @@ class Interpreter:
         if code in _OF_MILLS and not self.state.lathe and control is not LINUXCNC:
             return code
         known = known or (code == "G5" and bool(control.system)) or self._of_builder(word)
+        known = known or (code in OF_OKUMA and control is OKUMA)
         if known or code in _ONCE or (word.number is None and word.name in NAMES):
             return word.name if word.name in NAMES else code
         if control is SINUMERIK and code in ("G74", "G75"):

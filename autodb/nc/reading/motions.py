@@ -12,7 +12,7 @@ from math import radians, tan
 
 from autodb.errors import UnusableInput
 from autodb.nc.reading.codes import REFUSED
-from autodb.nc.reading.controls import FANUC_A, LINUXCNC
+from autodb.nc.reading.controls import FANUC_A, LINUXCNC, OKUMA
 from autodb.nc.reading.corners import CORNERS, PROFILE_CORNERS
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
@@ -312,6 +312,8 @@ def _arc(
         nothing_left(without(rest, "F"), block, state)
         feed_straight(state, to, block, record)
         return
+    if state.control is OKUMA and "L" in rest:  # its radius
+        rest = {**without(rest, "L"), "R": replace(rest["L"], name="R")}
     left, plane = state.motion == "G3", state.plane
     start, end = ends(state, to, block)
     words = _turned_centre(state, rest, block)
