@@ -85,8 +85,8 @@ class JobProgram(Section):
     stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
     ``left_out``: subprograms that are missing and cut nothing. ``angles``: of a mill's rotary
     axes, degrees: what is cut where they stand so is predicted, others stand at 0. ``plane``: the
-    line that tilts the plane of which what is cut is predicted, 0: upright. ``sha256``: of the
-    program's file; another one is refused. ``control``: for which it is written, left out: as its
+    line that tilts the plane of which what is cut is predicted, 0: upright. ``centres``: whether
+    I, J and K of arcs are ways from their start or places. ``sha256``: of the program's file; another one is refused. ``control``: for which it is written, left out: as its
     words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
     what the program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what
     calls of that cycle do, by their lines.
@@ -116,6 +116,7 @@ class JobProgram(Section):
         default=None, exclude_if=is_none
     )
     plane: Annotated[int, Field(ge=0)] | None = Field(default=None, exclude_if=is_none)
+    centres: Literal["start", "places"] | None = Field(default=None, exclude_if=is_none)
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)

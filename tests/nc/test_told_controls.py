@@ -48,6 +48,19 @@ def test_a_speed_of_none_is_what_the_dial_sets() -> None:
         carried_out(text, source="p", lathe=False)
 
 
+def test_centres_may_be_places_where_the_job_says_so() -> None:
+    """Half a circle of 10 mm about X30 Y20 by places; as ways from its start it is none."""
+    text = "O1\nG21 G90\nS500 M3\nG0 X30 Y10 Z0\nG3 X30 Y30 I30 J20 F90\nG91.1\nG3 Y10 I0 J-10\n"
+    stated = StatedOfProgram(centres_are_places=True)
+    for control in ("fanuc-b", "linuxcnc"):
+        done = carried_out(text, source="p", lathe=False, control=control, stated=stated)
+        assert_allclose([move.length_mm for move in done.travels], [10 * pi, 10 * pi])
+    with pytest.raises(UnusableInput, match=r"line 5: 'I30': .* state centres = .places. in the"):
+        carried_out(text, source="p", lathe=False)
+    with pytest.raises(UnusableInput, match=r"within 0.01 mm$"):
+        carried_out(text.replace("J20", "J21"), source="p", lathe=False)
+
+
 def test_some_words_with_two_digits_are_the_builders_but_on_linuxcnc() -> None:
     done = carried_out(
         "O7\nG21 G90\nM90\nS900 M3\nG0 X0 Y0 Z0\nG1 X9 F90\n", source="p", lathe=False

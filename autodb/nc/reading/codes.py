@@ -98,7 +98,8 @@ HARMLESS = frozenset(
 coolant, gear, chuck, tailstock, chip conveyor, parts catcher, overrides, ends and calls (which are
 run elsewhere)."""
 OF_OKUMA = frozenset({"G136", "G140"})
-"""Okuma's words that the C axis is no coordinate any more, and that the first spindle's side cuts."""
+"""Okuma's words that the C axis is no coordinate any more, and that the first spindle's side
+cuts."""
 CALLS_OUTSIDE = frozenset({198.0})
 """M that call a program from outside of the control."""
 NOT_OF_BUILDERS = frozenset({91.0, 92.0, 96.0})

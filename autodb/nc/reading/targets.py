@@ -246,12 +246,30 @@ def arc_centre(
     if allowed_mm < off_mm <= SPIRAL_MM and state.control not in (LINUXCNC, SINUMERIK):
         state.note(f"arcs that end up to {SPIRAL_MM:g} mm off their circles are taken as spirals")
     elif off_mm > allowed_mm:
+        other = "" if state.centre_absolute else _as_places(state, places, rest)
         raise block.refusal(
             offsets[0].text,
             f"the arc's end is {off_mm:.3f} mm off its circle; correct it to within "
-            f"{OFF_CIRCLE_MM:g} mm",
+            f"{OFF_CIRCLE_MM:g} mm{other}",
         )
     return centre[0], centre[1]
+
+
+def _as_places(
+    state: ProgramState, places: tuple[ToolPlace, ToolPlace], rest: Mapping[str, Word]
+) -> str:
+    """Return the remedy of an arc whose I, J and K fit as places, nothing where they do not."""
+    u, v, _ = PLANES[state.plane]
+    at = [
+        state.factor(AXES[k]) * word_value(rest[CENTRES[k]]) + state.shift[AXES[k]]
+        for k in (u, v)
+        if CENTRES[k] in rest
+    ]
+    if len(at) < 2:
+        return ""
+    far = [hypot(place[u] - at[0], place[v] - at[1]) for place in places]
+    fits = min(far) > 0.0 and abs(far[1] - far[0]) <= OFF_CIRCLE_MM
+    return ', or state centres = "places" in the job: as such they fit' if fits else ""
 
 
 def _offset(state: ProgramState, word: Word | None, axis: str, start_mm: float) -> float:

@@ -177,7 +177,7 @@ def carried_out(
     if stated.speed_rpm is not None:
         state.speed = state.dial_rpm = stated.speed_rpm
         state.turning = True
-    state.highest_rpm = highest_rpm
+    state.highest_rpm, state.centre_absolute = highest_rpm, stated.centres_are_places
     state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))
     if written is SINUMERIK:
