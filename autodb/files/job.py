@@ -86,10 +86,11 @@ class JobProgram(Section):
     ``left_out``: subprograms that are missing and cut nothing. ``angles``: of a mill's rotary
     axes, degrees: what is cut where they stand so is predicted, others stand at 0. ``plane``: the
     line that tilts the plane of which what is cut is predicted, 0: upright. ``centres``: whether
-    I, J and K of arcs are ways from their start or places. ``sha256``: of the program's file; another one is refused. ``control``: for which it is written, left out: as its
-    words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
-    what the program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what
-    calls of that cycle do, by their lines.
+    I, J and K of arcs are ways from their start or places. ``sha256``: of the program's file;
+    another one is refused. ``control``: for which it is written, left out: as its words tell.
+    ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by what the
+    program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what calls of
+    that cycle do, by their lines.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock", "block_mm"))
