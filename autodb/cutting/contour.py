@@ -14,9 +14,9 @@ so X − x on a cylinder turned to x, (X − x) cos θ on a cone, z_f − z in f
 is the volume removed, r in the middle of that thickness. Faces are moves inwards, square to the
 axis, and those steeper than 45°, away from the chuck, that begin outside the stock and reach to
 the face by the end of the edge, which rises by 5° from the tip: others lead into a surface. Where
-a tool that cuts goes on inwards, that end lies above what is thinner before it. A move inwards
-into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
-``edge_mm`` refuses both.
+a tool goes inwards from a surface that it turns, that end lies above what is thinner before it. A
+move inwards into the middle of a bar counts as facing too, of all that is in front of it, and a
+bore as turning; ``edge_mm`` refuses both.
 
 ``lean`` is how far the edge leans back from its tip, tan(κ_r − 90°): of a shoulder's allowance a,
 the run towards it then meets a / lean of its height at the most, as far as the edge reaches. At 0
@@ -126,7 +126,7 @@ def engaged_moves(
     """
     before: Piece | None = None
     last_piece: Piece | None = None
-    begun = _Begun(stock, 0.0)
+    begun, rise = _Begun(stock, 0.0), 0.0
     for piece in pieces_of(moves, step_mm=step_mm):
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source, mirror_mm)
@@ -135,8 +135,9 @@ def engaged_moves(
         if last_piece is None or not last_piece.goes_on_as(piece):
             begun = _Begun(stock, float(piece.z_mm[0]))
         last_piece = piece
-        goes_on = before is not None
-        depth_mm, outer_mm, stock = _met(piece, stock, begun, source, lean, goes_on=goes_on)
+        if before is None or not before.steep_inwards:  # else it faces on, as it began to
+            rise = 0.0 if before is None else END_SLOPE
+        depth_mm, outer_mm, stock = _met(piece, stock, begun, source, lean, rise=rise)
         if np.any(depth_mm > TOUCH_MM):
             _refuse_inwards(piece, before, source)
         last = piece.from_mm == piece.from_mm[-1]
@@ -194,15 +195,15 @@ class _Begun:
 
 
 def _met(
-    piece: Piece, stock: Stock, begun: _Begun, source: str, lean: float, *, goes_on: bool
+    piece: Piece, stock: Stock, begun: _Begun, source: str, lean: float, *, rise: float
 ) -> tuple[Array, Array, Stock]:
     """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it.
 
-    ``goes_on``: the tool cuts already as it begins.
+    ``rise``: of the edge's end, where it goes inwards from a surface that it turns; else 0.
     """
     plunges = piece.steep_inwards and _begins_outside(piece, stock)
     if piece.steep_inwards and (piece.square or (plunges and piece.away and _faces(piece, stock))):
-        return _facing(piece, stock, rise=END_SLOPE if goes_on else 0.0)
+        return _facing(piece, stock, rise=rise)
     depth_mm, outer_mm, after = _beside(piece, stock, begun, lean)
     if (
         plunges

@@ -321,3 +321,8 @@ def test_the_end_of_an_edge_lies_above_what_is_thinner_before_it() -> None:
     along = _line(done, 9) & (done.z_mm > -16) & (done.z_mm < 0)
     assert_allclose(done.depth_mm[along], 0.3, rtol=1e-9)
     assert_allclose(left.radius_mm(np.array([-10.0, -30.0])), [15, 20])
+
+
+def test_a_face_is_as_deep_behind_a_change_of_feed() -> None:
+    done, _ = _cut("G0 X22 Z-1.5\nG1 X9 F.2\nX0 F.1\n", bar(20))
+    assert_allclose(done.depth_mm[done.x_mm < 20], 1.5, atol=1e-12)
