@@ -12,9 +12,11 @@ d_z), the radius R(z) of the stock and z_f(x) its face:
 
 so X − x on a cylinder turned to x, (X − x) cos θ on a cone, z_f − z in facing, and ∫ depth 2π r ds
 is the volume removed, r in the middle of that thickness. Faces are moves inwards, square to the
-axis, and those steeper than 45°, away from the chuck, that begin outside the stock. A move inwards
-into the middle of a bar counts as facing too, of all that is in front of it, and a bore as turning;
-``edge_mm`` refuses both.
+axis, and those steeper than 45°, away from the chuck, that begin outside the stock and reach to
+the face by the end of the edge, which rises by 5° from the tip: others lead into a surface. Where
+a tool goes inwards from a surface that it turns, that end lies above what is thinner before it. A
+move inwards into the middle of a bar counts as facing too, of all that is in front of it, and a
+bore as turning; ``edge_mm`` refuses both.
 
 ``lean`` is how far the edge leans back from its tip, tan(κ_r − 90°): of a shoulder's allowance a,
 the run towards it then meets a / lean of its height at the most, as far as the edge reaches. At 0
@@ -48,6 +50,9 @@ STEEPEST_DEG = 70.0
 tools with inserts of 35° can do; what is steeper is a groove."""
 ALIKE = 1e-9
 """Share by which steps that do the same may differ: rounding."""
+END_SLOPE = float(np.tan(np.radians(5.0)))
+"""How an edge's end rises from its tip along the work, away from the chuck. Chosen: rhombic inserts
+of 80° in holders of 95°; others rise more."""
 TOUCH_MM = 0.001
 """What counts as touching, not as inside: the last decimal of programs."""
 
@@ -121,7 +126,7 @@ def engaged_moves(
     """
     before: Piece | None = None
     last_piece: Piece | None = None
-    begun = _Begun(stock, 0.0)
+    begun, rise = _Begun(stock, 0.0), 0.0
     for piece in pieces_of(moves, step_mm=step_mm):
         if isinstance(piece.move, Rapid):
             _refuse_inside(piece, stock, source, mirror_mm)
@@ -130,7 +135,9 @@ def engaged_moves(
         if last_piece is None or not last_piece.goes_on_as(piece):
             begun = _Begun(stock, float(piece.z_mm[0]))
         last_piece = piece
-        depth_mm, outer_mm, stock = _met(piece, stock, begun, source, lean)
+        if before is None or not before.steep_inwards:  # else it faces on, as it began to
+            rise = 0.0 if before is None else END_SLOPE
+        depth_mm, outer_mm, stock = _met(piece, stock, begun, source, lean, rise=rise)
         if np.any(depth_mm > TOUCH_MM):
             _refuse_inwards(piece, before, source)
         last = piece.from_mm == piece.from_mm[-1]
@@ -188,14 +195,22 @@ class _Begun:
 
 
 def _met(
-    piece: Piece, stock: Stock, begun: _Begun, source: str, lean: float
+    piece: Piece, stock: Stock, begun: _Begun, source: str, lean: float, *, rise: float
 ) -> tuple[Array, Array, Stock]:
-    """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it."""
+    """Return depth and outer radius at every step of a piece, (n,), mm, and the stock after it.
+
+    ``rise``: of the edge's end, where it goes inwards from a surface that it turns; else 0.
+    """
     plunges = piece.steep_inwards and _begins_outside(piece, stock)
-    if piece.steep_inwards and (piece.square or (plunges and piece.away)):
-        return _facing(piece, stock)
+    if piece.steep_inwards and (piece.square or (plunges and piece.away and _faces(piece, stock))):
+        return _facing(piece, stock, rise=rise)
     depth_mm, outer_mm, after = _beside(piece, stock, begun, lean)
-    if plunges and piece.steeper_than(STEEPEST_DEG) and np.any(depth_mm > TOUCH_MM):
+    if (
+        plunges
+        and not piece.away
+        and piece.steeper_than(STEEPEST_DEG)
+        and np.any(depth_mm > TOUCH_MM)
+    ):
         raise UnusableInput(
             phrase(
                 "{source}: line {line}: this move enters the stock inwards and towards the "
@@ -206,6 +221,17 @@ def _met(
             )
         )
     return depth_mm, outer_mm, after
+
+
+def _faces(piece: Piece, stock: Stock) -> bool:
+    """Return whether the end of an edge that goes in by a piece reaches to the face before it.
+
+    Where it does not, the piece leads into the surface that is turned from there on.
+    """
+    ahead_mm = np.array([piece.z_mm[-1] + TOUCH_MM])
+    in_mm = float(stock.radius_mm(ahead_mm)[0] - piece.x_mm[-1])
+    face_mm = stock.face_mm(piece.z_mm[0], np.maximum(piece.x_mm[-1:], 0.0))[0]
+    return bool((face_mm - piece.z_mm[-1]) * END_SLOPE <= max(in_mm, 0.0))
 
 
 def _begins_outside(piece: Piece, stock: Stock) -> bool:
@@ -230,15 +256,21 @@ def _beside(piece: Piece, stock: Stock, begun: _Begun, lean: float) -> tuple[Arr
     return depth_mm, x_mm + np.where(depth_mm > 0, thick_mm, 0.0), after
 
 
-def _facing(piece: Piece, stock: Stock) -> tuple[Array, Array, Stock]:
+def _facing(piece: Piece, stock: Stock, *, rise: float) -> tuple[Array, Array, Stock]:
+    """Return depth and outer radius at every step of a piece, and the stock after it.
+
+    ``rise``: of the edge's end from its tip, which is above what is thinner farther away.
+    """
     x_mm = piece.middle_x_mm
-    face_mm = stock.face_mm(piece.z_mm[0], np.maximum(x_mm, 0.0))
+    face_mm = stock.face_mm(piece.z_mm[0], np.maximum(x_mm, 0.0), rise=rise)
     thick_mm = np.where(x_mm > 0, np.maximum(face_mm - piece.middle_z_mm, 0.0), 0.0)
     after = stock if piece.square else stock.turned(piece.z_mm, piece.x_mm)
     return (
         thick_mm * np.abs(piece.along_x),
         np.abs(x_mm),
-        after.faced(piece.z_mm[-1], piece.x_mm[-1]),
+        after.grazed(piece.z_mm[-1], piece.x_mm[-1], rise=rise)
+        if rise
+        else after.faced(piece.z_mm[-1], piece.x_mm[-1]),
     )
 
 

@@ -57,14 +57,16 @@ class Stock:
         upper = self._in_cell(np.searchsorted(self.edges_mm, z_mm, side="right") - 1, z_mm)
         return np.minimum(lower, upper)
 
-    def face_mm(self, z_mm: float, x_mm: Array) -> Array:
+    def face_mm(self, z_mm: float, x_mm: Array, *, rise: float = 0.0) -> Array:
         """Return to where, going away from the chuck from z, each radius x is in the stock, (n,).
 
-        z itself where it is not; ``z_mm`` is an edge.
+        z itself where it is not; ``z_mm`` is an edge. ``rise``: of a line that begins at x, mm of
+        radius for one of z.
         """
         first = int(np.searchsorted(self.edges_mm, z_mm))
         places = np.repeat(self.edges_mm[first:], 2)[1:]
         ends = np.column_stack([self.low_mm[first:], self.high_mm[first:]]).ravel()
+        ends -= rise * (places[:-1] - z_mm)
         least = np.minimum.accumulate(np.append(ends, 0.0))
         out = np.searchsorted(-least, -x_mm, side="left")
         before = np.maximum(out - 1, 0)
@@ -117,6 +119,16 @@ class Stock:
             return self
         last = min(int(np.searchsorted(self.edges_mm, end_mm)), self.low_mm.size)
         return self.turned(np.array([z_mm, self.edges_mm[last]]), np.array([x_mm, x_mm]))
+
+    def grazed(self, z_mm: float, x_mm: float, *, rise: float) -> "Stock":
+        """Return the stock lowered from z, an edge, to a line that rises from x to its surface."""
+        end_mm = float(self.face_mm(z_mm, np.array([max(x_mm, 0.0)]), rise=rise)[0])
+        if end_mm <= z_mm:
+            return self
+        last = min(int(np.searchsorted(self.edges_mm, end_mm)), self.low_mm.size)
+        to_mm = self.edges_mm[last]
+        ends = np.array([x_mm, x_mm + rise * (to_mm - z_mm)])
+        return self.turned(np.array([z_mm, to_mm]), ends)
 
     def put(self, cells: NDArray[np.bool_], other: "Stock") -> "Stock":
         """Return the stock with some cells (n,) as they are in another one of the same cells."""

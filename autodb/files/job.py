@@ -84,12 +84,13 @@ class JobProgram(Section):
     ``speed_rpm``: what the spindle turns at until the program says a speed. ``block_skip``: what
     stands behind a / is left out. ``last_line``: the program as if it ended behind that line.
     ``left_out``: subprograms that are missing and cut nothing. ``angles``: of a mill's rotary
-    axes, degrees: what is cut where they stand so is predicted, others stand at 0.
-    ``sha256``: of the
-    program's file; another one is refused. ``control``: for which it is written, left out: as its
-    words tell. ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by
-    what the program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what
-    calls of that cycle do, by their lines.
+    axes, degrees: what is cut where they stand so is predicted, others stand at 0. ``plane``: the
+    line that tilts the plane of which what is cut is predicted, 0: upright. ``centres``: whether
+    I, J and K of arcs are ways from their start or places. ``sha256``: of the program's file;
+    another one is refused. ``control``: for which it is written, left out: as its words tell.
+    ``bore_diameter_mm``: of a hole that the stock has. ``tools``: what tools are, by what the
+    program calls them (``0303``, or ``3``), ``other`` of all others. ``cycle952``: what calls of
+    that cycle do, by their lines.
     """
 
     model_config = ConfigDict(json_schema_extra=_either("stock_diameter_mm", "stock", "block_mm"))
@@ -115,6 +116,8 @@ class JobProgram(Section):
     angles: dict[Annotated[str, Field(pattern="^[ABC]$")], Finite] | None = Field(
         default=None, exclude_if=is_none
     )
+    plane: Annotated[int, Field(ge=0)] | None = Field(default=None, exclude_if=is_none)
+    centres: Literal["start", "places"] | None = Field(default=None, exclude_if=is_none)
     sha256: str | None = None
     control: Literal["fanuc-a", "fanuc-b", "fanuc-c", "linuxcnc", "okuma", "sinumerik"] | None = (
         Field(default=None, exclude_if=is_none)
@@ -143,6 +146,8 @@ class JobProgram(Section):
             )
         if self.block_mm is None and self.angles is not None:
             raise ValueError(phrase("angles goes with block_mm, the block of a mill"))
+        if self.block_mm is None and self.plane is not None:
+            raise ValueError(phrase("plane goes with block_mm, the block of a mill"))
         if self.block_mm is not None:
             x0, x1, y0, y1, z0, z1 = self.block_mm
             if x0 >= x1 or y0 >= y1 or z0 >= z1:

@@ -68,7 +68,8 @@ def follow_mill(
         radius_of=lambda move: _beside_mm(move, asked, source), highest_rpm=highest_rpm,
         block_skip=bool(asked.block_skip),
         stated=StatedOfProgram(
-            speed_rpm=asked.speed_rpm, left_out=left_out_of(asked), angles=asked.angles
+            speed_rpm=asked.speed_rpm, left_out=left_out_of(asked), angles=asked.angles,
+            plane=asked.plane, centres_are_places=asked.centres == "places",
         ),
     )  # fmt: skip
     tools = done.travels.by_way(lambda travel: _tool_of(travel, asked, source))

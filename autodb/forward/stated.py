@@ -38,7 +38,7 @@ class JobStates:
         return StatedOfProgram(
             lambda name: self._tool(name).kind, self._blade, self._turning, reach,
             None if feeds is None else feeds == "minute", self.asked.speed_rpm,
-            left_out_of(self.asked),
+            left_out_of(self.asked), centres_are_places=self.asked.centres == "places",
         )  # fmt: skip
 
     def refuse_unused(self) -> None:

@@ -294,3 +294,35 @@ def _cuts(done: ContourEngagement) -> list[tuple[float, float, float]]:
         )
         for line in lines
     ]
+
+
+def test_a_way_into_a_bar_away_from_the_chuck_does_not_face_it() -> None:
+    """A finishing pass towards the tailstock: in by 1 mm over 2 mm of the axis, along 37 mm."""
+    done, left = _cut("G0 X23 Z-39\nG1 X19 Z-37 F.2\nZ2\n", bar(20))
+    first, second = _line(done, 3), _line(done, 4)
+    assert done.depth_mm[first].max() < 1.0
+    assert_allclose(done.removed_mm3()[second].sum(), np.pi * (20**2 - 19**2) * 37, rtol=VOLUME)
+    assert_allclose(left.radius_mm(np.array([-30.0, -1.0])), [19, 19])
+    face, _ = _cut("G0 X23 Z-2\nG1 X-1 Z-1.5 F.2\n", bar(20))  # a cone over the face
+    at = (face.x_mm > 4.9) & (face.x_mm < 5.1)
+    assert_allclose(face.depth_mm[at], 2 - 0.5 * 18 / 24, rtol=0.01)
+
+
+def test_the_end_of_an_edge_lies_above_what_is_thinner_before_it() -> None:
+    """Off a shoulder 0.5 mm, and 0.3 mm below the allowance of the next cylinder.
+
+    Of that the end of the edge, 5° off the axis, meets 0.5 mm, and (0.3 - 0.5 tan 5°)/tan 5° more.
+    """
+    roughed = "G0 X15.3 Z2\nG1 Z-20 F.2\nX20.5\nG0 X22 Z-40.5\n"
+    done, left = _cut(f"{roughed}G1 X20 Z-40 F.2\nZ-20.5\nX15\nZ2\n", bar(20.5))
+    inwards = _line(done, 8)
+    assert_allclose(done.depth_mm[inwards & (done.x_mm > 15.4)], 0.5, atol=0.01)
+    assert_allclose(done.depth_mm[inwards].max(), 0.3 / np.tan(np.radians(5.0)), rtol=0.1)
+    along = _line(done, 9) & (done.z_mm > -16) & (done.z_mm < 0)
+    assert_allclose(done.depth_mm[along], 0.3, rtol=1e-9)
+    assert_allclose(left.radius_mm(np.array([-10.0, -30.0])), [15, 20])
+
+
+def test_a_face_is_as_deep_behind_a_change_of_feed() -> None:
+    done, _ = _cut("G0 X22 Z-1.5\nG1 X9 F.2\nX0 F.1\n", bar(20))
+    assert_allclose(done.depth_mm[done.x_mm < 20], 1.5, atol=1e-12)

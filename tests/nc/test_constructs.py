@@ -56,7 +56,7 @@ def test_a_construct_of_certain_meaning_is_read(text: str, way_mm: float, time_s
     ("words", "says"),
     [
         ("TRAORI", "'TRAORI': this moves axes together"),
-        ('CYCLE800(0,"A",0,57,0,0,0,0,90,0,0,0,0,1)', "'CYCLE800': this swivels"),
+        ('CYCLE800(0,"A",0,57,0,0,0,0,90,0,0,0,0,1)', "'CYCLE800': this tilts"),
         ("MIRROR X0", "'MIRROR': this mirrors"),
         ("CT X5 Y5", "'CT': this is an arc by a tangent"),
         ("OVR=50", "'OVR=50': this changes the feed"),

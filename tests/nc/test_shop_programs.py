@@ -193,3 +193,9 @@ def test_a_blade_that_widens_its_groove_cuts_to_either_side(tmp_path: Path) -> N
     )
     there, back = (next(line for line in found.lines if line.number == n) for n in (7, 11))
     assert there.steps == back.steps
+
+
+@pytest.mark.parametrize("words", ["G0 C90.", "G0 X20. Y3.", "G83 Z-15. R2. Q3000 F0.08\nC90."])
+def test_where_driven_tools_cut_a_lathes_program_may_end_before(words: str) -> None:
+    with pytest.raises(UnusableInput, match=r"by last_line in the job$"):
+        _read(f"S900 M3\nG0 X40. Z5.\n{words}\n")

@@ -81,6 +81,8 @@ REFUSED = {
     "cycle": ("POCKET1(1,2,3)\nM30\n", "'POCKET1': this cycle is not read; write out its moves"),
     "label": ("REPEAT NOWHERE P=2\nM30\n", "'NOWHERE': there is no block of this label"),
     "case": ("CASE R1 OF 1 GO A\nM30\n", r"use CASE \(…\) OF 1 GOTOF A 2 GOTOF B DEFAULT GOTOF C"),
+    "AR": ("G3 X20 I1 AR=90\nM30\n", "'AR=90': state AR with the arc's end or with its centre"),
+    "AR of a turn": ("G3 X20 AR=360\nM30\n", "'AR=360': use an angle between 0 and 360"),
     "MSG": ('MSG("a"\nM30\n', "a bracket does not close"),
 }
 
@@ -114,6 +116,25 @@ def test_a_lathes_y_may_be_told_to_stand(word: str) -> None:
         turning_program(f"{HEAD}G0 X56 Y1\nG1 Z-20\n", source="p.mpf")
 
 
+OPENED = {
+    "half a circle": ("G3 X-10 Y0 AR=180", 10 * pi, (-10, 0)),
+    "to the right": ("G2 X0 Y10 AR=270", 15 * pi, (0, 10)),
+    "about a centre": ("G3 I-10 J0 AR=90", 5 * pi, (0, 10)),
+    "about a place": ("G2 I=AC(0) J=AC(0) AR=90", 5 * pi, (0, -10)),
+    "in turned coordinates": ("ROT Z90\nG3 I0 J10 AR=90", 5 * pi, (0, 10)),
+}
+
+
+@pytest.mark.parametrize(("words", "way_mm", "to"), OPENED.values(), ids=OPENED)
+def test_an_arc_is_told_by_its_opening(words: str, way_mm: float, to: tuple[float, float]) -> None:
+    """From X10 Y0: a chord of 20 mm over 180°, one of 14.1 mm over 270°, quarters of 10 mm."""
+    text = f"%_N_P_MPF\nG17 G710 G90 S900 M3\nG0 X10 Y0 Z0\nF100\n{words}\nM30\n"
+    done = carried_out(text, source="p.mpf", lathe=False)
+    arc = done.travels[len(done.travels) - 1]
+    assert_allclose(arc.length_mm, way_mm)
+    assert_allclose(arc.end[:2], to, atol=1e-6)
+
+
 @pytest.mark.parametrize("end", ["M17", "RET", "M2", ""])
 def test_the_end_of_a_contours_subprogram_is_not_that_of_the_program(end: str) -> None:
     rough, finish = (
@@ -125,3 +146,11 @@ def test_the_end_of_a_contours_subprogram_is_not_that_of_the_program(end: str) -
     lines = {move.line for move in turning_program(text, source="p.mpf").moves}
     assert lines == {6, 8}
     assert_allclose(_removed(text), pi * (30**2 - 20**2) * 20, rtol=1e-3)
+
+
+def test_what_moves_nothing_may_name_what_nothing_sets() -> None:
+    """CYCLE832 says its way of machining by a name of the control; G75 the number of its place."""
+    said = (
+        'CYCLE832(0.05,_ROUGH,1)\nWORKPIECE(,,,"CYLINDER",0,0,-80,-60,60)\nG75 Z0 FP=1\nG0 X62 Z2\n'
+    )
+    assert_allclose(_removed(f"{HEAD}{said}R1=56\n{PASS}M30\n"), pi * (30**2 - 28**2) * 20)

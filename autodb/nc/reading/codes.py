@@ -33,7 +33,7 @@ _SIDE: Group = {
 _FEED: Group = {code: {"feed_word": code} for code in ("G93", "G94", "G95")}
 _FEED_A: Group = {"G98": {"feed_word": "G94"}, "G99": {"feed_word": "G95"}}
 _RETURN: Group = {"G98": {"to_start": True}, "G99": {"to_start": False}}
-_TURNED: Group = {"G69": {"turned": None}}
+_TURNED: Group = {"G69": {"turned": None, "tilt": ()}}
 _POLAR: Group = {
     "G15": {"polar": False, "polar_place": None}, "G16": {"polar": True, "polar_place": None},
 }  # fmt: skip
@@ -97,6 +97,9 @@ HARMLESS = frozenset(
 """Words that move no axis and change nothing that is read here: exact stops and path modes,
 coolant, gear, chuck, tailstock, chip conveyor, parts catcher, overrides, ends and calls (which are
 run elsewhere)."""
+OF_OKUMA = frozenset({"G136", "G140"})
+"""Okuma's words that the C axis is no coordinate any more, and that the first spindle's side
+cuts."""
 CALLS_OUTSIDE = frozenset({198.0})
 """M that call a program from outside of the control."""
 NOT_OF_BUILDERS = frozenset({91.0, 92.0, 96.0})
@@ -122,7 +125,7 @@ LENGTHS = frozenset({"G43", "G44", "G49", "G43.1", "G43.2", "G43.4", "G43.5"})
 """Words of a tool's length: the programmed place of its tip counts."""
 REFUSED: Mapping[str, str] = {
     "G68": "this turns coordinates; it is read on mills of Fanuc and Haas",
-    "G68.2": "this tilts coordinates; program without it",
+    "G68.2": "this tilts coordinates; it is read on mills of Fanuc and Haas",
     "G51": "this scales coordinates; program without it",
     "G51.1": "this mirrors coordinates; program without it",
     "G16": "this counts polar coordinates; it is read on mills of Fanuc and Haas",

@@ -16,6 +16,7 @@ from autodb.nc.reading.codes import (
     LENGTHS,
     MACHINE,
     MODE_LETTERS,
+    OF_OKUMA,
     OFFSETS,
     ROUGHING,
     SYSTEM_B,
@@ -50,8 +51,9 @@ from autodb.nc.reading.frames import (
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.lines.names import NAMES
 from autodb.nc.reading.motions import carry_out_motion, word_not_read
+from autodb.nc.reading.planes import TILTS, KeptMoves, tilt_by_word
 from autodb.nc.reading.rests import rest_s
-from autodb.nc.reading.rotary import stands_as_stated, turn_rotary
+from autodb.nc.reading.rotary import turn_rotary
 from autodb.nc.reading.runner import Runner
 from autodb.nc.reading.spindles import ANOTHER_SPINDLE, starts_another, take_spindle
 from autodb.nc.reading.state import (
@@ -61,12 +63,11 @@ from autodb.nc.reading.state import (
     word_value,
 )
 from autodb.nc.reading.targets import without
-from autodb.nc.reading.travels import PackedMoves, ProgramMove
 
 Values = Mapping[str, Word]
 _LETTERS = frozenset("XYZUVWIJKRABCFSTDHNOPQLE@^") | frozenset({
     "CR", "LIMS", "TURN", "SF", ",R", ",C", ",A", "RND", "CHF", "CHR", "ANG", "FRC", "SPOS", "RPL",
-    "S1", "M1", "S2", "T1", "DL",
+    "S1", "M1", "S2", "T1", "DL", "FP", "AR",
 })  # fmt: skip
 _ONCE = frozenset({"G4", "G10", "G50", "G52", "G92", "G11", "G92.1", "G92.2", "G92.3", "G50.3"})
 _ENDS = frozenset({"M2", "M30"})
@@ -90,25 +91,16 @@ class Interpreter:
         self.runner = runner
         self.stated = stated
         self.radius_of = radius_of
-        self.moves = PackedMoves()
+        self.kept = KeptMoves(state)
+        self.moves = self.kept.all
         self.stops: list[int] = []
         self.rests: list[tuple[int, float]] = []
         self.modal_call: tuple[str, Word] | None = None
         self.in_contour = False
-        keep = self.moves.append if state.angles is None else self._keep_as_stated
-        self.record = CornerRecord(keep, source=runner.instructions.source)
+        self.record = CornerRecord(self.kept.keep, source=runner.instructions.source)
         self.groups = groups_of(state.control, lathe=state.lathe)
         self._group_of = {code: k for k, group in enumerate(self.groups) for code in group}
         self._cycles = self._cycles_of()
-
-    def _keep_as_stated(self, move: ProgramMove) -> None:
-        """Keep a move where the rotary axes stand as the job states."""
-        if stands_as_stated(self.state):
-            self.moves.append(move)
-        else:
-            self.state.note(
-                "what is cut at other angles of the rotary axes, or while they turn, is left out"
-            )
 
     def _cycles_of(self) -> dict[str, Callable[..., None]]:
         """Return what carries out each cycle of the control."""
@@ -190,6 +182,7 @@ class Interpreter:
                 self.step(next(blocks))
             except StopIteration:
                 self.record.finish()
+                self.moves = self.kept.looked_at()
                 return problems
             except UnusableInput as error:
                 problems.append(error)
@@ -232,6 +225,7 @@ class Interpreter:
         if code in _OF_MILLS and not self.state.lathe and control is not LINUXCNC:
             return code
         known = known or (code == "G5" and bool(control.system)) or self._of_builder(word)
+        known = known or (code in OF_OKUMA and control is OKUMA)
         if known or code in _ONCE or (word.number is None and word.name in NAMES):
             return word.name if word.name in NAMES else code
         if control is SINUMERIK and code in ("G74", "G75"):
@@ -267,7 +261,7 @@ class Interpreter:
             said[group] = code
         if any(code in self.groups[0] for code in said.values()) or "G80" in codes:
             state.cycle, state.taken = None, {}
-        before = state.unit_mm, state.feed_word, state.surface
+        before, tilt = (state.unit_mm, state.feed_word, state.surface), state.tilt
         for group, code in said.items():
             for name, value in self.groups[group][code].items():
                 setattr(state, name, value)
@@ -276,6 +270,8 @@ class Interpreter:
                 state.unit_said |= name == "unit_mm"
         if state.unit_mm != before[0] or before[1] != state.feed_word:
             state.feed = None
+        if state.tilt != tilt:
+            state.forget()
         if state.surface != before[2] or (state.unit_mm != before[0] and before[2]):
             state.speed = None
 
@@ -359,6 +355,8 @@ class Interpreter:
         if mills is not None:
             if mills == "G68":
                 turn_plane(self.state, values, block)
+            elif mills in TILTS:
+                tilt_by_word(self.state, mills, values, block)
             else:
                 mill_pocket(self, mills, values, block)
             return True
@@ -373,7 +371,7 @@ class Interpreter:
 
 
 _SIDES = ("G41", "G42", "G41.1", "G42.1")
-_OF_MILLS = frozenset({"G68"}) | POCKETS
+_OF_MILLS = frozenset({"G68"}) | POCKETS | TILTS
 """Words that mills have, and that mean something else, or nothing, elsewhere."""
 _PARTS = ("", ".1", ".2", ".3", ".4")
 

@@ -12,7 +12,7 @@ from math import radians, tan
 
 from autodb.errors import UnusableInput
 from autodb.nc.reading.codes import REFUSED
-from autodb.nc.reading.controls import FANUC_A, LINUXCNC
+from autodb.nc.reading.controls import FANUC_A, LINUXCNC, OKUMA
 from autodb.nc.reading.corners import CORNERS, PROFILE_CORNERS
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.paths import Feed, FeedPerMinute, PerRev
@@ -27,10 +27,12 @@ from autodb.nc.reading.state import (
 from autodb.nc.reading.targets import (
     CENTRES,
     DECIMALS,
+    DRIVEN,
     LETTERS,
     ONLY_X_AND_Z,
     RADIUS,
     arc_centre,
+    by_opening,
     targets,
     without,
 )
@@ -43,6 +45,7 @@ TURNS_ROTARY = (
 )
 _FLAT = 1e-9
 _NUMBERS = ("N", "O")
+_OF_DRIVEN = frozenset("BCYV")
 _BY_ITSELF = {
     "R": "a radius belongs to G2 or G3; write out a rounded corner as an arc",
     "C": "this is a chamfer or a rotary axis; write out a chamfer as a G1 move",
@@ -59,7 +62,8 @@ def nothing_left(values: Mapping[str, Word], block: ProgramBlock, state: Program
         if letter in ROTARY and (not state.lathe or state.control is LINUXCNC):
             raise block.refusal(word.text, TURNS_ROTARY)
         why = _BY_ITSELF.get(letter, f"nothing in this block takes it (in force: {state.motion})")
-        raise block.refusal(word.text, f"{why}; leave it out")
+        ends = DRIVEN if state.lathe and letter in _OF_DRIVEN else ""
+        raise block.refusal(word.text, f"{why}; leave it out{ends}")
 
 
 def word_not_read(word: Word, block: ProgramBlock, state: ProgramState) -> UnusableInput:
@@ -308,13 +312,16 @@ def _arc(
         nothing_left(without(rest, "F"), block, state)
         feed_straight(state, to, block, record)
         return
+    if state.control is OKUMA and "L" in rest:  # its radius
+        rest = {**without(rest, "L"), "R": replace(rest["L"], name="R")}
+    left, plane = state.motion == "G3", state.plane
     start, end = ends(state, to, block)
-    state.place.update(to)
-    left = state.motion == "G3"
-    plane = state.plane
+    words = _turned_centre(state, rest, block)
+    end, rest = by_opening(state, (start, end), words, block, left=left)
+    state.place.update(zip(AXES, end, strict=True))
     if state.lathe and plane != "G18":
         raise block.refusal(plane, "this selects another plane than that of X and Z; use G18")
-    centre = arc_centre(state, (start, end), _turned_centre(state, rest, block), block, left=left)
+    centre = arc_centre(state, (start, end), rest, block, left=left)
     turns = int(word_value(rest["TURN"])) if "TURN" in rest else 0
     if "P" in rest and not state.lathe:
         turns = max(int(word_value(rest["P"])) - 1, 0)

@@ -20,10 +20,11 @@ def turn_rotary(
 ) -> Mapping[str, Word]:
     """Turn rotary axes to what a block says, and return its other words.
 
-    Nothing is done where the job states no angles.
+    Nothing is done where the job states neither angles nor a plane.
     """
     words = {letter: values[letter] for letter in ROTARY if letter in values}
-    if state.angles is None or not words or codes.keys() & _SETS:
+    still = state.angles is None and state.looks_at is None
+    if still or not words or codes.keys() & _SETS:
         return values
     home, machine = (bool(codes.keys() & some) for some in (_HOME, MACHINE))
     for letter, word in words.items():
@@ -36,7 +37,12 @@ def turn_rotary(
 
 
 def stands_as_stated(state: ProgramState) -> bool:
-    """Return whether the rotary axes stand at the angles that the job states, others at 0."""
+    """Return whether the rotary axes stand at the angles that the job states, others at 0.
+
+    In a tilted plane they stand wherever it needs them.
+    """
+    if state.tilt:
+        return not state.turning_rotary
     angles = state.angles or {}
     return not state.turning_rotary and not any(
         _apart(state.rotary.get(letter, 0.0), angles.get(letter, 0.0)) for letter in ROTARY

@@ -54,4 +54,13 @@ def take_spindle(
     elif state.control is SINUMERIK and codes.keys() & {"G25", "G26"}:
         state.highest_rpm = word_value(speed) if "G26" in codes else state.highest_rpm
     elif "G10" not in codes and "SPOS" not in values:
-        state.set_surface_speed(word_value(speed))
+        _take_speed(state, word_value(speed))
+
+
+def _take_speed(state: ProgramState, said: float) -> None:
+    """Take a speed S; none is what a dial sets, where the job states it."""
+    if said == 0.0 and state.dial_rpm is not None and not state.surface:
+        state.note("the program says S0: the spindle turns at speed_rpm of the job")
+        state.speed = state.dial_rpm
+    else:
+        state.set_surface_speed(said)

@@ -14,6 +14,8 @@ from autodb.nc.reading.travels import Beside
 _FOOT_M = 12 * INCH_MM / 1000
 AXES = ("x", "y", "z")
 Places = dict[str, float | None]
+Tilt = tuple[tuple[float, ...], ...]
+"""What a program says of a tilted plane, call by call; nothing: it is upright."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,9 @@ class ProgramState:
     ``shift``: what is added to programmed places; ``feed`` in mm/rev or mm/min as ``feed_word``
     says, ``feed_said``: the program does, and ``diameter_said``,
     ``unit_said``; ``speed`` in rpm or, with
-    ``surface``, m/min; ``limit_rpm`` holds in G96, ``highest_rpm`` always; ``turning``: whether
-    the spindle does, and since which line it stands; ``spindle``: the P that has chosen it;
+    ``surface``, m/min; ``dial_rpm``: where S is 0, as a job states it; ``limit_rpm`` holds in G96,
+    ``highest_rpm`` always; ``turning``: whether the spindle does, and since which line it stands;
+    ``spindle``: the P that has chosen it;
     ``step_diameter``: how increments of X count,
     None as places do; ``changes_tools``: whether an M6 does, anywhere; ``cycle``: that in force,
     with what it has ``taken``;
@@ -71,7 +74,8 @@ class ProgramState:
     ``contours``: what CYCLE62 has called since a cycle took some; ``in_profile``: the contour of a
     cycle of LinuxCNC runs, where A and C are corners; ``angles``: of rotary axes, degrees, at which
     moves are kept, None where none may turn, ``rotary``: at which they are; ``turning_rotary``: one
-    turns in the block.
+    turns in the block; ``tilt``: of the plane, ``tilted_in``: which lines have, ``looks_at``: the
+    line of the plane in which moves are kept, 0 upright, None where none may be tilted.
     """
 
     lathe: bool
@@ -93,6 +97,7 @@ class ProgramState:
     feed: float | None = None
     surface: bool = False
     speed: float | None = None
+    dial_rpm: float | None = None
     limit_rpm: float | None = None
     highest_rpm: float | None = None
     turning: bool = False
@@ -115,6 +120,9 @@ class ProgramState:
     angles: Mapping[str, float] | None = None
     rotary: dict[str, float] = field(default_factory=dict)
     turning_rotary: bool = False
+    tilt: Tilt = ()
+    tilted_in: dict[int, Tilt] = field(default_factory=dict)
+    looks_at: int | None = None
     notes: dict[str, None] = field(default_factory=dict)
 
     def factor(self, axis: str, *, step: bool = False) -> float:

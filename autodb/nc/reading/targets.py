@@ -15,6 +15,8 @@ LETTERS = {"x": ("X", "U"), "y": ("Y", "V"), "z": ("Z", "W")}
 DECIMALS = 9
 """Places are rounded to these decimals of a mm: sums of increments meet absolute words again."""
 ONLY_X_AND_Z = "only moves of X and Z are read"
+DRIVEN = ", or end the program before what driven tools cut by last_line in the job"
+"""What is told of a lathe's words that turn its work to a place, or go beside its axis."""
 OFF_CIRCLE_MM = 0.01
 """How far rounding may put the end of an arc off its circle. Chosen: ten steps of a thousandth."""
 OFF_CIRCLE_SHARE = 1e-3
@@ -124,7 +126,7 @@ def _target(
         said = place or step
         if said is not None and word_value(said) == 0.0:  # there it stands
             return before
-        raise block.refusal(said.text if said else "Y", ONLY_X_AND_Z)
+        raise block.refusal(said.text if said else "Y", f"{ONLY_X_AND_Z}{DRIVEN}")
     of_a = state.lathe and state.control is FANUC_A
     if step is not None and not (of_a or state.in_profile):
         if state.control is not FANUC_A and not state.lathe:
@@ -172,6 +174,43 @@ def _polar(state: ProgramState, values: Mapping[str, Word], block: ProgramBlock)
     }
 
 
+def by_opening(
+    state: ProgramState,
+    places: tuple[ToolPlace, ToolPlace],
+    rest: Mapping[str, Word],
+    block: ProgramBlock,
+    *,
+    left: bool,
+) -> tuple[ToolPlace, Mapping[str, Word]]:
+    """Return an arc's end and words without its opening angle AR, degrees.
+
+    With an end AR says the radius: of a chord l it is l/(2 sin(AR/2)). With a centre it says the
+    end: the start, turned about it.
+    """
+    start, end = places
+    word = rest.get("AR")
+    if word is None:
+        return end, rest
+    said, words = word_value(word), without(rest, "AR")
+    if not 0.0 < said < 360.0:
+        raise block.refusal(word.text, "use an angle between 0 and 360°")
+    u, v, _ = PLANES[state.plane]
+    if words.keys() & {CENTRES[u], CENTRES[v]}:
+        if (start[u], start[v]) != (end[u], end[v]):
+            raise block.refusal(word.text, "state AR with the arc's end or with its centre")
+        cu, cv = (_offset(state, words.get(CENTRES[k]), AXES[k], start[k]) for k in (u, v))
+        turn = radians(said if left else -said)
+        du, dv = start[u] - cu, start[v] - cv
+        made = list(end)
+        made[u] = round(cu + du * cos(turn) - dv * sin(turn), DECIMALS)
+        made[v] = round(cv + du * sin(turn) + dv * cos(turn), DECIMALS)
+        return ToolPlace(*made), words
+    chord = hypot(end[u] - start[u], end[v] - start[v])
+    radius = chord / (2.0 * sin(radians(said) / 2.0)) / state.unit_mm
+    radius *= -1.0 if said > 180.0 else 1.0
+    return end, {**words, "CR": Word("CR", f"{radius:.9g}", radius)}
+
+
 def arc_centre(
     state: ProgramState,
     places: tuple[ToolPlace, ToolPlace],
@@ -207,12 +246,30 @@ def arc_centre(
     if allowed_mm < off_mm <= SPIRAL_MM and state.control not in (LINUXCNC, SINUMERIK):
         state.note(f"arcs that end up to {SPIRAL_MM:g} mm off their circles are taken as spirals")
     elif off_mm > allowed_mm:
+        other = "" if state.centre_absolute else _as_places(state, places, rest)
         raise block.refusal(
             offsets[0].text,
             f"the arc's end is {off_mm:.3f} mm off its circle; correct it to within "
-            f"{OFF_CIRCLE_MM:g} mm",
+            f"{OFF_CIRCLE_MM:g} mm{other}",
         )
     return centre[0], centre[1]
+
+
+def _as_places(
+    state: ProgramState, places: tuple[ToolPlace, ToolPlace], rest: Mapping[str, Word]
+) -> str:
+    """Return the remedy of an arc whose I, J and K fit as places, nothing where they do not."""
+    u, v, _ = PLANES[state.plane]
+    at = [
+        state.factor(AXES[k]) * word_value(rest[CENTRES[k]]) + state.shift[AXES[k]]
+        for k in (u, v)
+        if CENTRES[k] in rest
+    ]
+    if len(at) < 2:
+        return ""
+    far = [hypot(place[u] - at[0], place[v] - at[1]) for place in places]
+    fits = min(far) > 0.0 and abs(far[1] - far[0]) <= OFF_CIRCLE_MM
+    return ', or state centres = "places" in the job: as such they fit' if fits else ""
 
 
 def _offset(state: ProgramState, word: Word | None, axis: str, start_mm: float) -> float:

@@ -19,6 +19,7 @@ from autodb.nc.reading.lines.foreign import refuse_other_language
 from autodb.nc.reading.lines.instructions import Instructions
 from autodb.nc.reading.missing import missing_subprograms
 from autodb.nc.reading.paths import Arc, Linear, Move, Point, Rapid
+from autodb.nc.reading.planes import why_nothing
 from autodb.nc.reading.runner import NO_SUBPROGRAM, Library, Runner
 from autodb.nc.reading.state import ProgramState
 from autodb.nc.reading.travels import PackedMoves, ProgramMove, ToolPlace
@@ -172,10 +173,11 @@ def carried_out(
     state = _begun(written, lathe=lathe, diameter=counts, inch=bool(inch))
     if stated.per_minute is not None:
         state.feed_word, state.feed_said = "G94" if stated.per_minute else "G95", True
-    state.angles = stated.angles
+    state.angles, state.looks_at = stated.angles, stated.plane
     if stated.speed_rpm is not None:
-        state.speed, state.turning = stated.speed_rpm, True
-    state.highest_rpm = highest_rpm
+        state.speed = state.dial_rpm = stated.speed_rpm
+        state.turning = True
+    state.highest_rpm, state.centre_absolute = highest_rpm, stated.centres_are_places
     state.changes_tools = bool(_CHANGES.search(_REMARK.sub("", text)))
     values = Values(of_control=_of_control(written, state))
     if written is SINUMERIK:
@@ -198,9 +200,7 @@ def carried_out(
             f"{source}: calls no subprogram '{unit}' that is missing; take it out of left_out"
         )
     if not any(travel.feed is not None for travel in moves):
-        why = "nothing is cut at these angles; state others"
-        why = "no cutting move; use a program with G1, G2 or G3" if stated.angles is None else why
-        raise UnusableInput(f"{source}: {why}")
+        raise UnusableInput(f"{source}: {why_nothing(state)}")
     if inch is None and not state.unit_said:
         state.note("nothing says whether lengths are mm or inches: taken as mm")
     return ReadProgram(

@@ -9,13 +9,10 @@ from autodb.nc.reading.cycles.sinumerik_pockets import POCKETS, mill_sinumerik_p
 from autodb.nc.reading.cycles.sinumerik_slots import SLOTS, mill_sinumerik_slots
 from autodb.nc.reading.lines.blocks import ProgramBlock, Word
 from autodb.nc.reading.lines.names import CALLS
+from autodb.nc.reading.planes import swivel
 
 _DRILLS = frozenset({"CYCLE840"} | {f"CYCLE8{n}" for n in range(1, 10)})
 _REMEDY = "this cycle is not read; write out its moves as G0, G1, G2 and G3"
-_SWIVELS = (
-    "this swivels or shifts the plane; only X, Y and Z of one position are read: give what is cut "
-    "in each as a program of its own"
-)
 Numbers = tuple[float | None, ...]
 _MILLED = {
     **dict.fromkeys(POCKETS, mill_sinumerik_pocket),
@@ -66,8 +63,7 @@ def _carry_out(m: Carrying, name: str, word: Word, block: ProgramBlock) -> None:
     elif name in _MILLED:
         _MILLED[name](m, name, numbers, block)
     elif name == "CYCLE800":
-        if any(numbers[4:13]):  # _X0 to _Z1: shifts and angles
-            raise block.refusal(name, _SWIVELS)
+        swivel(m.state, numbers, name, block)
     elif name in _PATTERNS:
         for x, y in _PATTERNS[name](numbers, name, block):
             rapid_to(m, block, x=x + m.state.shift["x"], y=y + m.state.shift["y"])

@@ -55,7 +55,9 @@ class StatedOfProgram:
     without one; ``per_minute``: what feeds count until the program says it, None as the control
     does; ``speed_rpm``: what the spindle turns at until the program says a speed;
     ``left_out``: subprograms, in capitals, that are missing and cut nothing; ``angles``: of a
-    mill's rotary axes, degrees by letter, at which its moves are kept, None where none may turn.
+    mill's rotary axes, degrees by letter, at which its moves are kept, None where none may turn;
+    ``plane``: the line that tilts the one in which moves are kept, 0 upright, None where none may;
+    ``centres_are_places``: I, J and K are places until the program says that they are none.
     """
 
     kind_of: Callable[[str | None], str] = _outside
@@ -66,6 +68,8 @@ class StatedOfProgram:
     speed_rpm: float | None = None
     left_out: frozenset[str] = frozenset()
     angles: Mapping[str, float] | None = None
+    plane: int | None = None
+    centres_are_places: bool = False
 
 
 NOTHING_STATED = StatedOfProgram()

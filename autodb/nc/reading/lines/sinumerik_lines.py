@@ -13,7 +13,7 @@ from autodb.nc.reading.lines.blocks import (
     plain_word,
 )
 from autodb.nc.reading.lines.expressions import Expression, Key, expression, expression_at
-from autodb.nc.reading.lines.names import REFUSED_SETTINGS
+from autodb.nc.reading.lines.names import HARMLESS_NAMES, REFUSED_SETTINGS
 
 ADDRESSES = frozenset(
     {
@@ -42,8 +42,6 @@ _SET = re.compile(r"(\$?[A-Z_][A-Z0-9_]*(?:\[[^\]=]*\])?)\s*=(?!=)\s*")
 _COUNTED = re.compile(r"(IC|AC|DC|ACP|ACN)\s*\(")
 _PLAIN = re.compile(rf"([A-Z])({NUMBER})(?![.\dA-Z_])")
 _GLUED = re.compile(rf"([A-Z])({NUMBER})")
-_SAID = frozenset({"MSG"})
-"""Calls of which the arguments are only shown: texts, and variables joined to them."""
 _NAME = re.compile(r"[A-Z_][A-Z0-9_]*")
 _TEXT = re.compile(r'"([^"]*)"')
 
@@ -83,7 +81,7 @@ def _one(
     if found is not None:
         return _assigned(line, text, found, words, settings)
     found = _CALL.match(text, at)
-    if found is not None and found[1] in _SAID:
+    if found is not None and found[1] in HARMLESS_NAMES:
         words.append(Word(found[1], "", None))
         return _closed(text, found.end())
     if found is not None:
