@@ -88,7 +88,7 @@ def no_such_file(path: Path, remedy: str = "") -> UnusableInput:
     elif not kind:
         return _not_there(path, phrase("its folder has no {suffix} file", suffix=path.suffix))
     else:
-        hint = phrase(" (there are: {names})", names=_first(kind.values()))
+        hint = phrase(" (there are: {names})", names=first_names(kind.values()))
     return UnusableInput(phrase("{file}: no such file{hint}", file=path, hint=hint))
 
 
@@ -121,10 +121,10 @@ def _near(name: str, known: Iterable[str]) -> tuple[str, str]:
     close = get_close_matches(name, names, n=3, cutoff=0.5)
     if close:
         return msgid(" (did you mean {names}?)"), ", ".join(close)
-    return msgid(" (there are: {names})"), _first(names)
+    return msgid(" (there are: {names})"), first_names(names)
 
 
-def _first(names: Iterable[str]) -> str:
+def first_names(names: Iterable[str]) -> str:
     """Return the first dozen of some names."""
     every = list(names)
     return ", ".join([*every[:12], "…"] if len(every) > 12 else every)

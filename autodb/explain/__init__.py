@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.errors import UnusableInput, near_words
+from autodb.errors import UnusableInput, first_names, near_words
 from autodb.explain.answer import ChannelAnswer, ChannelTrace, Explained, Explanation
 from autodb.files.channels import FORCES, axis_of, effort_channels, place_channel
 from autodb.records.tables import CutTable, Recording
@@ -33,6 +33,7 @@ UNSEEN = stored_msgid(
     "{names} are not looked for: rows written on change do not show when a motion begins and ends; "
     "record {place} on every row, or {velocity} besides"
 )
+UNREAD = stored_msgid("{file}: not read, no channel names it: {names}")
 
 __all__ = ["Explained", "explain"]
 
@@ -63,6 +64,7 @@ def explain(
     notes += [
         f"{message} Ignored." for name, message in recording.unusable.items() if name in simulation
     ]
+    notes += [_unread(one) for one in (recording, simulation) if one.ignored]
     shared = [n for n in recording.channels if n in simulation]
     if isinstance(recording, Recording) and not recording.timing.is_even:
         notes.append(f"{recording.path}: t: {recording.timing}")
@@ -249,14 +251,7 @@ def _over_time(
     missing = [name for name in simulation.channels if name not in shared]
     wanted = [*effort_channels(missing), *(name for name in FORCES if name in missing)]
     if not efforts and not forces and wanted:
-        raise UnusableInput(
-            phrase(
-                "{file}: no channel '{wanted}', which the simulation has{hint}",
-                file=recording.path,
-                wanted=wanted[0],
-                hint=near_words(wanted[0], list(recording.channels)),
-            )
-        )
+        raise _lacking(recording, wanted[0])
     if not efforts and not forces:
         raise UnusableInput(
             phrase(
@@ -274,6 +269,23 @@ def _over_time(
         names = sorted(set().union(*includes.values())) if isinstance(includes, dict) else includes
         found |= explain_waves(recording, parts, names)
     return found
+
+
+def _lacking(recording: Recording | CutTable, wanted: str) -> UnusableInput:
+    """Return the refusal of a recording without a channel that the simulation has."""
+    return UnusableInput(
+        phrase(
+            "{file}: no channel '{wanted}', which the simulation has{hint}",
+            file=recording.path,
+            wanted=wanted,
+            hint=recording.near(wanted),
+        )
+    )
+
+
+def _unread(table: Recording | CutTable) -> str:
+    """Say which columns of a file are no channel, the first few: one may be misspelt."""
+    return UNREAD.format(file=table.path, names=first_names(table.ignored))
 
 
 def _axes(
@@ -305,6 +317,9 @@ def _cuts(
         and np.isfinite(recording[name]).all()
         and np.isfinite(simulation[name]).all()
     ]
+    wanted = [name for name in FORCES if name in simulation and name not in shared]
+    if not forces and wanted:
+        raise _lacking(recording, wanted[0])
     if not forces:
         raise UnusableInput(
             phrase(

@@ -244,6 +244,15 @@ def test_names_that_cannot_be_read_back_are_refused(
     assert has_remedy(refused("machine", "add", name))
 
 
+def test_a_machine_file_in_the_place_of_a_name_is_refused(
+    cli: Cli, refused: Callable[..., str]
+) -> None:
+    cli("init")
+    line = refused("machine", "add", "mill-2.toml")
+    assert "autodb machine add mill-2 --file mill-2.toml" in line
+    assert "mill-2" not in cli("machine", "list").out
+
+
 def test_marks_of_the_terminal_are_printed_as_they_are(cli: Cli) -> None:
     cli("init")
     cli("machine", "add", "[red]lathe[/x]")

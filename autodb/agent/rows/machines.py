@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Select, bindparam, func, select
@@ -62,6 +63,15 @@ def add_machine(store: Store, name: str, file: MachineFile) -> bool:
                 "machine '{name}': has line breaks, control characters, or blanks at its ends; "
                 "use a name without them",
                 name=name,
+            )
+        )
+    if name.lower().endswith(".toml"):
+        raise UnusableInput(
+            phrase(
+                "machine '{name}': that is a machine file; add what it describes with 'autodb "
+                "machine add {stem} --file {name}'",
+                name=name,
+                stem=Path(name).stem,
             )
         )
     with store.writing() as session:

@@ -356,6 +356,10 @@ def test_what_does_not_fit_together_says_so(
     assert "no drive effort or force in common" in refused(
         "explain", files[0], "--simulation", other
     )
+    misspelt = {n if n != "x.current" else "x.curent": v for n, v in recording.channels.items()}
+    csv.write_csv(pa.table(misspelt), other)
+    line = refused("explain", other, "--simulation", files[1])
+    assert "no channel 'x.current', which the simulation has (did you mean x.curent?)" in line
     line = refused("explain", files[0], "--simulation", files[1], "--includes", "colomb")
     assert "did you mean coulomb" in line
     few = {name: recording[name][:150] for name in ("t", "x.position", "x.current")}

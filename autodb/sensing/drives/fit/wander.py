@@ -70,11 +70,19 @@ def friction_wander(rows: Prepared, problem: Linearised, *, tells: bool) -> Wand
     middle = np.bincount(run, t) / np.bincount(run)
     apart = np.abs(np.subtract.outer(middle, middle)) / (SLOW_SHARE * (t[-1] - t[0]))
     alike = np.linalg.cholesky(np.exp(-apart) + 1e-9 * np.eye(count))
-    groups = [friction[:, None] * m for m in (member, member @ alike)] + [fast[:, None] * member]
-    # What grows with the speed is as large a share of friction at the highest one
-    by_speed = float(np.max(np.abs(friction))) / max(float(np.max(np.abs(fast))), 1e-300)
-    likely = [WANDER_SHARE, WANDER_SHARE, WANDER_SHARE * by_speed or np.inf]
-    return Wander(groups, likely, run)
+    groups = [friction[:, None] * m for m in (member, member @ alike)]
+    # What grows with the speed is a share of friction at the run's own highest: a slow run tells
+    # nothing of how far fast ones differ
+    highest, rubs = (_largest(np.abs(one), run) for one in (fast, friction))
+    groups.append((fast * rubs / np.maximum(highest, np.finfo(float).tiny))[:, None] * member)
+    return Wander(groups, [WANDER_SHARE] * 3, run)
+
+
+def _largest(values: Array, run: NDArray[np.intp]) -> Array:
+    """Return the largest of the values (m,) of each row's run, (m,)."""
+    found = np.zeros(int(run[-1]) + 1)
+    np.maximum.at(found, run, values)
+    return found[run]
 
 
 def friction_of(problem: Linearised) -> Array:
