@@ -33,6 +33,7 @@ class TableRows:
     """
 
     gap = 0
+    apart = True
     progress: Array | None = None
 
     def __init__(self, stack: Stack, own: dict[str, LawColumns]) -> None:

@@ -32,11 +32,13 @@ class RowsSource(Protocol):
     """Where plain rows come from: a difference (m,), own columns, and those of candidates' forms.
 
     ``own`` terms by name, with the coefficients ``own_sizes`` in the simulation; ``gap``: rows over
-    which noise is correlated; ``progress`` (n,): the share of the course that lies behind each row
+    which noise is correlated; ``apart``: whether each row was measured by itself, as a cut is, and
+    is no part of a course; ``progress`` (n,): the share of the course that lies behind each row
     as recorded, None: of the rows.
     """
 
     gap: int
+    apart: bool
     progress: Array | None
     own_sizes: Array
 
@@ -63,6 +65,8 @@ class WhiteRows:
     ``loosened`` adds follow. ``gap``: rows at the working rate over which noise is correlated;
     ``progress`` (n,): the share of the course that each row has behind it; None: of the rows.
     """
+
+    apart = False
 
     def __init__(
         self,

@@ -39,6 +39,7 @@ class Standing:
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
     ``rivalled``: by white rows, what may be in its place leaves it no surer than UNSURE.
+    ``as_good``: names with which plain rows left out are predicted as well.
     """
 
     confidence: float
@@ -47,6 +48,7 @@ class Standing:
     nothing: float
     instead: Mapping[str, Choice] = field(default_factory=dict)
     rivalled: bool = False
+    as_good: frozenset[str] = frozenset()
 
     @property
     def is_likeliest(self) -> bool:

@@ -39,6 +39,7 @@ class WaveRows:
     """Rows of a waveform as they are: difference and columns over the noise of each component."""
 
     gap = 0
+    apart = False
     progress: Array | None = None
 
     def __init__(self, bench: WhiteWaves, quiet: WhitenedNoise) -> None:

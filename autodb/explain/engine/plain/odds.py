@@ -55,6 +55,7 @@ def of_plain(
     by_name: dict[str, float] = {}
     like_it: dict[str, float] = {}
     instead: dict[str, Choice] = {}
+    as_good: set[str] = set()
     for candidate in rows.candidates:
         curve = choice.candidate.static and not candidate.named
         same = candidate.term in (choice.candidate.term, *but)
@@ -67,6 +68,8 @@ def of_plain(
         alike = like.static and rows.own_share([*others, offer[1], choice]) <= ALONE
         richer = max(0.0, rows.richness(offer[1]) - rows.richness(choice))
         fall = _ahead(choice, offer, none, whole, richer=richer, alike=alike)
+        if candidate.named and float(offer[0].sum()) <= float(whole.sum()):
+            as_good.add(candidate.term)
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
         does = rms_fall(none, offer[0]) >= NEEDED
@@ -75,7 +78,9 @@ def of_plain(
     nothing = _fall(none - whole, ranks=like.static)
     found, alone = standing(by_name, nothing=nothing), standing(like_it, nothing=nothing)
     sure = max(found.confidence, min(alone.confidence, UNSURE))
-    return replace(found, confidence=sure, near=alone.near, instead=instead)
+    return replace(
+        found, confidence=sure, near=alone.near, instead=instead, as_good=frozenset(as_good)
+    )
 
 
 def _ahead(
@@ -163,13 +168,25 @@ def beside_plain(
 
 
 def of_both(plain: Standing, white: Standing) -> Standing:
-    """Return how a law stands whose rivals have to do as well by plain rows and by evidence."""
-    falls = {name: max(fall, white.by_name.get(name, fall)) for name, fall in plain.by_name.items()}
+    """Return how a law stands whose rivals have to do as well by plain rows and by evidence.
+
+    Where one predicts rows left out as well, all that it is behind by there is what its further
+    columns are asked for: evidence asks for that itself, and says how it stands.
+    """
+    falls = {
+        name: white.by_name.get(name, fall)
+        if name in plain.as_good
+        else max(fall, white.by_name.get(name, fall))
+        for name, fall in plain.by_name.items()
+    }
     found = standing(falls, nothing=plain.nothing)
+    sure, near = max(plain.confidence, found.confidence), plain.near
+    if plain.as_good:
+        sure, near = found.confidence, found.near
     return replace(
         plain,
-        confidence=max(plain.confidence, found.confidence),
-        near=tuple(name for name in plain.near if falls[name] < NEAR),
+        confidence=sure,
+        near=tuple(name for name in near if falls[name] < NEAR),
         by_name=falls,
         rivalled=white.confidence <= UNSURE,
     )

@@ -98,7 +98,7 @@ class PlainRows:
         self._edges = block_edges(len(rows), BLOCKS, bench.progress)
         self._folds = Folds(rows, gap, blocks=BLOCKS, folds=BLOCKS, progress=bench.progress)
         self._dealt: dict[int, Folds] = {}
-        self._in_time = bench.gap > 0
+        self._in_time, self._apart = bench.gap > 0, bench.apart
         self._slow_of: dict[tuple[str, int], float] = {}
         self._weight = np.zeros(rows.shape[1])
         self._rows = rows
@@ -337,7 +337,17 @@ class PlainRows:
     def richness(self, choice: Choice) -> float:
         """Return the share by which the held-out rms must fall for a choice's further columns."""
         further = len(self._places[choice.key]) - 1
-        return NEEDED * (further - choice.candidate.phased)
+        return self._price * (further - choice.candidate.phased)
+
+    @property
+    def _price(self) -> float:
+        """Share of the held-out rms for a further column: NEEDED, since rows that follow each other
+        in time hold less than as many others; of those at most what Schwarz (1978) asks of them.
+        """
+        if not self._apart:
+            return NEEDED
+        count = len(self._difference)
+        return min(NEEDED, 0.5 * float(np.log(count)) / count)
 
     def asked_more(self, choice: Choice) -> float:
         """Return the share by which the held-out rms must fall further for a choice to be taken at
