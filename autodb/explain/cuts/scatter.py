@@ -166,7 +166,7 @@ def _rich(stack: Stack) -> list[Array]:
     known = stack.known
     ordered = over_range(np.arange(len(known), dtype=np.float64))
     shapes: list[Array] = [ordered]
-    time = known.cutting_time_s
+    time = stack.wear_goes_with
     shapes.append(ordered if time is None else over_range(time))
     for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
         if name in known.other:
