@@ -26,6 +26,7 @@ from autodb.explain.cuts.candidates.laws import (
     monotone,
     only,
     per_depth,
+    pressing,
     relative,
     tied,
     values_of,
@@ -70,7 +71,8 @@ def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     """Return what grows with the cutting time of an edge, or with its flank wear where that was
     measured and no time recorded: the land presses on the work; none where neither is known.
 
-    By the clock it is no law that comes before others: any order of cuts goes with it.
+    By the clock it is no law that comes before others: any order of cuts goes with it, and one
+    component alone that grows so drifts (``pressing``).
     """
     worn, seen = stack.wear_goes_with, stack.frame.wear_goes_with
     if "tool_wear" in own or worn is None or seen is None or np.ptp(seen) == 0:
@@ -94,10 +96,17 @@ def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
     bow = np.column_stack([spent, spent**2, spent**3])
     detail = each(stack, per_depth(stack, values_of(bow), 3))
     by_clock = stack.frame.known.by_clock and not measured
+    if by_clock:
+        forms = [replace(one, allowed=pressing(_columns(one), one.allowed)) for one in forms]
     variables = (FLANK_WEAR,) if measured else ("tool.cutting_time", "tool.edge")
     variables = ("t",) if by_clock else variables
     wear = Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail)
     return [replace(wear, static=not by_clock)]
+
+
+def _columns(form: CandidateForm) -> LawColumns:
+    assert isinstance(form.law, LawColumns)  # every candidate of a cut table is made of laws
+    return form.law
 
 
 def _run_in_laws(stack: Stack, spent: Array) -> list[tuple[SpreadLaw, dict[str, float]]]:

@@ -184,7 +184,7 @@ def _on_all(columns: LawColumns) -> Allowed:
 
     def allowed(coefficients: Array) -> bool:
         most = coefficients[np.argmax(np.abs(coefficients) * columns.strength)]
-        return bool(np.median(coefficients / most) > ALIKE)
+        return bool(np.median(coefficients * np.sign(most)) > ALIKE * np.abs(most))
 
     return allowed
 
