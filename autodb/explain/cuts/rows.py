@@ -27,8 +27,9 @@ LACKS = stored_msgid(
 def made_in_order(table: CutTable) -> Rows:
     """Return the rows of a table in the order of their clock, (n,); of cut numbers without one."""
     clock = table.get("t")
-    known = clock is not None and bool(np.isfinite(clock).all())
-    return np.asarray(np.argsort(clock if known else table.cut, kind="stable"), dtype=np.intp)
+    if clock is None or not np.isfinite(clock).all():
+        clock = table.cut
+    return np.asarray(np.argsort(clock, kind="stable"), dtype=np.intp)
 
 
 def rows_of_table(table: CutTable, rows: Rows) -> CutTable:
