@@ -69,7 +69,8 @@ def explain(
     if isinstance(recording, Recording) and not recording.timing.is_even:
         notes.append(f"{recording.path}: t: {recording.timing}")
     if isinstance(recording, CutTable):
-        found = _cuts(recording, simulation, shared, order, names)
+        found, lacks = _cuts(recording, simulation, shared, order, names)
+        notes += lacks
     else:
         rows = _rows_over_time(recording, shared, order)
         found = _over_time(recording, simulation, shared, rows, includes)
@@ -309,14 +310,20 @@ def _cuts(
     shared: list[str],
     order: NDArray[np.intp],
     includes: list[str] | None,
-) -> dict[str, tuple[ChannelAnswer, ChannelTrace]]:
-    forces = [
-        name
-        for name in FORCES
-        if name in shared
-        and np.isfinite(recording[name]).all()
-        and np.isfinite(simulation[name]).all()
-    ]
+) -> tuple[dict[str, tuple[ChannelAnswer, ChannelTrace]], list[str]]:
+    """Explain the forces of cuts in the order in which they were made; with lines about what some
+    cut lacks.
+    """
+    from autodb.explain.cuts.rows import (
+        complete,
+        in_table_order,
+        lacking,
+        made_in_order,
+        rows_of_table,
+    )
+
+    simulated = {name: simulation[name][order] for name in FORCES if name in shared}
+    forces = complete(recording, simulated)
     wanted = [name for name in FORCES if name in simulation and name not in shared]
     if not forces and wanted:
         raise _lacking(recording, wanted[0])
@@ -329,4 +336,8 @@ def _cuts(
         )
     from autodb.explain.cuts.answers import explain_cuts
 
-    return explain_cuts(recording, {n: simulation[n][order] for n in forces}, includes)
+    rows = made_in_order(recording)
+    parts = {name: force[rows] for name, force in forces.items()}
+    found = explain_cuts(rows_of_table(recording, rows), parts, includes)
+    back = {name: (said, in_table_order(trace, rows)) for name, (said, trace) in found.items()}
+    return back, list(lacking(recording, simulated))

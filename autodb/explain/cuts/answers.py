@@ -28,7 +28,7 @@ from autodb.explain.cuts.cut_search import FoundInCuts, look_in_cuts, stack_of
 from autodb.explain.cuts.distinguishing import after_forces
 from autodb.explain.cuts.fit import CutsFit, all_columns, beside_own, fit_cuts, held_out_rows
 from autodb.explain.cuts.plain_rows import plain_rows
-from autodb.explain.cuts.stack import Stack, tells_edge_from_size
+from autodb.explain.cuts.stack import FLANK_WEAR, Stack, tells_edge_from_size
 from autodb.explain.engine.candidates import UNKNOWN, Choice
 from autodb.explain.engine.confidence import Mistuned, of_mistuned, with_laws
 from autodb.explain.engine.entries import (
@@ -259,7 +259,10 @@ def _needs(term: str) -> tuple[str, ...]:
 
 
 def _signals(stack: Stack) -> dict[str, Array]:
-    names = ("tool.cutting_time", "cutting.feed", "cutting.speed", "cutting.depth", "z.position")
+    names = (
+        "tool.cutting_time", FLANK_WEAR, "cutting.feed", "cutting.speed", "cutting.depth",
+        "z.position",
+    )  # fmt: skip
     return {name: stack.known.other[name] for name in names if name in stack.known.other}
 
 
@@ -274,7 +277,7 @@ def _limited(stack: Stack, choice: Choice, sure: Standing) -> Standing:
         also = ["size_effect"]
     if choice.candidate.term == "size_effect" and not thin:
         also = ["edge_force"]
-    if choice.candidate.term == "tool_wear" and len(known.edges) < 2:
+    if choice.candidate.term == "tool_wear" and len(known.edges) < 2 and not known.by_land:
         also = ["sensor_drift"]
     few = len(known) <= FEW_CUTS
     confidence = min(sure.confidence, UNSURE) if few and sure.rivalled else sure.confidence

@@ -347,7 +347,7 @@ def _needless(result: FoundInCuts, found: FoundSet) -> str | None:
     """Return a law that the others do without: by evidence and by cuts left out of the fit."""
     for key, evidence in zip(found.keys, found.evidence, strict=True):
         whole, without = _held_out_squares(result, found, key)
-        fall = 1.0 - np.sqrt(whole / without)
+        fall = 1.0 - np.sqrt(whole / without) if without > 0.0 else 0.0
         if fall < 0.0 or (evidence <= 0.0 and fall < NEEDED):
             return key
     return None

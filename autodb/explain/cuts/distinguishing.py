@@ -269,5 +269,6 @@ def _after(known: Conditions, rows: Rows) -> Conditions:
         speed_m_min=like(known.speed_m_min),
         edge=last(known.edge),
         cutting_time_s=last(known.cutting_time_s),
+        land_mm=last(known.land_mm),
         other={name: values[rows] for name, values in known.other.items()},
     )

@@ -32,6 +32,11 @@ ENOUGH = 20
 """Cuts from which on outliers are distinguished from the others."""
 SHRUNK = 20.0
 """Cuts that the correlation of components is pulled towards none by: chosen."""
+FINEST = 1e-3
+"""Scatter is this share of the usual force at least. Chosen: dynamometers are linear to a tenth of
+a per cent at best. A recording that is its simulation, or a law of it, has none of its own."""
+NONE = 1e-300
+"""Sum of squares of scatter where there is none."""
 LOCAL = 3
 """A rich model has at most one column for this many cuts."""
 STEPS = 4
@@ -107,7 +112,8 @@ def with_noise(
     if found is None:
         return replace(stack, sd=sd), float(freedom.sum())
     z = left / sd
-    correlation = (z @ z.T) / np.sqrt(np.outer(np.sum(z**2, axis=1), np.sum(z**2, axis=1)))
+    norm = np.sqrt(np.maximum(np.sum(z**2, axis=1), NONE))
+    correlation = (z @ z.T) / np.outer(norm, norm)
     correlation = (n * correlation + SHRUNK * np.eye(count)) / (n + SHRUNK)
     mixing = np.linalg.inv(np.linalg.cholesky(correlation))
     raised = np.sqrt(_persistence(z))
@@ -117,14 +123,14 @@ def with_noise(
 def _spread(stack: Stack, component: int, shape: Array) -> float:
     """Return a first size of the scatter: the root mean square of the difference over a shape."""
     difference = (stack.recording - stack.simulation)[component]
-    return max(float(np.sqrt(np.mean((difference / shape) ** 2))), 1e-300)
+    return max(float(np.sqrt(np.mean((difference / shape) ** 2))), FINEST)
 
 
 def _persistence(z: Array) -> float:
     """Return (1 + ρ)/(1 − ρ) of rows (C, n), ρ the correlation of neighbours beyond chance."""
     if z.shape[1] < 5:
         return 1.0
-    rho = float(np.sum(z[:, 1:] * z[:, :-1]) / np.sum(z**2))
+    rho = float(np.sum(z[:, 1:] * z[:, :-1]) / max(np.sum(z**2), NONE))
     rho = min(0.98, max(0.0, rho - 2.0 / np.sqrt(z.size)))
     return float((1.0 + rho) / (1.0 - rho))
 
@@ -140,7 +146,7 @@ def _sd(squares: Array, force: Array) -> Array:
         cost += 0.5 * np.log(share / LIKELY) ** 2
         if cost < best:
             best, found = cost, np.sqrt(scale * shape)
-    return np.asarray(np.maximum(found, 1e-6 * usual + 1e-12), dtype=np.float64)
+    return np.asarray(np.maximum(found, FINEST * usual + 1e-12), dtype=np.float64)
 
 
 def _design(
@@ -166,7 +172,7 @@ def _rich(stack: Stack) -> list[Array]:
     known = stack.known
     ordered = over_range(np.arange(len(known), dtype=np.float64))
     shapes: list[Array] = [ordered]
-    time = known.cutting_time_s
+    time = stack.wear_goes_with
     shapes.append(ordered if time is None else over_range(time))
     for name in ("cutting.feed", "cutting.speed", "cutting.depth"):
         if name in known.other:

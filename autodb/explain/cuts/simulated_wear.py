@@ -53,10 +53,11 @@ class SimulatedWear:
 def wear_read_off(simulation: Array, known: Conditions) -> SimulatedWear | None:
     """Return the wear of a simulation (C, n).
 
-    None where cuts of the same conditions are few, do not differ, or differ by something else.
+    None where cuts of the same conditions are few, do not differ, or differ by something else, and
+    where the flank wear stands for the cutting time.
     """
     time = known.cutting_time_s
-    if time is None or known.edge is None or np.ptp(time) == 0:
+    if known.by_land or time is None or known.edge is None or np.ptp(time) == 0:
         return None
     group = _same_conditions(known)
     if len(known) < REPEATED * (int(group.max()) + 1):

@@ -38,6 +38,7 @@ VARIABLES = (
     "chip.thickness", "z.position", "tool.cutting_time",
 )  # fmt: skip
 
+FLANK_WEAR = "tool.flank_wear"
 SETTINGS = ("cutting.speed", "cutting.feed", "cutting.depth", "cutting.width", "work.diameter")
 CUTS_A_LEVEL = 6
 """Cuts that a level of a setting has, in the mean at least, where the table is a design. Chosen."""
@@ -50,8 +51,9 @@ class Conditions:
     """What is known of every cut, (n,); depth is 1 where it was not recorded.
 
     ``cutting_time_s``: of the edge before the cut; where that was not recorded, the clock since the
-    edge's first cut, of one edge if none was recorded (``by_clock``). ``turns``: whether the cuts
-    are turned, as far as known.
+    edge's first cut, of one edge if none was recorded (``by_clock``). ``land_mm``: the flank wear
+    measured in each cut, where no cutting time was recorded. ``turns``: whether the cuts are
+    turned, as far as known.
     ``other``: every recorded variable that varies by its channel's name, those above included;
     ``recorded`` the names of all that were recorded.
     """
@@ -68,6 +70,7 @@ class Conditions:
     recorded: frozenset[str] = frozenset()
     by_clock: bool = False
     turns: bool = True
+    land_mm: Array | None = None
 
     def __len__(self) -> int:
         return len(self.number)
@@ -76,6 +79,11 @@ class Conditions:
     def edges(self) -> Array:
         """The edges in use."""
         return np.unique(self.edge) if self.edge is not None else np.array([])
+
+    @property
+    def by_land(self) -> bool:
+        """Whether wear is known by the flank wear, which differs from cut to cut."""
+        return self.land_mm is not None and bool(np.ptp(self.land_mm) > 0)
 
 
 @dataclass(frozen=True)
@@ -107,6 +115,11 @@ class Stack:
     def frame(self) -> "Stack":
         """The table that scales, knots and signs are taken from."""
         return self if self.like is None else self.like
+
+    @property
+    def wear_goes_with(self) -> Array | None:
+        """What wear grows with, (n,): the cutting time or, where the table is by it, the land."""
+        return self.known.land_mm if self.frame.known.by_land else self.known.cutting_time_s
 
     @property
     def row(self) -> Array:
@@ -182,12 +195,14 @@ def table_conditions(table: CutTable) -> Conditions:
     thickness, clock = known("chip.thickness"), known("t")
     time = known("tool.cutting_time")
     by_clock = time is None and clock is not None
+    land = known(FLANK_WEAR) if time is None else None
     if edge is None and EDGE not in table and (time is not None or by_clock):
         edge = np.zeros(len(table))
     if time is None and clock is not None and edge is not None:
         time = _since_first_cut(clock, edge)
     labels = table.texts.get(EDGE) or ([] if edge is None else [f"{e:g}" for e in edge])
     other = {name: values for name in VARIABLES if (values := known(name)) is not None}
+    other |= {} if land is None else {FLANK_WEAR: land}
     return Conditions(
         number=table.cut,
         t_s=table.cut if clock is None else clock,
@@ -201,6 +216,7 @@ def table_conditions(table: CutTable) -> Conditions:
         recorded=frozenset([*other, *([] if clock is None else ["t"])]),
         by_clock=by_clock,
         turns=not NEVER_TURNED.intersection(table.texts.get("operation", ())),
+        land_mm=land,
     )
 
 

@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from autodb.explain.cuts.stack import Conditions
+from autodb.explain.cuts.stack import FLANK_WEAR, Conditions
 from autodb.wording import significant, stored_msgid
 
 Array = NDArray[np.float64]
@@ -122,6 +122,7 @@ def joined_trials(parts: Sequence[Conditions]) -> Conditions:
         speed_m_min=known_of(lambda part: part.speed_m_min),
         edge=known_of(lambda part: part.edge),
         cutting_time_s=known_of(lambda part: part.cutting_time_s),
+        land_mm=known_of(lambda part: part.land_mm),
         other={name: np.concatenate([part.other[name] for part in parts]) for name in first.other},
     )
 
@@ -230,8 +231,9 @@ def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> Cut
     assert depth is not None
     time = _cutting_time(known, before, count)
     other = {n: v for n, values in known.other.items() if (v := set_to(values, n)) is not None}
-    if time is not None and "tool.cutting_time" in other:
-        other["tool.cutting_time"] = time
+    land = _land(known, before)
+    new = {"tool.cutting_time": time, FLANK_WEAR: land}
+    other |= {name: v for name, v in new.items() if v is not None and name in other}
     return CutTrial(
         setting.words.format(move=before.words.format(count=CUTS, number=f"{known.number[row]:g}")),
         replace(
@@ -243,9 +245,19 @@ def _trial(known: Conditions, row: int, setting: Setting, before: Before) -> Cut
             speed_m_min=set_to(known.speed_m_min, SPEED[0]),
             edge=_edge(known, before),
             cutting_time_s=time,
+            land_mm=land,
             other=other,
         ),
     )
+
+
+def _land(known: Conditions, before: Before) -> Array | None:
+    """Return the flank wear at each cut of a trial (CUTS,): as in the last cut, or of the least
+    worn edge that was seen where the edge is changed.
+    """
+    if known.land_mm is None:
+        return None
+    return np.full(CUTS, known.land_mm[-1] if before.edge is None else known.land_mm.min())
 
 
 def _edge(known: Conditions, before: Before) -> Array | None:

@@ -182,7 +182,7 @@ class Folds:
         fitted = np.linalg.solve(scaled, right)[:, :, 0] / norm
         along = np.einsum("fi,fi->f", fitted, self.test[:, at, 0])
         seen = np.einsum("fi,fij,fj->f", fitted, self.test[:, at[:, None], at], fitted)
-        return np.asarray(self.test[:, 0, 0] - 2.0 * along + seen)
+        return np.asarray(np.maximum(self.test[:, 0, 0] - 2.0 * along + seen, 0.0))
 
     def squares(self, columns: Sequence[int] | Index, weight: Array) -> float:
         """Return the sum of squares on all rows, each predicted by a fit of ``columns`` to others.

@@ -126,8 +126,14 @@ def _band(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
 
 
 def _wear(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
-    """Return the mean rate and each edge's own, at the mean depth, as straight lines."""
+    """Return the mean rate and each edge's own, at the mean depth, as straight lines; by mm of
+    flank wear where that was measured and no cutting time recorded.
+    """
     stack, known = effect.stack, effect.stack.known
+    if known.by_land and known.land_mm is not None:
+        scale = float(known.depth_mm.mean()) * float(stack.sign[component])
+        line = only(stack, per_depth(stack, values_of(known.land_mm)), component)
+        return {"rate": _one(effect.beside, line, 0, "N/mm", scale=scale)}
     assert known.edge is not None
     assert known.cutting_time_s is not None
     time, scale = known.cutting_time_s, float(known.depth_mm.mean()) * float(stack.sign[component])
@@ -221,7 +227,11 @@ def _deflection(effect: EffectInCuts, _component: int) -> dict[str, IntervalValu
 
 
 def _drift(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
-    stack = effect.stack
+    """Return how fast a zero point moves; of a step how far and when."""
+    stack, shape = effect.stack, effect.choice.shape
+    if "at" in shape.shape:
+        assert isinstance(shape.law, LawColumns)
+        return {"step": _one(effect.beside, shape.law, 0, "N"), "start": _start(effect)}
     since = stack.known.t_s - stack.known.t_s[0]
     columns = only(stack, added(stack, values_of(since)), component)
     return {"rate": _one(effect.beside, columns, 0, "N/s")}
@@ -239,14 +249,19 @@ def _gain(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:
     half = NORMAL_95 * float(np.sqrt(np.sum((factor[at] * sd) ** 2)))
     made = {"factor": IntervalValue.around(1.0 + float(change[at]), half, "1")}
     if "at" in effect.choice.shape.shape:
-        t = stack.known.t_s
-        start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
-        made["start"] = IntervalValue.around(start, 0.1 * float(t[-1] - t[0]), "s")
+        made["start"] = _start(effect)
     if "first" in effect.choice.shape.shape:
         made |= _ends_of_run(
             effect, lambda start, end: only(stack, _run(stack, start, end), component)
         )
     return made
+
+
+def _start(effect: EffectInCuts) -> IntervalValue:
+    """Return when a step was."""
+    t = effect.stack.known.t_s
+    start = float(t[0] + effect.choice.shape.shape["at"] * (t[-1] - t[0]))
+    return IntervalValue.around(start, 0.1 * float(t[-1] - t[0]), "s")
 
 
 def _warmup(effect: EffectInCuts, component: int) -> dict[str, IntervalValue]:

@@ -22,6 +22,9 @@ Rows = slice
 ALL = slice(None)
 Allowed = Callable[[Array], bool]
 
+RUBS = 0.1
+"""Growth of the second of several components of a worn edge, of that of the strongest, at least.
+Chosen: friction on a flank is 0.2 to 0.6 of its pressure, and half of that is left to scatter."""
 TURN_BACK = 0.25
 """Share of its rise that a monotone curve may fall back, by scatter. Chosen."""
 
@@ -64,6 +67,12 @@ class LawColumns:
         """Norm of each white column, (p,)."""
         squares = [np.sum(self(rows) ** 2, axis=0) for rows in self.stack.chunks]
         return np.asarray(np.sqrt(np.sum(squares, axis=0)))
+
+    @cached_property
+    def mean(self) -> Array:
+        """Mean of each column in each component [N per coefficient], (C, p)."""
+        sums = [np.sum(self.raw(rows), axis=1) for rows in self.stack.chunks]
+        return np.asarray(np.sum(sums, axis=0) / len(self.stack.known))
 
     def of(self, component: int) -> Array:
         """Return the columns (n, p) of one component [N per coefficient]."""
@@ -216,6 +225,22 @@ def mostly_negative(columns: LawColumns) -> Allowed:
     """Return whether the coefficient that does most is negative."""
     positive = mostly_positive(columns)
     return lambda coefficients: not positive(coefficients)
+
+
+def pressing(columns: LawColumns, beside: Allowed | None) -> Allowed:
+    """Return whether force grows in more than one of several components: a worn flank presses on
+    the work and rubs along it. What one of them has alone is its sensor's.
+
+    ``beside``: what is asked besides.
+    """
+    stack = columns.stack
+
+    def allowed(coefficients: Array) -> bool:
+        grown = np.sort(stack.sign * (columns.mean @ coefficients))
+        alone = len(grown) > 1 and grown[-2] < RUBS * np.abs(grown).max()
+        return not alone and (beside is None or beside(coefficients))
+
+    return allowed
 
 
 def monotone(curve: SmoothCurve, columns: LawColumns, *, direction: float = 0.0) -> Allowed:

@@ -46,6 +46,7 @@ from autodb.explain.cuts.candidates.searched import (
     ROUND,
     comes_round,
     run_of_cuts,
+    step_of_zero,
     steps_of_gain,
 )
 from autodb.explain.cuts.stack import Stack, designed
@@ -97,8 +98,9 @@ def own_columns_of_cuts(stack: Stack, includes: list[str] | None) -> dict[str, L
     has_edge = bool(stack.edge_N_mm.any()) if includes is None else "edge_force" in includes
     if has_edge:
         own["edge_force"] = each(stack, along_edge(stack))
-    if includes is not None and "tool_wear" in includes and known.cutting_time_s is not None:
-        even = per_depth(stack, values_of(known.cutting_time_s))
+    worn = stack.wear_goes_with
+    if includes is not None and "tool_wear" in includes and worn is not None:
+        even = per_depth(stack, values_of(worn))
         own["tool_wear"] = each(stack, even if stack.wear is None else as_simulated(stack.worn))
     if stack.exponents is not None:
         further = each(stack, chip_factor(stack, values_of(-log_speed(stack))))
@@ -142,7 +144,8 @@ def _proposals(stack: Stack, left: Array, number: int) -> list[Candidate]:
     ]
     components = range(len(stack.names)) if len(stack.names) > 1 else ()
     several = [one for i in components for one in steps_of_gain(stack, left, i, number)]
-    return [_with_plain_forms(one) for one in (*several, *found) if one is not None]
+    zeros = [step_of_zero(stack, left, i, number) for i in range(len(stack.names))]
+    return [_with_plain_forms(one) for one in (*several, *zeros, *found) if one is not None]
 
 
 def named_effects(stack: Stack, own: frozenset[str]) -> list[Candidate]:

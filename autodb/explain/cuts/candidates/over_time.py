@@ -26,11 +26,12 @@ from autodb.explain.cuts.candidates.laws import (
     monotone,
     only,
     per_depth,
+    pressing,
     relative,
     tied,
     values_of,
 )
-from autodb.explain.cuts.stack import Conditions, Stack
+from autodb.explain.cuts.stack import FLANK_WEAR, Conditions, Stack
 from autodb.explain.engine.candidates import Candidate, CandidateForm, product
 
 Array = NDArray[np.float64]
@@ -61,35 +62,51 @@ def _cutting_time(known: Conditions) -> Array:
     return known.cutting_time_s
 
 
-def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
-    """Return what grows with the cutting time of an edge; none where no such time is known.
+def _land(known: Conditions) -> Array:
+    assert known.land_mm is not None
+    return known.land_mm
 
-    By the clock it is no law that comes before others: any order of cuts goes with it.
+
+def wear_candidates(stack: Stack, own: frozenset[str]) -> list[Candidate]:
+    """Return what grows with the cutting time of an edge, or with its flank wear where that was
+    measured and no time recorded: the land presses on the work; none where neither is known.
+
+    By the clock it is no law that comes before others: any order of cuts goes with it, and one
+    component alone that grows so drifts (``pressing``).
     """
-    time, seen = stack.known.cutting_time_s, stack.frame.known.cutting_time_s
-    if "tool_wear" in own or time is None or seen is None or np.ptp(seen) == 0:
+    worn, seen = stack.wear_goes_with, stack.frame.wear_goes_with
+    if "tool_wear" in own or worn is None or seen is None or np.ptp(seen) == 0:
         return []
-    spent = time / float(seen.max())
+    spent, measured = worn / float(seen.max()), stack.frame.known.by_land
     forms = []
     for power in (1.0, *WEAR_POWERS):
         shape = {} if power == 1.0 else {"power": power}
         law = per_depth(stack, values_of(spent**power))
         forms.append(grows(each(stack, law), shape))
         forms.append(grows(each(stack, relative(stack, values_of(spent**power))), shape))
-    forms += [grows(each(stack, law), shape) for law, shape in _run_in_laws(stack, spent)]
-    curve = curve_of(stack, _cutting_time, CURVE)
+    if not measured:
+        forms += [grows(each(stack, law), shape) for law, shape in _run_in_laws(stack, spent)]
+    curve = curve_of(stack, _land if measured else _cutting_time, CURVE)
     if curve.levels is None:
         fresh = _fresh(curve)
         law = per_depth(stack, lambda rows: curve(rows) - fresh, curve.width)
         columns = each(stack, law)
         forms.append(CandidateForm(columns, allowed=monotone(curve, columns, direction=1.0)))
-        forms += _edge_forms(stack, spent, curve)
+        forms += [] if measured else _edge_forms(stack, spent, curve)
     bow = np.column_stack([spent, spent**2, spent**3])
     detail = each(stack, per_depth(stack, values_of(bow), 3))
-    by_clock = stack.frame.known.by_clock
-    variables = ("t",) if by_clock else ("tool.cutting_time", "tool.edge")
+    by_clock = stack.frame.known.by_clock and not measured
+    if by_clock:
+        forms = [replace(one, allowed=pressing(_columns(one), one.allowed)) for one in forms]
+    variables = (FLANK_WEAR,) if measured else ("tool.cutting_time", "tool.edge")
+    variables = ("t",) if by_clock else variables
     wear = Candidate("tool_wear", "tool_wear", tuple(forms), variables, detail=detail)
     return [replace(wear, static=not by_clock)]
+
+
+def _columns(form: CandidateForm) -> LawColumns:
+    assert isinstance(form.law, LawColumns)  # every candidate of a cut table is made of laws
+    return form.law
 
 
 def _run_in_laws(stack: Stack, spent: Array) -> list[tuple[SpreadLaw, dict[str, float]]]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from autodb.explain.cuts.candidates.laws import (
     Allowed,
     LawColumns,
+    added,
     alike,
     chip_factor,
     each,
@@ -102,14 +103,9 @@ def steps_of_gain(stack: Stack, left: Array, component: int, number: int) -> lis
     """Return the step of one component's factor that explains most of what a fit leaves (C, n), and
     the run in which it is another one and comes back: a plug that was loose, say.
     """
-    force = stack.simulation[component] / stack.sd[component]
-    rest = left[component] / stack.sd[component]
-    cross = np.concatenate([[0.0], np.cumsum(force * rest)])
-    power = np.concatenate([[0.0], np.cumsum(force**2)])
-    n = len(force)
-    starts = np.arange(SHORTEST, n - SHORTEST + 1)
-    start = int(starts[np.argmax(_fall(cross, power, starts, np.array(n)))])
-    found = [gain_step(stack, component, start, number)]
+    n = len(stack.known)
+    cross, power = _summed(stack, stack.simulation[component], left[component], component)
+    found = [gain_step(stack, component, _strongest_step(cross, power), number)]
     if n >= FEWEST_OF_A_RUN:
         run = _strongest_run(cross, power, longest=LONGEST_OF_ONE)
         found.append(gain_run(stack, component, *run, number))
@@ -127,6 +123,44 @@ def gain_step(stack: Stack, component: int, start: int, number: int) -> Candidat
     return Candidate(
         key, "gain", forms, ("t",), anew=lambda other: gain_step(other, component, start, number)
     )
+
+
+def step_of_zero(stack: Stack, left: Array, component: int, number: int) -> Candidate:
+    """Return the step of one component's zero point that explains most of what a fit leaves (C, n):
+    an amplifier that was reset, say. Where forces differ, a factor is no such step.
+    """
+    ones = np.ones(len(stack.known))
+    cross, power = _summed(stack, ones, left[component], component)
+    return zero_step(stack, component, _strongest_step(cross, power), number)
+
+
+def zero_step(stack: Stack, component: int, start: int, number: int) -> Candidate:
+    """Return the candidate of another zero point of one component from a row of the table on."""
+    t = stack.frame.known.t_s
+    after = np.asarray(stack.row >= start, dtype=np.float64)
+    columns = only(stack, added(stack, values_of(after)), component)
+    shape = {"at": float((t[start] - t[0]) / max(float(t[-1] - t[0]), 1e-300))}
+    forms = (CandidateForm(columns, shape, tries=min(len(t), BINS)),)
+    return Candidate(
+        f"sensor_drift {stack.names[component]} at once {number}", "sensor_drift", forms, ("t",),
+        anew=lambda other: zero_step(other, component, start, number),
+    )  # fmt: skip
+
+
+def _summed(stack: Stack, shape: Array, left: Array, component: int) -> tuple[Array, Array]:
+    """Return the sums up to each row of a component's shape (n,) times what a fit leaves (n,) and
+    of its squares, each over the scatter, (n + 1,).
+    """
+    scaled, rest = shape / stack.sd[component], left / stack.sd[component]
+    products = (scaled * rest, scaled**2)
+    cross, power = (np.concatenate([[0.0], np.cumsum(values)]) for values in products)
+    return cross, power
+
+
+def _strongest_step(cross: Array, power: Array) -> int:
+    n = len(cross) - 1
+    starts = np.arange(SHORTEST, n - SHORTEST + 1)
+    return int(starts[np.argmax(_fall(cross, power, starts, np.array(n)))])
 
 
 def gain_run(stack: Stack, component: int, start: int, end: int, number: int) -> Candidate:
@@ -150,7 +184,7 @@ def _on_all(columns: LawColumns) -> Allowed:
 
     def allowed(coefficients: Array) -> bool:
         most = coefficients[np.argmax(np.abs(coefficients) * columns.strength)]
-        return bool(np.median(coefficients / most) > ALIKE)
+        return bool(np.median(coefficients * np.sign(most)) > ALIKE * np.abs(most))
 
     return allowed
 

@@ -405,5 +405,6 @@ def beside(choices: Sequence[Choice], candidate: Candidate) -> list[Choice]:
 
 
 def rms_fall(before: Array, after: Array) -> float:
-    """Return the share by which the rms over all blocks falls."""
-    return 1.0 - float(np.sqrt(after.sum() / max(before.sum(), 1e-300)))
+    """Return the share by which the rms over all blocks falls; none where nothing was left."""
+    whole = float(before.sum())
+    return 1.0 - float(np.sqrt(after.sum() / whole)) if whole > 0.0 else 0.0
