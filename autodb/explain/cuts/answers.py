@@ -54,7 +54,8 @@ SENSED = 9.0
 
 FEW_CUTS = 100
 """Cuts up to which white rows say how sure a law is: more show what every real law gets wrong in
-shape, and a curve without a name follows that. Chosen."""
+shape, and a curve without a name follows that. Of more, evidence is compared with laws of more
+columns. Chosen."""
 
 
 def explain_cuts(
@@ -88,11 +89,14 @@ class _Answers:
         joint = fit_cuts(self.stack, self.own, self.choices)
         self.fit: CutsFit = beside_own(self.stack, self.own, self.choices, joint)
         self.rows = plain_rows(self.stack, self.own, result.search.candidates, held=self.choices)
+        many = len(self.stack.known) > FEW_CUTS
         self.standing = {
             c.candidate.key: _limited(
                 self.stack,
                 c,
-                with_laws(result.search, result.found, c, rows=self.rows, laws=result.laws),
+                with_laws(
+                    result.search, result.found, c, rows=self.rows, laws=result.laws, many=many
+                ),
             )
             for c in self.choices
         }

@@ -30,13 +30,14 @@ def with_laws(
     *,
     rows: PlainRows,
     laws: Sequence[Choice],
+    many: bool = False,
 ) -> Standing:
     """Return how the name of one effect of a set that begins with laws of plain rows stands: a law
-    by these first, what stands beside laws by both.
+    by these first, what stands beside laws by both. ``many``: as of ``of_both``.
     """
     white = of_missing(search, found, choice)
     if choice in laws:
-        return of_both(of_plain(rows, laws, choice), white)
+        return of_both(of_plain(rows, laws, choice), white, many=many)
     if not choice.candidate.named:
         return white
     return beside_plain(white, rows, found.without(choice.candidate.key), choice)

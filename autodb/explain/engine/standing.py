@@ -39,7 +39,7 @@ class Standing:
     ``by_name``: evidence by which it is ahead of the best account of each other name; ``nothing``:
     of nothing in its place; ``instead``: what would stand there, of names that were tried so.
     ``rivalled``: by white rows, what may be in its place leaves it no surer than UNSURE.
-    ``as_good``: names with which plain rows left out are predicted as well.
+    ``as_good``: names whose laws have more columns, and predict plain rows left out as well.
     """
 
     confidence: float

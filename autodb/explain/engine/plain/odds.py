@@ -68,7 +68,7 @@ def of_plain(
         alike = like.static and rows.own_share([*others, offer[1], choice]) <= ALONE
         richer = max(0.0, rows.richness(offer[1]) - rows.richness(choice))
         fall = _ahead(choice, offer, none, whole, richer=richer, alike=alike)
-        if candidate.named and float(offer[0].sum()) <= float(whole.sum()):
+        if richer > 0.0 and candidate.named and float(offer[0].sum()) <= float(whole.sum()):
             as_good.add(candidate.term)
         if fall < by_name.get(candidate.term, np.inf):
             by_name[candidate.term], instead[candidate.term] = fall, offer[1]
@@ -167,21 +167,22 @@ def beside_plain(
     return replace(white, confidence=min(white.confidence, plain.confidence))
 
 
-def of_both(plain: Standing, white: Standing) -> Standing:
+def of_both(plain: Standing, white: Standing, *, many: bool) -> Standing:
     """Return how a law stands whose rivals have to do as well by plain rows and by evidence.
 
-    Where one predicts rows left out as well, all that it is behind by there is what its further
-    columns are asked for: evidence asks for that itself, and says how it stands.
+    Where one of more columns predicts rows left out as well, all that it is behind by there is what
+    these are asked for: evidence asks for that itself, and of ``many`` rows says how it stands.
     """
+    as_good = plain.as_good if many else frozenset()
     falls = {
         name: white.by_name.get(name, fall)
-        if name in plain.as_good
+        if name in as_good
         else max(fall, white.by_name.get(name, fall))
         for name, fall in plain.by_name.items()
     }
     found = standing(falls, nothing=plain.nothing)
     sure, near = max(plain.confidence, found.confidence), plain.near
-    if plain.as_good:
+    if as_good:
         sure, near = found.confidence, found.near
     return replace(
         plain,
