@@ -30,10 +30,18 @@ Progress = Callable[[str], None]
 
 def needs_folder(target: Path) -> None:
     """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
-    if not target.parent.is_dir():
-        raise UnusableInput(
-            phrase("{parent}: no such folder; create it or name another", parent=target.parent)
-        )
+    check_folder(target.parent)
+
+
+def check_folder(folder: Path) -> None:
+    """Raise UnusableInput where ``folder`` is not there, or is a file."""
+    if folder.is_dir():
+        return
+    if folder.exists():
+        raise UnusableInput(phrase("{folder}: is a file; name a folder", folder=folder))
+    raise UnusableInput(
+        phrase("{folder}: no such folder; create it or name another", folder=folder)
+    )
 
 
 def check_target(path: Path, *, suffix: str, option: str) -> None:

@@ -1,5 +1,6 @@
 """Read a TOML file into a model; every refusal is one line that names the file and the key."""
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -20,6 +21,8 @@ LARGEST_MIB = 1
 """Size of a file. Chosen: files of ours have some kilobytes."""
 MOST_MISTAKES = 8
 """That are said of one file."""
+DECIMAL_COMMA = re.compile(r"^[^#\"'\n]*=\s*(?P<value>[-+]?\d+,\d+)\s*(?:#.*)?$", re.MULTILINE)
+"""A line that states such a number, which TOML takes for two."""
 MOST_DOTS = 500
 """On a line: of a key with as many parts the parser takes memory by their square. Chosen."""
 
@@ -104,6 +107,13 @@ def _parsed(path: Path, where: str, made_by: str) -> dict[str, Any]:
             phrase("{file}: nested too deeply; use a few levels", file=where)
         ) from None
     except (OSError, ValueError) as error:  # also of text, of TOML, of too many digits
+        if isinstance(error, tomllib.TOMLDecodeError) and (comma := DECIMAL_COMMA.search(text)):
+            said = phrase(
+                "line {number}: {value} has a decimal comma; write a decimal point",
+                number=text.count("\n", 0, comma.start("value")) + 1,
+                value=comma["value"],
+            )
+            raise UnusableInput(behind_name(where, said)) from None
         raise UnusableInput(
             phrase("{file}: not a readable TOML file ({error})", file=where, error=error)
         ) from None
@@ -111,8 +121,8 @@ def _parsed(path: Path, where: str, made_by: str) -> dict[str, Any]:
 
 def _say(error: ValidationError, model: type[BaseModel]) -> str:
     """Return every mistake: the first of each place, and no place that another in it made wrong."""
-    keys = _keys(model.model_json_schema())
-    found = {_place(one): _mistake(one, keys) for one in reversed(error.errors())}
+    schema = model.model_json_schema()
+    found = {_place(one): _mistake(one, schema) for one in reversed(error.errors())}
     places = [place for place in reversed(found) if not _holds_another(place, found)]
     said = [found[place] for place in places]
     more = (
@@ -132,21 +142,41 @@ def _place(mistake: ErrorDetails) -> str:
     return ".".join(map(str, parts))
 
 
-def _mistake(mistake: ErrorDetails, keys: list[str]) -> str:
+def _mistake(mistake: ErrorDetails, schema: dict[str, Any]) -> str:
     from autodb.wording.mistakes import mistake_words  # most files have none
 
     where = _place(mistake)
     if mistake["type"] == "extra_forbidden":
+        *section, key = map(str, mistake["loc"])
         return phrase(
-            "{where}: unknown key{hint}",
-            where=where,
-            hint=near_words(str(mistake["loc"][-1]), keys),
+            "{where}: unknown key{hint}", where=where, hint=near_words(key, _keys(schema, section))
         )
+    if mistake["type"] in {"tuple_type", "list_type"} and isinstance(mistake["input"], dict):
+        return phrase("{where}: begin each with [[{where}]], in place of [{where}]", where=where)
     message = mistake_words(mistake)
     return behind_name(where, message) if where else message
 
 
-def _keys(schema: dict[str, Any]) -> list[str]:
-    """Return the keys that a model and its parts know."""
-    parts = [schema, *schema.get("$defs", {}).values()]
-    return sorted({key for part in parts for key in part.get("properties", {})})
+def _keys(schema: dict[str, Any], section: Iterable[str]) -> list[str]:
+    """Return the keys that a section of a model knows; all of the model's where it is not found."""
+    parts = [schema]
+    for name in section:
+        parts = [inner for part in parts for inner in _inside(part, name, schema)]
+    known = {key for part in parts for key in part.get("properties", {})}
+    every = [schema, *schema.get("$defs", {}).values()]
+    return sorted(known or {key for part in every for key in part.get("properties", {})})
+
+
+def _inside(part: dict[str, Any], name: str, schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return what may stand under a name, or at a number, of a part of a schema."""
+    held = part.get("properties", {}).get(name) or part.get("items")
+    held = held or part.get("additionalProperties")
+    return _choices(held, schema) if isinstance(held, dict) else []
+
+
+def _choices(part: dict[str, Any], schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return a part of a schema, or those that it refers to."""
+    if "$ref" in part:
+        return _choices(schema["$defs"][part["$ref"].rsplit("/", 1)[-1]], schema)
+    several = part.get("anyOf", part.get("oneOf", []))
+    return [one for each in several for one in _choices(each, schema)] if several else [part]

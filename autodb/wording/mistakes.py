@@ -69,6 +69,7 @@ KINDS: Mapping[str, Callable[[Context], Worded]] = {
     "string_type": lambda _: phrase("must be a text"),
     "bool_": lambda _: phrase("must be true or false"),
     "list_type": lambda _: phrase("must be a list"),
+    "tuple_type": lambda _: phrase("must be a list"),
     "dict_type": lambda _: phrase("must be a table of keys"),
     "model_": lambda _: phrase("must be a table of keys"),
     "literal_error": lambda c: phrase("must be one of {values}", values=_alternatives(c)),

@@ -19,6 +19,7 @@ from autodb.agent.ingest.kept import Unread, parted, unread
 from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
 from autodb.files.side import read_sidefile
+from autodb.files.targets import check_folder
 from autodb.store import Store, models
 
 SETTLED_S = 2.0
@@ -44,8 +45,7 @@ class Inbox:
         What became of each file is kept for the next pass to report. Returns what else is to be
         said. Raises UnusableInput where the inbox is no folder or the machine is not known.
         """
-        if not self.folder.is_dir():
-            raise UnusableInput(f"{self.folder}: no such folder; create it or name another")
+        check_folder(self.folder)
         found = inbox_entries(self.folder)
         for path, name in found.leaving.items():
             back(path, name)

@@ -62,6 +62,10 @@ OUTLIERS = stored_msgid(
     "{pair}: {count} cuts are outliers from its normal cutting state (probability below 1 in 1000) "
     "and do not change its parameters"
 )
+OUTLIER = stored_msgid(
+    "{pair}: 1 cut is an outlier from its normal cutting state (probability below 1 in 1000) and "
+    "does not change its parameters"
+)
 WITHOUT_TIME = stored_msgid("its edges wear, and the cuts do not state {channel}")
 AT_CUT = stored_msgid("{pair}: cut {k} of {n}")
 FROM_NORMAL = stored_msgid("the normal cutting state, version {version}")
@@ -129,7 +133,8 @@ class _Pair:
         except UnusableInput as error:
             said.append(f"{self._name}: {error}")
         if self._done.outliers:
-            said.append(OUTLIERS.format(pair=self._name, count=len(self._done.outliers)))
+            count = len(self._done.outliers)
+            said.append((OUTLIER if count == 1 else OUTLIERS).format(pair=self._name, count=count))
         return self._done
 
     def _latest(self, state: str | None = None) -> models.CuttingParameters | None:

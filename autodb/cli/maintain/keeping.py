@@ -171,9 +171,7 @@ def _rotate(url: str, folder: Path, keep: int | None, every: str | None, *, json
 
 
 def restore_command(
-    source: Annotated[
-        Path, typer.Argument(help="A backup_command file, or the folder of an export_command.")
-    ],
+    source: Annotated[Path, typer.Argument(help="File of a backup, or folder of an export.")],
     replace: Replace = False,
     db: Database = None,
 ) -> None:

@@ -51,14 +51,11 @@ def schedule(
 def _command(machine: str | None, inbox: Path, db: str | None) -> tuple[str, list[str]]:
     """Return the machine, and the command to be run by whole paths, where all of it is there."""
     from autodb.agent.rows.machines import find_machine
-    from autodb.errors import UnusableInput
+    from autodb.files.targets import check_folder
 
     with opened_machine(db, machine) as (store, name), store.reading() as session:
         find_machine(session, name)
-    if not inbox.is_dir():
-        raise UnusableInput(
-            phrase("{folder}: no such folder; create it or name another", folder=inbox)
-        )
+    check_folder(inbox)
     run = [sys.executable, "-m", "autodb", "refresh"]
     where = ["--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]
     return name, [*run, "--machine", name, *where]

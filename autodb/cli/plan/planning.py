@@ -79,12 +79,12 @@ def plan_command(
 def _range(name: str, text: str) -> tuple[float, float]:
     """Return the ends of a range; raises UnusableInput where it is none."""
     from autodb.errors import UnusableInput
+    from autodb.files.units import typed_number
 
     low, _, high = text.partition(":")
-    try:
-        ends = float(low), float(high)
-    except ValueError:
-        ends = (0.0, 0.0)
+    ends = (0.0, 0.0)
+    if low and high:
+        ends = typed_number(f"--{name}", low), typed_number(f"--{name}", high)
     if not 0.0 < ends[0] < ends[1] < 1e6:
         raise UnusableInput(
             phrase(

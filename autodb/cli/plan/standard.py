@@ -126,7 +126,7 @@ def new(
     like: Annotated[
         str | None,
         typer.Option(
-            "--like", help="CutProtocol whose cuts were made [default: the cuts that repeat]."
+            "--like", help="Protocol whose cuts were made [default: the cuts that repeat]."
         ),
     ] = None,
     date: Annotated[

@@ -295,7 +295,7 @@ def _of_calibration(c: "Calibration") -> Iterator[str]:
     )
     yield phrase("RMSE {forms}", forms=c.trials_words())
     if c.domain is not None:
-        ranges = listed(map(shown_again, c.domain.each(c.unit)))
+        ranges = listed(map(shown_again, c.domain.each(c.unit, c.current_unit)))
         yield phrase("calibrated range: {what}", what=ranges)
     for form in c.close:
         yield phrase("{form} is nearly as good a form", form=shown_again(form))

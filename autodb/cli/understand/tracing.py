@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Kind = Annotated[
     str,
     typer.Argument(
-        help="prediction, parameters, force, calibration, model, mismatch or recording."
+        help="prediction, parameters, force, calibration, model, scale, mismatch or recording."
     ),
 ]
 

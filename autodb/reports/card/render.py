@@ -87,7 +87,9 @@ def _version(card: CalibrationCard, number: int) -> str:
 def _domain(calibration: Calibration) -> str:
     """Return the range that a calibration was made over; empty where it is not known."""
     known = calibration.domain
-    return "" if known is None else listed(map(said_again, known.each(calibration.unit)))
+    if known is None:
+        return ""
+    return listed(map(said_again, known.each(calibration.unit, calibration.current_unit)))
 
 
 def _plain(score: float) -> str:

@@ -65,9 +65,13 @@ OF_SPINDLE = (
 CONDITIONS = (*OF_FEED, *OF_SPINDLE)
 """What laws of a feed axis, and of the spindle, depend on beside the current."""
 CURRENT = Quantity("current", stored_msgid("current {range_low} to {range}"), "A")
-QUANTITIES = (*CONDITIONS, CURRENT)
 FORCE = stored_msgid("force {range_low} to {range}")
 TORQUE = stored_msgid("torque {range_low} to {range}")
+
+
+def quantities(current_unit: str) -> tuple[Quantity, ...]:
+    """Return what a calibration has ranges of, its current in the unit that it is recorded in."""
+    return (*CONDITIONS, replace(CURRENT, unit=current_unit))
 
 
 @dataclass(frozen=True)
@@ -122,29 +126,31 @@ class Domain:
     def outside(self, law: FittedForm, sensed: MeasuredCuts) -> NDArray[np.bool_]:
         """Return which cuts (n,) lie outside."""
         out = _outside(law.form.value(law.coefficients, sensed), self.target)
-        for one in QUANTITIES:
+        for one in (*CONDITIONS, CURRENT):
             if one.name in self.ranges:
                 out |= _outside(one.of(sensed), self.ranges[one.name])
         return out
 
-    def left(self, law: FittedForm, sensed: MeasuredCuts, unit: str) -> list[str]:
+    def left(
+        self, law: FittedForm, sensed: MeasuredCuts, unit: str, current_unit: str
+    ) -> list[str]:
         """Return the ranges that some cut lies outside of, in words; ``unit`` of the target."""
         said = [
             one.words(self.ranges[one.name])
-            for one in QUANTITIES
+            for one in quantities(current_unit)
             if one.name in self.ranges and _outside(one.of(sensed), self.ranges[one.name]).any()
         ]
         if _outside(law.form.value(law.coefficients, sensed), self.target).any():
             said.append(_words(TORQUE if unit == "N·m" else FORCE, self.target, unit))
         return said
 
-    def words(self, unit: str) -> str:
-        """Return all ranges; ``unit`` of the target."""
-        return ", ".join(self.each(unit))
-
-    def each(self, unit: str) -> list[str]:
+    def each(self, unit: str, current_unit: str) -> list[str]:
         """Return each range in words; ``unit`` of the target."""
-        known = [one.words(self.ranges[one.name]) for one in QUANTITIES if one.name in self.ranges]
+        known = [
+            one.words(self.ranges[one.name])
+            for one in quantities(current_unit)
+            if one.name in self.ranges
+        ]
         return [*known, _words(TORQUE if unit == "N·m" else FORCE, self.target, unit)]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autodb.cutting.turning import torque_N_m
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, near_words
 from autodb.records.tables import CutTable
 from autodb.sensing.ranges.choosing import MIN_GROUPS, grouping
 from autodb.sensing.ranges.feeding import moving, torque_arm_mm
@@ -75,9 +75,10 @@ def calibration_points(
     if signal is None:
         raise UnusableInput(
             phrase(
-                "{file}: no channel '{axis}.current' or '{axis}.current.range'",
+                "{file}: no channel '{axis}.current' or '{axis}.current.range'{hint}",
                 file=table.path,
                 axis=axis,
+                hint=near_words(f"{axis}.current.range", table.ignored) if table.ignored else "",
             )
         )
     force = table[f"force.{component}"] if force_N is None else force_N

@@ -88,7 +88,8 @@ def left_domain(table: CutTable, calibration: Calibration) -> tuple[int, str]:
         return 0, ""
     there = measured_cuts(table, calibration.axis, signal[1])
     out = domain.outside(calibration.law, there) & moving(table, calibration.axis)
-    left = domain.left(calibration.law, there.at(out), calibration.unit)
+    units = calibration.unit, calibration.current_unit
+    left = domain.left(calibration.law, there.at(out), *units)
     return int(out.sum()), OUTSIDE.format(what="; ".join(left))
 
 

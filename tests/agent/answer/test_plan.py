@@ -64,7 +64,7 @@ def test_the_best_cut_is_first_and_narrows_what_is_asked(calibrated: Cli) -> Non
 
 def test_it_keeps_to_the_ranges_and_the_limits(calibrated: Cli) -> None:
     """A spindle that gives little takes no deep cut; where it takes none at all, it is refused."""
-    within = _plan(calibrated, "--depth", "1.5:2", "--feed", "0.1:0.2", "--speed", "150:160")
+    within = _plan(calibrated, "--depth", "1.5:2", "--feed", "0,1:0,2", "--speed", "150:160")
     for one in within["proposed"]:
         cut = one["cut"]
         assert 1.5 <= cut["depth_mm"] <= 2.0
@@ -118,7 +118,7 @@ def test_what_the_cuts_leave_open_is_named(calibrated: Cli) -> None:
 def test_a_bad_range_is_one_line(calibrated: Cli, text: str) -> None:
     done = calibrated("plan", "job.toml", "--machine", "lathe-1", "--depth", text)
     assert done.code == 2
-    assert "LOW:HIGH" in done.err
+    assert "--depth" in done.err
     assert len(done.err.strip().splitlines()) == 1
 
 

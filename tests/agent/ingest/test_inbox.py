@@ -380,6 +380,7 @@ def test_an_inbox_that_cannot_be_written_is_read_in_place(monkeypatch: pytest.Mo
     [
         (("--watch",), "--columns and --watch go with --inbox DIR"),
         (("--inbox", "nowhere"), "nowhere: no such folder; create it or name another"),
+        (("--inbox", "autodb.sqlite3"), "autodb.sqlite3: is a file; name a folder"),
         (("--inbox", "in", "--report"), "--report only prints what was done; leave out --inbox"),
     ],
 )

@@ -99,6 +99,14 @@ def test_the_error_beyond_is_one_that_all_cuts_share() -> None:
     assert np.all(sensed.common[:, -1] > 0.0)
 
 
+def test_a_current_in_counts_has_its_range_in_counts() -> None:
+    domain = calibrate(cuts(1, 12, INSIDE, creeping), "x").domain
+    assert domain is not None
+    amperes, counts = (" ".join(domain.each("N", unit)) for unit in ("A", "raw"))
+    assert " A " in amperes
+    assert counts == amperes.replace(" A ", " raw ")
+
+
 def test_it_says_what_it_was_not_calibrated_with() -> None:
     found = calibrate(cuts(1, 12, INSIDE, creeping), "x")
     count, said = left_domain(cuts(1001, TAPERS, BELOW, creeping), found)

@@ -38,14 +38,16 @@ def effort_channel(recording: Recording, axis: str | None) -> str:
         gaps = _efforts(list(recording.unusable), axis)
         if gaps:
             raise UnusableInput(recording.unusable[gaps[0]])
-        wanted = f"{axis or 'x'}.current"
+        moving = (axis_of(name) for name in recording.channels if name.endswith(".position"))
+        axis = axis or next(moving, "x")
+        wanted = f"{axis}.current"
         raise UnusableInput(
             phrase(
                 "{file}: no drive effort{near}; record '{wanted}' or '{axis}.drive_force'",
                 file=recording.path,
                 near=recording.near(wanted),
                 wanted=wanted,
-                axis=axis or "x",
+                axis=axis,
             )
         )
     if len({axis_of(name) for name in found}) > 1:
