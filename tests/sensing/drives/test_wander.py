@@ -79,7 +79,9 @@ def test_slow_runs_say_nothing_of_viscous_friction(tmp_path: Path) -> None:
         case = draw_stamped(seed)
         path = tmp_path / f"{seed}.csv"
         path.write_text(case.recording(case.twin), encoding="utf-8")
-        viscous = next(t for t in identify(records.read(path)).fitted if t.term == "viscous")
+        recording = records.read(path)
+        assert isinstance(recording, Recording)
+        viscous = next(t for t in identify(recording).fitted if t.term == "viscous")
         assert abs(viscous.value / LAW["viscous"] - 1.0) < 0.02
         assert viscous.sd is not None
         assert viscous.sd < 0.05 * LAW["viscous"]
