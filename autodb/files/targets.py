@@ -30,10 +30,10 @@ Progress = Callable[[str], None]
 
 def needs_folder(target: Path) -> None:
     """Raise UnusableInput when the folder that ``target`` is to lie in is not there."""
-    check_folder(target.parent)
+    expect_folder(target.parent)
 
 
-def check_folder(folder: Path) -> None:
+def expect_folder(folder: Path) -> None:
     """Raise UnusableInput where ``folder`` is not there, or is a file."""
     if folder.is_dir():
         return

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from autodb.errors import UnusableInput
-from autodb.files.targets import Progress, check_folder, one_writer
+from autodb.files.targets import Progress, expect_folder, one_writer
 from autodb.store.backups import backup
 from autodb.store.copies import Copied
 from autodb.store.restoring import restore
@@ -74,7 +74,7 @@ def dated(folder: Path) -> list[Dated]:
 
     Raises UnusableInput where there is no such folder.
     """
-    check_folder(folder)
+    expect_folder(folder)
     found = ((path, NAME.fullmatch(path.name)) for path in sorted(folder.iterdir()))
     return [
         Dated(path, datetime.strptime(match[1], STAMP).replace(tzinfo=UTC))

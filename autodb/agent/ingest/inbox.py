@@ -19,7 +19,7 @@ from autodb.agent.ingest.kept import Unread, parted, unread
 from autodb.agent.rows.machines import find_machine, working_machine
 from autodb.errors import UnusableInput
 from autodb.files.side import read_sidefile
-from autodb.files.targets import check_folder
+from autodb.files.targets import expect_folder
 from autodb.store import Store, models
 
 SETTLED_S = 2.0
@@ -45,7 +45,7 @@ class Inbox:
         What became of each file is kept for the next pass to report. Returns what else is to be
         said. Raises UnusableInput where the inbox is no folder or the machine is not known.
         """
-        check_folder(self.folder)
+        expect_folder(self.folder)
         found = inbox_entries(self.folder)
         for path, name in found.leaving.items():
             back(path, name)

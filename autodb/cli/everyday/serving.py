@@ -160,13 +160,13 @@ def _proxies(given: Sequence[str]) -> tuple[str, ...]:
 def _refuse_idle(settings: "Settings", upload_mib: int | None) -> None:
     """Raise UnusableInput for options that would change nothing, or name no folder."""
     from autodb.errors import UnusableInput
-    from autodb.files.targets import check_folder
+    from autodb.files.targets import expect_folder
 
     folder = settings.recordings
     if not settings.writes and (folder is not None or upload_mib is not None):
         raise UnusableInput("--recordings and --upload-mib: recordings are taken with --write only")
     if folder is not None:
-        check_folder(folder)
+        expect_folder(folder)
 
 
 def _print_unit(settings: "Settings", certificate: Path | None, key: Path | None) -> None:

@@ -91,14 +91,14 @@ def refresh_fleet_command(
 ) -> None:
     """Refresh all machines, and fit again what they share."""
     from autodb.errors import UnusableInput
-    from autodb.files.targets import check_folder
+    from autodb.files.targets import expect_folder
     from autodb.store import database_url
 
     if scheduler is not None and workers is not None:
         raise UnusableInput(phrase("--scheduler and --workers: use one of them"))
     where = _Where(scheduler, workers, _shown(scheduler, ca, certificate, key))
     if inboxes is not None:
-        check_folder(inboxes)
+        expect_folder(inboxes)
     url = database_url(db)
     with opened_store(db) as store:
         machines, sharing = _machines(store, url, machine or [], inboxes)

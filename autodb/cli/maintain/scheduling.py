@@ -51,11 +51,11 @@ def schedule(
 def _command(machine: str | None, inbox: Path, db: str | None) -> tuple[str, list[str]]:
     """Return the machine, and the command to be run by whole paths, where all of it is there."""
     from autodb.agent.rows.machines import find_machine
-    from autodb.files.targets import check_folder
+    from autodb.files.targets import expect_folder
 
     with opened_machine(db, machine) as (store, name), store.reading() as session:
         find_machine(session, name)
-    check_folder(inbox)
+    expect_folder(inbox)
     run = [sys.executable, "-m", "autodb", "refresh"]
     where = ["--inbox", str(inbox.resolve()), "--db", from_anywhere(db)]
     return name, [*run, "--machine", name, *where]

@@ -69,7 +69,7 @@ FORCE = stored_msgid("force {range_low} to {range}")
 TORQUE = stored_msgid("torque {range_low} to {range}")
 
 
-def quantities(current_unit: str) -> tuple[Quantity, ...]:
+def ranged(current_unit: str) -> tuple[Quantity, ...]:
     """Return what a calibration has ranges of, its current in the unit that it is recorded in."""
     return (*CONDITIONS, replace(CURRENT, unit=current_unit))
 
@@ -137,7 +137,7 @@ class Domain:
         """Return the ranges that some cut lies outside of, in words; ``unit`` of the target."""
         said = [
             one.words(self.ranges[one.name])
-            for one in quantities(current_unit)
+            for one in ranged(current_unit)
             if one.name in self.ranges and _outside(one.of(sensed), self.ranges[one.name]).any()
         ]
         if _outside(law.form.value(law.coefficients, sensed), self.target).any():
@@ -148,7 +148,7 @@ class Domain:
         """Return each range in words; ``unit`` of the target."""
         known = [
             one.words(self.ranges[one.name])
-            for one in quantities(current_unit)
+            for one in ranged(current_unit)
             if one.name in self.ranges
         ]
         return [*known, _words(TORQUE if unit == "N·m" else FORCE, self.target, unit)]
