@@ -6,7 +6,7 @@ from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from autodb.errors import UnusableInput
+from autodb.errors import UnusableInput, no_such_file
 from autodb.files.targets import LOGS, Progress, hidden, needs_folder, replace_by
 from autodb.store import create_store, file_of, head, on_server
 from autodb.store.copies import Copied, connect, copy_of, row_counts, settle, stored_schema_of
@@ -23,6 +23,8 @@ def restore(
     Raises UnusableInput when ``source`` is neither, is damaged, or comes from a later version, when
     the database holds rows (without ``replace``), or when another program has it open.
     """
+    if not source.exists():
+        raise no_such_file(source)
     if on_server(url):
         with TemporaryDirectory() as folder:
             file = Path(folder) / "restored.sqlite3"

@@ -38,6 +38,8 @@ def test_a_backup_never_overwrites_unasked(cli: Cli, refused: Callable[..., str]
     assert cli("backup", "link.sqlite3", "--replace").code == 0
     assert Path("link.sqlite3").is_symlink()
     assert "no such folder" in refused("backup", "nowhere/copy.sqlite3")
+    cli("machine", "add", "lathe-1")
+    assert "copi.sqlite3: no such file (did you mean copy" in refused("restore", "copi.sqlite3")
     assert "no database there" in refused("backup", "b.sqlite3", "--db", "sqlite:///none.sqlite3")
     assert "only SQLite and" in refused("backup", "b.sqlite3", "--db", "mysql://localhost/a")
 
