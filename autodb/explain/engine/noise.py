@@ -15,6 +15,10 @@ BLOCK = 64
 """Rows that are filtered at once, as a product of matrices, which is faster; at least ``ORDER``."""
 TABLE = 2048
 """Frequencies, from 0 to half the rate, at which a filter's response is kept."""
+SLOW_PARTS = (16, 32, 64)
+"""Numbers of parts over which sums are taken to see slow noise. Chosen."""
+CHI_SQUARE_MEDIAN = 0.455
+"""Median of a squared standard normal: few parts that hold a stretch of something count little."""
 
 
 @dataclass(frozen=True)
@@ -114,3 +118,14 @@ def fitted_whitener(
     ridge = max(1e-9 * float(residual @ residual), 1e-300)
     coefficients = np.linalg.solve(lagged.T @ lagged + ridge * np.eye(order), lagged.T @ target)
     return Whitener(np.asarray(coefficients, dtype=np.float64), linked)
+
+
+def slow_variance(left: Array) -> float:
+    """Return the variance of a row that slow noise seems to have, in sums over parts of rows (n,),
+    the most of SLOW_PARTS.
+    """
+    found = []
+    for parts in SLOW_PARTS:
+        sums = np.array([part.sum() for part in np.array_split(left, min(parts, len(left)))])
+        found.append(float(np.median(sums**2)) / CHI_SQUARE_MEDIAN * len(sums) / len(left))
+    return max(found)

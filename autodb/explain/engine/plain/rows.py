@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from autodb.explain.engine.bench import RowsSource
 from autodb.explain.engine.candidates import Candidate, CandidateForm, Choice, of_its_kind
 from autodb.explain.engine.fit import Folds, block_edges
+from autodb.explain.engine.noise import slow_variance
 from autodb.explain.engine.normal import Normal, columns_side_by_side
 from autodb.explain.engine.prior import own_deviations
 from autodb.explain.engine.search import MISTAKEN
@@ -46,10 +47,6 @@ ELSEWHERE = 0.05
 """Share of a law's squares beside the blocks that it is confined to, at most. Chosen."""
 SHARED = 8
 """A gap between a block left out and the rows fitted on takes this part of a block at most."""
-SLOW = (16, 32, 64)
-"""Numbers of parts over which sums are taken to see slow noise. Chosen."""
-CHI_SQUARE_MEDIAN = 0.455
-"""Median of a squared standard normal: few parts that hold a stretch of something count little."""
 
 
 class PlainRows:
@@ -122,8 +119,7 @@ class PlainRows:
         """Return the variance that slow noise gives a row, beside all static laws and choices."""
         at = self._all_static(choices)
         left = self._difference - self._rows[:, at] @ self._solved(at)
-        lasting = max(_long_run_variance(left, parts) for parts in SLOW)
-        return max(lasting, float(np.mean(left**2)), 1e-300)
+        return max(slow_variance(left), float(np.mean(left**2)), 1e-300)
 
     def _all_static(self, choices: Sequence[Choice]) -> Index:
         """Return the places of own columns, all static laws in their first form, and choices."""
@@ -391,12 +387,6 @@ class PlainRows:
 def range_of(difference: Array) -> float:
     """Return the range of a difference (n,), or how far it is from none where that is more."""
     return max(float(np.ptp(difference)), float(np.abs(difference).max()))
-
-
-def _long_run_variance(left: Array, parts: int) -> float:
-    """Return the variance of a row that slow noise seems to have in sums over parts of rows."""
-    sums = np.array([part.sum() for part in np.array_split(left, min(parts, len(left)))])
-    return float(np.median(sums**2)) / CHI_SQUARE_MEDIAN * len(sums) / len(left)
 
 
 def beside(choices: Sequence[Choice], candidate: Candidate) -> list[Choice]:
